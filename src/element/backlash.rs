@@ -1,0 +1,182 @@
+//! Backlash: two flanks with a gap between them.
+
+use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response};
+use serde::{Deserialize, Serialize};
+
+/// How impact damping acts on the flank q < -b.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImpactDampingLaw {
+    /// f = p (1 + beta sign(p) v): takes energy out on both flanks.
+    #[default]
+    Dissipative,
+    /// f = p (1 + beta v), as printed in Rook & Singh (1995), eq. (1): puts energy in on the flank q < -b.
+    Literal,
+}
+
+/// Backlash with impact damping.
+///
+///     p(q) = q - b for q > b, 0 inside, q + b for q < -b
+///     f = p (1 + beta sign(p) v)    (dissipative)    or    p (1 + beta v)    (literal)
+///
+/// b is HALF the total backlash. Not physical where 1 + beta sign(p) v < 0 (literal: 1 + beta v < 0): the contact pulls.
+///
+/// Rook & Singh (1995), eq. (1).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
+pub struct Backlash {
+    /// Half of the total gap b [displacement], >= 0; 0 means always in contact.
+    pub half_gap: f64,
+    /// Impact damping beta [time/displacement], >= 0.
+    pub impact_damping: f64,
+    /// Behaviour of the damping on the back flank.
+    pub impact_damping_law: ImpactDampingLaw,
+}
+
+/// The parameters as a user writes them: the half gap or the whole gap.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    half_gap: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gap: Option<f64>,
+    #[serde(default)]
+    impact_damping: f64,
+    #[serde(default)]
+    impact_damping_law: ImpactDampingLaw,
+}
+
+impl TryFrom<Written> for Backlash {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        let half_gap = match (written.half_gap, written.gap) {
+            (Some(half), None) => half,
+            (None, Some(gap)) => 0.5 * gap,
+            (None, None) => {
+                return Err(
+                    "one of half_gap or gap (the total backlash, 2 half_gap) is required".into(),
+                );
+            }
+            (Some(_), Some(_)) => {
+                return Err("half_gap and gap exclude each other (gap = 2 half_gap)".into());
+            }
+        };
+        let Written {
+            impact_damping,
+            impact_damping_law,
+            ..
+        } = written;
+        Ok(Backlash {
+            half_gap,
+            impact_damping,
+            impact_damping_law,
+        })
+    }
+}
+
+impl From<Backlash> for Written {
+    fn from(law: Backlash) -> Written {
+        let Backlash {
+            half_gap,
+            impact_damping,
+            impact_damping_law,
+        } = law;
+        Written {
+            half_gap: Some(half_gap),
+            gap: None,
+            impact_damping,
+            impact_damping_law,
+        }
+    }
+}
+
+crate::register_element! {
+    tag: "backlash",
+    doc: "two flanks with a gap: f = p (1 + beta sign(p) v), p = q - b for q > b, 0 inside, q + b for q < -b",
+    parameters: [
+        { name: "half_gap", doc: "half of the total backlash, >= 0 (give this or gap)", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None },
+        { name: "gap", doc: "total backlash, 2 half_gap", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None },
+        { name: "impact_damping", doc: "impact damping beta, >= 0", kind: ParameterKind::Number, dimension: Dimension::INVERSE_VELOCITY, default: Some("0") },
+        { name: "impact_damping_law", doc: "dissipative on both flanks, or literal as in the paper's eq. (1): puts energy in on the back flank", kind: ParameterKind::Choice(&["dissipative", "literal"]), dimension: Dimension::NONE, default: Some("dissipative") },
+    ],
+    example: "{type: backlash, half_gap: 1.0, impact_damping: 0.05}",
+}
+
+#[typetag::serde(name = "backlash")]
+impl Element for Backlash {
+    #[inline]
+    fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
+        let p = q - q.clamp(-self.half_gap, self.half_gap);
+        let slope = if q.abs() > self.half_gap || self.half_gap == 0.0 {
+            1.0
+        } else {
+            0.0
+        };
+        let beta = match self.impact_damping_law {
+            ImpactDampingLaw::Dissipative => self.impact_damping * p.signum(),
+            ImpactDampingLaw::Literal => self.impact_damping,
+        };
+        let factor = 1.0 + beta * v;
+        Response {
+            f: p * factor,
+            df_dq: slope * factor,
+            df_dv: p * beta,
+        }
+    }
+
+    fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {
+        visit(Parameter {
+            name: "half_gap",
+            index: None,
+            dimension: Dimension::DISPLACEMENT,
+            value: &mut self.half_gap,
+        });
+        visit(Parameter {
+            name: "impact_damping",
+            index: None,
+            dimension: Dimension::INVERSE_VELOCITY,
+            value: &mut self.impact_damping,
+        });
+    }
+
+    fn clone_box(&self) -> Box<dyn Element> {
+        Box::new(*self)
+    }
+
+    fn breakpoints(&self) -> Vec<f64> {
+        if self.half_gap > 0.0 {
+            vec![-self.half_gap, self.half_gap]
+        } else if self.impact_damping != 0.0
+            && self.impact_damping_law == ImpactDampingLaw::Dissipative
+        {
+            vec![0.0]
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn flank(&self, q: f64) -> i8 {
+        if self.half_gap == 0.0 || q > self.half_gap {
+            1
+        } else if q < -self.half_gap {
+            -1
+        } else {
+            0
+        }
+    }
+
+    fn is_piecewise_affine(&self) -> bool {
+        self.impact_damping == 0.0
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        self.impact_damping != 0.0
+    }
+
+    fn validate(&self) -> Result<(), InvalidParameter> {
+        super::not_negative("half_gap", self.half_gap)?;
+        super::not_negative("impact_damping", self.impact_damping)
+    }
+}

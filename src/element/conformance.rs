@@ -1,0 +1,1 @@
+//! The contract of a law as an executable check.

@@ -1,0 +1,239 @@
+//! Force laws of one relative displacement, nondimensional: force divided by the connection's reference stiffness.
+//!
+//! An element knows only its own displacement, velocity and excitation phase. It never sees indices, matrices,
+//! frequencies, units or solvers.
+
+pub mod conformance;
+mod registry;
+
+mod backlash;
+mod cubic;
+mod linear;
+mod one_sided;
+mod piecewise_linear;
+
+pub use backlash::{Backlash, ImpactDampingLaw};
+pub use cubic::Cubic;
+pub use linear::Linear;
+pub use one_sided::{OneSided, Side};
+pub use piecewise_linear::PiecewiseLinear;
+pub use registry::{ElementInfo, ParameterInfo, ParameterKind, duplicate_tags, find, registered};
+
+/// Force of a law and its partial derivatives at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Response {
+    /// f(q, v, phase), in units of displacement (force / reference stiffness).
+    pub f: f64,
+    /// df/dq. At a breakpoint: either one-sided value, never an average.
+    pub df_dq: f64,
+    /// df/dv, v = dq/d(nondimensional time) = Omega q'.
+    pub df_dv: f64,
+}
+
+/// The same over a time series: separate slices of equal length, so that loops vectorise.
+pub struct ResponseSeries<'a> {
+    /// Forces.
+    pub f: &'a mut [f64],
+    /// df/dq.
+    pub df_dq: &'a mut [f64],
+    /// df/dv.
+    pub df_dv: &'a mut [f64],
+}
+
+/// Exponents, in halves, of displacement, time and force carried by a parameter.
+///
+/// A gap: displacement 2. Impact damping [time/displacement]: displacement -2, time 2. A preload: force 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Dimension {
+    /// Twice the exponent of displacement.
+    pub displacement: i8,
+    /// Twice the exponent of time.
+    pub time: i8,
+    /// Twice the exponent of force.
+    pub force: i8,
+}
+
+impl Dimension {
+    /// A pure number.
+    pub const NONE: Dimension = Dimension {
+        displacement: 0,
+        time: 0,
+        force: 0,
+    };
+    /// A displacement: m for meshes, rad for shafts.
+    pub const DISPLACEMENT: Dimension = Dimension {
+        displacement: 2,
+        time: 0,
+        force: 0,
+    };
+    /// A velocity.
+    pub const VELOCITY: Dimension = Dimension {
+        displacement: 2,
+        time: -2,
+        force: 0,
+    };
+    /// Time over displacement, as impact damping.
+    pub const INVERSE_VELOCITY: Dimension = Dimension {
+        displacement: -2,
+        time: 2,
+        force: 0,
+    };
+    /// A force: N for meshes, N m for shafts.
+    pub const FORCE: Dimension = Dimension {
+        displacement: 0,
+        time: 0,
+        force: 2,
+    };
+}
+
+/// Units in which a law is made nondimensional: q* = q / displacement, t* = t frequency, F* = F / force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Units {
+    /// l, characteristic displacement of the connection.
+    pub displacement: f64,
+    /// omega_c, characteristic frequency.
+    pub frequency: f64,
+    /// K l, reference stiffness times characteristic displacement.
+    pub force: f64,
+}
+
+/// One scalar parameter of a law, offered for scaling, continuation and reporting.
+pub struct Parameter<'a> {
+    /// Name, as in YAML.
+    pub name: &'static str,
+    /// Position within a list-valued parameter.
+    pub index: Option<usize>,
+    /// What the value measures.
+    pub dimension: Dimension,
+    /// The value itself.
+    pub value: &'a mut f64,
+}
+
+impl Parameter<'_> {
+    /// Replaces the dimensional value by the nondimensional one.
+    pub fn rescale(&mut self, units: &Units) {
+        let half = |base: f64, exponent: i8| base.powf(-0.5 * f64::from(exponent));
+        *self.value *= half(units.displacement, self.dimension.displacement)
+            * half(1.0 / units.frequency, self.dimension.time)
+            * half(units.force, self.dimension.force);
+    }
+}
+
+/// A parameter outside its range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{name} = {found}: must be {wanted}")]
+pub struct InvalidParameter {
+    /// Name of the parameter, with its position if it is a list: `slopes[2]`.
+    pub name: String,
+    /// Value found.
+    pub found: String,
+    /// Values allowed.
+    pub wanted: String,
+}
+
+impl InvalidParameter {
+    /// An error for one parameter.
+    pub fn new(
+        name: impl Into<String>,
+        found: impl std::fmt::Display,
+        wanted: impl Into<String>,
+    ) -> Self {
+        InvalidParameter {
+            name: name.into(),
+            found: found.to_string(),
+            wanted: wanted.into(),
+        }
+    }
+}
+
+/// A memoryless force law of one relative displacement.
+#[typetag::serde(tag = "type")]
+pub trait Element: std::fmt::Debug + Send + Sync {
+    /// Force and partials. Finite for finite input; does not allocate.
+    fn eval(&self, q: f64, v: f64, phase: f64) -> Response;
+
+    /// Offers every dimensional or tunable parameter exactly once, in a fixed order.
+    fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>));
+
+    /// A copy behind a new box.
+    fn clone_box(&self) -> Box<dyn Element>;
+
+    /// Displacements at which f or a partial is not smooth, ascending. Read again after every parameter change.
+    fn breakpoints(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// -1 or +1 in contact with that flank, 0 open. Default: always in contact.
+    fn flank(&self, _q: f64) -> i8 {
+        1
+    }
+
+    /// True when f is affine in (q, v) between breakpoints and independent of the phase: admits exact integration.
+    fn is_piecewise_affine(&self) -> bool {
+        false
+    }
+
+    /// True when f itself may jump (dry friction, hard contact).
+    fn is_discontinuous(&self) -> bool {
+        false
+    }
+
+    /// True when f depends on v.
+    fn depends_on_velocity(&self) -> bool {
+        true
+    }
+
+    /// Checks the parameters. The loader and the conformance check call it.
+    ///
+    /// # Errors
+    /// The first parameter outside its range.
+    fn validate(&self) -> Result<(), InvalidParameter> {
+        Ok(())
+    }
+
+    /// Whole time series at once: one virtual call per element per sweep; `eval` is inlined per type.
+    fn eval_many(&self, q: &[f64], v: &[f64], phase: &[f64], out: ResponseSeries<'_>) {
+        let input = q.iter().zip(v).zip(phase);
+        let output = out
+            .f
+            .iter_mut()
+            .zip(out.df_dq.iter_mut())
+            .zip(out.df_dv.iter_mut());
+        for (((q, v), phase), ((f, df_dq), df_dv)) in input.zip(output) {
+            let r = self.eval(*q, *v, *phase);
+            (*f, *df_dq, *df_dv) = (r.f, r.df_dq, r.df_dv);
+        }
+    }
+}
+
+impl Clone for Box<dyn Element> {
+    fn clone(&self) -> Self {
+        self.clone_box()
+    }
+}
+
+/// Makes every parameter of a law nondimensional.
+pub fn nondimensional(element: &dyn Element, units: &Units) -> Box<dyn Element> {
+    let mut copy = element.clone_box();
+    copy.visit_parameters(&mut |mut p| p.rescale(units));
+    copy
+}
+
+/// Refuses NaN and infinities.
+pub(crate) fn finite(name: &str, value: f64) -> Result<(), InvalidParameter> {
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(InvalidParameter::new(name, value, "finite"))
+    }
+}
+
+/// Refuses NaN, infinities and negative values.
+pub(crate) fn not_negative(name: &str, value: f64) -> Result<(), InvalidParameter> {
+    finite(name, value)?;
+    if value >= 0.0 {
+        Ok(())
+    } else {
+        Err(InvalidParameter::new(name, value, ">= 0"))
+    }
+}

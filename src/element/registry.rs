@@ -1,0 +1,101 @@
+//! The table of laws: what `gearlash elements`, the schema, the loader and the conformance tests read.
+//!
+//! typetag's own registry is private: it offers no list of tags and no documentation. `register_element!` adds an entry
+//! beside it.
+
+use super::Dimension;
+
+/// What a parameter of a law accepts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ParameterKind {
+    /// One number or quantity.
+    Number,
+    /// A list of numbers or quantities.
+    List,
+    /// One of the words.
+    Choice(&'static [&'static str]),
+    /// Any text.
+    Text,
+    /// A map from names to numbers.
+    Map,
+}
+
+/// Description of one parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct ParameterInfo {
+    /// Name, as in YAML.
+    pub name: &'static str,
+    /// One line.
+    pub doc: &'static str,
+    /// What it accepts.
+    pub kind: ParameterKind,
+    /// What a number measures.
+    pub dimension: Dimension,
+    /// Default as YAML text; `None` when the parameter is required (or one of several must be given).
+    pub default: Option<&'static str>,
+}
+
+/// Description of one law.
+pub struct ElementInfo {
+    /// Value of `type:` in YAML.
+    pub tag: &'static str,
+    /// One line, with the formula.
+    pub doc: &'static str,
+    /// Parameters, in the order of the documentation.
+    pub parameters: &'static [ParameterInfo],
+    /// A valid example as a YAML flow map, with SI numbers.
+    pub example: &'static str,
+}
+
+inventory::collect!(ElementInfo);
+
+/// Every registered law, plugins included, by tag.
+pub fn registered() -> Vec<&'static ElementInfo> {
+    let mut list: Vec<_> = inventory::iter::<ElementInfo>.into_iter().collect();
+    list.sort_by_key(|info| info.tag);
+    list
+}
+
+/// The law of that tag.
+pub fn find(tag: &str) -> Option<&'static ElementInfo> {
+    inventory::iter::<ElementInfo>
+        .into_iter()
+        .find(|info| info.tag == tag)
+}
+
+/// Tags that are registered more than once: a mistake of whoever linked the program.
+pub fn duplicate_tags() -> Vec<&'static str> {
+    let list = registered();
+    let mut twice: Vec<_> = list
+        .windows(2)
+        .filter(|w| w[0].tag == w[1].tag)
+        .map(|w| w[0].tag)
+        .collect();
+    twice.dedup();
+    twice
+}
+
+/// Adds a law to the table that the program's list, the schema, the loader and the conformance tests read.
+///
+/// Stands beside `#[typetag::serde(name = "tag")] impl Element for Law`, with the same tag; `conformance::check_registered`
+/// compares the two.
+#[macro_export]
+macro_rules! register_element {
+    (
+        tag: $tag:literal,
+        doc: $doc:literal,
+        parameters: [ $( { name: $name:literal, doc: $pdoc:literal, kind: $kind:expr, dimension: $dim:expr, default: $default:expr } ),* $(,)? ],
+        example: $example:literal $(,)?
+    ) => {
+        $crate::inventory::submit! {
+            $crate::element::ElementInfo {
+                tag: $tag,
+                doc: $doc,
+                parameters: &[ $( $crate::element::ParameterInfo {
+                    name: $name, doc: $pdoc, kind: $kind, dimension: $dim, default: $default,
+                } ),* ],
+                example: $example,
+            }
+        }
+    };
+}

@@ -1,0 +1,123 @@
+//! What can go wrong, per layer.
+//!
+//! `Err` means that the caller can fix the input. What the mathematics answers (no convergence, end of a branch) is
+//! data in the results, never an error.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A text that positions refer to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// File name as the user wrote it, or `--set` and the like.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+/// A place in a source text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Location {
+    /// The text the place is in.
+    pub source: Arc<Source>,
+    /// Line, counted from 1.
+    pub line: usize,
+    /// Column in characters, counted from 1.
+    pub column: usize,
+}
+
+/// One mistake in the input: what, where, found, wanted, next move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnostic {
+    /// Where in the text, if it came from a text.
+    pub location: Option<Location>,
+    /// Dotted path, such as `connections.mesh_1.element.half_gap`; empty for the whole document.
+    pub path: String,
+    /// What was found and what was wanted.
+    pub message: String,
+    /// The next move, such as the nearest known name.
+    pub help: Option<String>,
+}
+
+/// Misuse of the solvers, detected before or while they run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// A quantity that must be finite is not.
+    #[error("{what} is not finite")]
+    NotFinite {
+        /// Name of the quantity.
+        what: String,
+    },
+    /// Matrices or vectors whose shapes do not fit each other.
+    #[error("{what} is {found}, wanted {wanted}")]
+    Shape {
+        /// Name of the quantity.
+        what: String,
+        /// Shape found.
+        found: String,
+        /// Shape wanted.
+        wanted: String,
+    },
+    /// An option whose value makes no sense.
+    #[error("option {name} = {found}: must be {wanted}")]
+    Option {
+        /// Name of the option.
+        name: &'static str,
+        /// Value found.
+        found: String,
+        /// Values allowed.
+        wanted: String,
+    },
+    /// A law that the method cannot take.
+    #[error("connection {connection}: {reason}")]
+    Unsupported {
+        /// Index of the connection.
+        connection: usize,
+        /// Why the method cannot take it.
+        reason: String,
+    },
+}
+
+/// Everything that ends a command with exit status 2, and faults of the outside world.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Mistakes in the input, all that could be found in one go.
+    #[error("{}", summary(.0))]
+    Input(Vec<Diagnostic>),
+    /// Misuse of a solver.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// A file that cannot be read or written.
+    #[error("cannot {action} {}: {source}", path.display())]
+    File {
+        /// "read", "write", "create".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+}
+
+fn summary(list: &[Diagnostic]) -> String {
+    list.iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+impl std::fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if let Some(at) = &self.location {
+            write!(f, "{}:{}:{}: ", at.source.name, at.line, at.column)?;
+        }
+        if !self.path.is_empty() {
+            write!(f, "{}: ", self.path)?;
+        }
+        write!(f, "{}", self.message)?;
+        match &self.help {
+            Some(help) => write!(f, "; {help}"),
+            None => Ok(()),
+        }
+    }
+}

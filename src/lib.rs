@@ -1,0 +1,17 @@
+//! Nonlinear dynamics of lumped torsional systems with clearances.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod assembly;
+pub mod element;
+pub mod error;
+pub mod model;
+pub mod numeric;
+pub mod report;
+pub mod system;
+pub mod yaml;
+
+pub use inventory;
+pub use serde;
+pub use typetag;

@@ -1,0 +1,182 @@
+//! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
+
+use crate::element::Element;
+use crate::numeric::periodic::Periodic;
+use indexmap::IndexMap;
+use nalgebra::DMatrix;
+
+/// A model file after validation.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Name of the model.
+    pub name: String,
+    /// The mechanics.
+    pub structure: Structure,
+    /// Units of the results.
+    pub report_units: ReportUnits,
+    /// What the user must know.
+    pub warnings: Vec<String>,
+}
+
+/// Units of the results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReportUnits {
+    /// Displacements over l, frequencies over omega_c.
+    Nondimensional,
+    /// m, rad, N, N m, Hz.
+    Si,
+}
+
+/// The two front doors.
+#[derive(Debug, Clone)]
+pub enum Structure {
+    /// Bodies and connections, SI.
+    Train(Train),
+    /// Matrices of a published nondimensional system.
+    Reduced(Reduced),
+}
+
+/// A train of bodies and connections, SI units.
+#[derive(Debug, Clone)]
+pub struct Train {
+    /// Inertias by name, in the order of the file.
+    pub bodies: IndexMap<String, Body>,
+    /// Connections by name, in the order of the file, which chooses the relative coordinates.
+    pub connections: IndexMap<String, Connection>,
+    /// Damping of the whole train.
+    pub damping: Damping,
+    /// External torques (forces on translating masses) by body.
+    pub loads: IndexMap<String, Load>,
+    /// Characteristic values.
+    pub scaling: Scaling,
+}
+
+/// An inertia.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Body {
+    /// kg m^2, or kg for a translating mass; > 0.
+    pub inertia: f64,
+    /// Whether the body turns or slides.
+    pub motion: Motion,
+}
+
+/// Motion of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// Angle [rad], torque [N m].
+    Rotation,
+    /// Displacement [m], force [N].
+    Translation,
+}
+
+/// Unit of a connection's deformation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DeformationUnit {
+    /// m; force in N, stiffness in N/m.
+    Metre,
+    /// rad; moment in N m, stiffness in N m/rad.
+    Radian,
+}
+
+/// A compliant connection: one row of lever arms, a stiffness and a law.
+#[derive(Debug, Clone)]
+pub struct Connection {
+    /// Lever arms: body index and arm (m, or 1 for shafts and masses).
+    pub arms: Vec<(usize, f64)>,
+    /// Unit of the deformation.
+    pub unit: DeformationUnit,
+    /// Reference stiffness K [N/m or N m/rad], > 0.
+    pub stiffness: f64,
+    /// Viscous damper parallel to the law [N s/m or N m s/rad], >= 0.
+    pub damping: f64,
+    /// The law, parameters in SI units.
+    pub element: Box<dyn Element>,
+    /// Relative stiffness against the excitation phase, mean 1.
+    pub stiffness_variation: Option<Periodic>,
+    /// Static transmission error [m or rad] against the excitation phase.
+    pub transmission_error: Option<Periodic>,
+    /// Own displacement scale l [m or rad].
+    pub length: Option<f64>,
+}
+
+/// Damping of the whole train; each adds to the connections' own dampers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Damping {
+    /// Ratio of every elastic mode, or one ratio a mode, ascending.
+    pub modal: Option<ModalDamping>,
+    /// c of C = c K [s].
+    pub stiffness_proportional: f64,
+}
+
+/// Modal damping ratios.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ModalDamping {
+    /// The same for every elastic mode.
+    Uniform(f64),
+    /// One for each elastic mode, ascending frequency.
+    PerMode(Vec<f64>),
+}
+
+/// A torque: mean + sum of amplitude cos(order phase + phase).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Load {
+    /// N m, or N on a translating mass; always `Periodic::Fourier`.
+    pub series: Periodic,
+}
+
+/// Characteristic frequency and displacement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scaling {
+    /// Choice of omega_c.
+    pub frequency: FrequencyScale,
+    /// l for every connection without its own `length`; per connection its first nonzero breakpoint when absent.
+    pub length: Option<f64>,
+}
+
+/// Choice of the characteristic frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrequencyScale {
+    /// First elastic natural frequency in full contact.
+    FirstMode,
+    /// Natural frequency of the first connection alone between its bodies: omega_c^2 = K_1 sum(arm^2 / inertia).
+    FirstConnection,
+    /// A value [rad/s].
+    Value(f64),
+}
+
+/// A nondimensional system as published: omega_c = 1.
+#[derive(Debug, Clone)]
+pub struct Reduced {
+    /// kappa, n x e.
+    pub stiffness: DMatrix<f64>,
+    /// W, e x n.
+    pub element_map: DMatrix<f64>,
+    /// Gam.
+    pub damping: ReducedDamping,
+    /// Laws by name, e of them.
+    pub elements: IndexMap<String, ReducedElement>,
+    /// Loads by coordinate, n of them; `Periodic::Fourier`.
+    pub loads: Vec<Periodic>,
+}
+
+/// A law of a reduced system.
+#[derive(Debug, Clone)]
+pub struct ReducedElement {
+    /// The law, nondimensional.
+    pub element: Box<dyn Element>,
+    /// Relative stiffness against the excitation phase, mean 1.
+    pub stiffness_variation: Option<Periodic>,
+    /// Transmission error against the excitation phase.
+    pub transmission_error: Option<Periodic>,
+}
+
+/// Damping of a reduced system.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ReducedDamping {
+    /// Gam = 2 zeta (kappa W)^(1/2).
+    ModalRatio(f64),
+    /// Gam itself, n x n.
+    Matrix(DMatrix<f64>),
+    /// Gam = c kappa W.
+    StiffnessProportional(f64),
+}

@@ -1,0 +1,180 @@
+//! Periodic functions of one phase: loads, stiffness variation, transmission error.
+
+use serde::{Deserialize, Serialize};
+
+/// One harmonic: `cos` cos(order phase) + `sin` sin(order phase).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Harmonic {
+    /// Order, >= 1.
+    pub order: usize,
+    /// Cosine part.
+    pub cos: f64,
+    /// Sine part.
+    pub sin: f64,
+}
+
+/// A periodic function of the phase, period 2 pi.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Periodic {
+    /// mean + sum of harmonics.
+    Fourier {
+        /// Mean value.
+        mean: f64,
+        /// Harmonics, in any order.
+        harmonics: Vec<Harmonic>,
+    },
+    /// Equally spaced values over one period of `base_order` times the phase, linear between them.
+    Table {
+        /// Values; the first one stands at phase 0 and again at the end of the period.
+        values: Vec<f64>,
+        /// Periods of the table in one period of the phase.
+        base_order: usize,
+    },
+    /// `high` for the share `duty` of the period that starts at `phase`, `low` else.
+    Rectangular {
+        /// Value of the first part.
+        high: f64,
+        /// Value of the second part.
+        low: f64,
+        /// Share of the first part, between 0 and 1.
+        duty: f64,
+        /// Where the first part begins [rad of the table's own phase].
+        phase: f64,
+        /// Periods of the pattern in one period of the phase.
+        base_order: usize,
+    },
+}
+
+const TAU: f64 = std::f64::consts::TAU;
+
+impl Periodic {
+    /// Value at a phase.
+    pub fn value(&self, phase: f64) -> f64 {
+        match self {
+            Periodic::Fourier { mean, harmonics } => harmonics.iter().fold(*mean, |sum, h| {
+                let (s, c) = (h.order as f64 * phase).sin_cos();
+                sum + h.cos * c + h.sin * s
+            }),
+            Periodic::Table { values, base_order } => {
+                let (k, x) = table_cell(values.len(), *base_order, phase);
+                values[k] + x * (values[(k + 1) % values.len()] - values[k])
+            }
+            Periodic::Rectangular {
+                high,
+                low,
+                duty,
+                phase: begin,
+                base_order,
+            } => {
+                let x = (*base_order as f64 * phase - begin).rem_euclid(TAU) / TAU;
+                if x < *duty { *high } else { *low }
+            }
+        }
+    }
+
+    /// Derivative with respect to the phase; at a kink the value on its right.
+    pub fn derivative(&self, phase: f64) -> f64 {
+        match self {
+            Periodic::Fourier { harmonics, .. } => harmonics.iter().fold(0.0, |sum, h| {
+                let order = h.order as f64;
+                let (s, c) = (order * phase).sin_cos();
+                sum + order * (h.sin * c - h.cos * s)
+            }),
+            Periodic::Table { values, base_order } => {
+                let (k, _) = table_cell(values.len(), *base_order, phase);
+                let slope = values[(k + 1) % values.len()] - values[k];
+                slope * values.len() as f64 * *base_order as f64 / TAU
+            }
+            Periodic::Rectangular { .. } => 0.0,
+        }
+    }
+
+    /// Mean over a period.
+    pub fn mean(&self) -> f64 {
+        match self {
+            Periodic::Fourier { mean, .. } => *mean,
+            Periodic::Table { values, .. } => values.iter().sum::<f64>() / values.len() as f64,
+            Periodic::Rectangular {
+                high, low, duty, ..
+            } => duty * high + (1.0 - duty) * low,
+        }
+    }
+
+    /// Phases in [0, 2 pi) where the function or its derivative is not smooth, ascending.
+    pub fn kinks(&self) -> Vec<f64> {
+        let mut list = match self {
+            Periodic::Fourier { .. } => Vec::new(),
+            Periodic::Table { values, base_order } => {
+                let count = values.len() * base_order;
+                (0..count).map(|k| k as f64 * TAU / count as f64).collect()
+            }
+            Periodic::Rectangular {
+                duty,
+                phase,
+                base_order,
+                ..
+            } => (0..*base_order)
+                .flat_map(|k| {
+                    [0.0, *duty].map(|x| (phase + TAU * (x + k as f64)) / *base_order as f64)
+                })
+                .map(|x| x.rem_euclid(TAU))
+                .collect(),
+        };
+        list.sort_by(f64::total_cmp);
+        list
+    }
+
+    /// The same function with every value multiplied.
+    pub fn scaled(&self, factor: f64) -> Periodic {
+        let mut copy = self.clone();
+        match &mut copy {
+            Periodic::Fourier { mean, harmonics } => {
+                *mean *= factor;
+                for h in harmonics {
+                    h.cos *= factor;
+                    h.sin *= factor;
+                }
+            }
+            Periodic::Table { values, .. } => values.iter_mut().for_each(|v| *v *= factor),
+            Periodic::Rectangular { high, low, .. } => {
+                *high *= factor;
+                *low *= factor;
+            }
+        }
+        copy
+    }
+
+    /// The same function with a constant added.
+    pub fn plus(&self, constant: f64) -> Periodic {
+        let mut copy = self.clone();
+        match &mut copy {
+            Periodic::Fourier { mean, .. } => *mean += constant,
+            Periodic::Table { values, .. } => values.iter_mut().for_each(|v| *v += constant),
+            Periodic::Rectangular { high, low, .. } => {
+                *high += constant;
+                *low += constant;
+            }
+        }
+        copy
+    }
+
+    /// Whether the function is the same at every phase.
+    pub fn is_constant(&self) -> bool {
+        match self {
+            Periodic::Fourier { harmonics, .. } => {
+                harmonics.iter().all(|h| h.cos == 0.0 && h.sin == 0.0)
+            }
+            Periodic::Table { values, .. } => values.iter().all(|v| v == &values[0]),
+            Periodic::Rectangular {
+                high, low, duty, ..
+            } => high == low || *duty == 0.0 || *duty == 1.0,
+        }
+    }
+}
+
+/// Cell of a table and the position in it, 0..1.
+fn table_cell(len: usize, base_order: usize, phase: f64) -> (usize, f64) {
+    let x = (base_order as f64 * phase).rem_euclid(TAU) / TAU * len as f64;
+    let k = (x as usize).min(len - 1);
+    (k, x - k as f64)
+}

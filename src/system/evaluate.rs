@@ -1,0 +1,120 @@
+//! Evaluation of the equation of motion at one instant.
+
+use super::{LoadKind, System};
+use crate::element::Response;
+use nalgebra::DMatrix;
+
+/// Buffers for one evaluation; created once per solver.
+#[derive(Debug, Clone)]
+pub struct Scratch {
+    /// Deformations W q - e.
+    pub deformation: Vec<f64>,
+    /// Their rates, d/d(omega_c t).
+    pub rate: Vec<f64>,
+    /// Response of every law, stiffness variation included.
+    pub response: Vec<Response>,
+}
+
+impl System {
+    /// Buffers of the right size.
+    pub fn scratch(&self) -> Scratch {
+        let e = self.element_count();
+        Scratch {
+            deformation: vec![0.0; e],
+            rate: vec![0.0; e],
+            response: vec![Response::default(); e],
+        }
+    }
+
+    /// Deformations, their rates and the responses of all connections at `state` = [q; v] into `scratch`.
+    pub fn respond(&self, tau: f64, state: &[f64], scratch: &mut Scratch) {
+        let n = self.dof();
+        let (q, v) = state.split_at(n);
+        let phase = self.subharmonic as f64 * tau;
+        for (k, mount) in self.mounts.iter().enumerate() {
+            let (mut x, mut rate) = if self.is_tree {
+                (q[k], v[k])
+            } else {
+                self.deform(k, q, v)
+            };
+            if let Some(error) = &mount.transmission_error {
+                x -= error.value(phase);
+                rate -= self.excitation_frequency() * error.derivative(phase);
+            }
+            let mut response = mount.element.eval(x, rate, phase);
+            if let Some(variation) = &mount.stiffness_variation {
+                let s = variation.value(phase);
+                response = Response {
+                    f: s * response.f,
+                    df_dq: s * response.df_dq,
+                    df_dv: s * response.df_dv,
+                };
+            }
+            (scratch.deformation[k], scratch.rate[k], scratch.response[k]) = (x, rate, response);
+        }
+    }
+
+    fn deform(&self, k: usize, q: &[f64], v: &[f64]) -> (f64, f64) {
+        let row = self.element_map.row(k);
+        row.iter()
+            .zip(q.iter().zip(v))
+            .fold((0.0, 0.0), |(x, rate), (w, (q, v))| {
+                (x + w * q, rate + w * v)
+            })
+    }
+
+    /// Acceleration d^2 q / d(omega_c t)^2 = Q - Gam v - kappa f.
+    ///
+    /// `state` = [q; v], 2n values; `out`: n values. The responses stay in `scratch`.
+    pub fn acceleration(&self, tau: f64, state: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+        self.respond(tau, state, scratch);
+        out.fill(0.0);
+        let phase = self.subharmonic as f64 * tau;
+        for load in &self.loads {
+            let value = match load.kind {
+                LoadKind::Value => load.series.value(phase),
+                LoadKind::Rate => self.excitation_frequency() * load.series.derivative(phase),
+            };
+            for (a, d) in out.iter_mut().zip(load.direction.iter()) {
+                *a += d * value;
+            }
+        }
+        let v = &state[self.dof()..];
+        for (column, v) in self.damping.column_iter().zip(v) {
+            for (a, g) in out.iter_mut().zip(column.iter()) {
+                *a -= g * v;
+            }
+        }
+        for (column, response) in self.stiffness.column_iter().zip(&scratch.response) {
+            for (a, k) in out.iter_mut().zip(column.iter()) {
+                *a -= k * response.f;
+            }
+        }
+    }
+
+    /// Partial derivatives of the acceleration with respect to q and v, n x n each, at the last evaluation in `scratch`.
+    ///
+    ///     d/dq = -kappa diag(df/dq) W,    d/dv = -Gam - kappa diag(df/dv) W
+    pub fn acceleration_partials(
+        &self,
+        scratch: &Scratch,
+        dq: &mut DMatrix<f64>,
+        dv: &mut DMatrix<f64>,
+    ) {
+        dq.fill(0.0);
+        dv.copy_from(&self.damping);
+        dv.neg_mut();
+        for (k, response) in scratch.response.iter().enumerate() {
+            for j in 0..self.dof() {
+                let w = self.element_map[(k, j)];
+                if w == 0.0 {
+                    continue;
+                }
+                for (i, kappa) in self.stiffness.column(k).iter().enumerate() {
+                    dq[(i, j)] -= kappa * response.df_dq * w;
+                    dv[(i, j)] -= kappa * response.df_dv * w;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The one system that every solver sees, nondimensional, in relative coordinates.
+//!
+//!     Om^2 q'' + Om Gam q' + kappa f(W q - e, Om (W q' - nu de/dphase), phase) = Q(tau),    phase = nu tau
+//!
+//! n coordinates, e connections. tau in [0, 2 pi) is the phase of the response, Om = omega / (nu omega_c), velocities are
+//! v = Om q' = dq/d(omega_c t). Rook & Singh (1995), eq. (4a) multiplied by Om^2; loops and transmission error beyond it.
+
+mod evaluate;
+
+pub use evaluate::Scratch;
+
+use crate::element::Element;
+use crate::error::SolveError;
+use crate::numeric::periodic::Periodic;
+use nalgebra::{DMatrix, DVector};
+
+/// A law in place, with its time-varying stiffness and its transmission error.
+#[derive(Debug, Clone)]
+pub struct Mount {
+    /// The law, nondimensional.
+    pub element: Box<dyn Element>,
+    /// s(phase), mean 1: multiplies the force.
+    pub stiffness_variation: Option<Periodic>,
+    /// e(phase): the law sees W q - e and its rate.
+    pub transmission_error: Option<Periodic>,
+}
+
+impl Mount {
+    /// A law with constant stiffness and no transmission error.
+    pub fn new(element: Box<dyn Element>) -> Mount {
+        Mount {
+            element,
+            stiffness_variation: None,
+            transmission_error: None,
+        }
+    }
+}
+
+/// How a load follows from its series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoadKind {
+    /// Q += direction series(phase).
+    Value,
+    /// Q += direction nu Om d(series)/dphase: a dashpot parallel to a transmission error.
+    Rate,
+}
+
+/// One excitation: a direction in relative coordinates and its series.
+#[derive(Debug, Clone)]
+pub struct LoadSource {
+    /// n values.
+    pub direction: DVector<f64>,
+    /// Periodic in the excitation phase.
+    pub series: Periodic,
+    /// Value or rate.
+    pub kind: LoadKind,
+}
+
+/// The system (4a). Shapes and finiteness are checked once, in `new`.
+#[derive(Debug, Clone)]
+pub struct System {
+    damping: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    element_map: DMatrix<f64>,
+    mounts: Vec<Mount>,
+    loads: Vec<LoadSource>,
+    omega: f64,
+    subharmonic: usize,
+    /// W is the identity: deformations are coordinates.
+    is_tree: bool,
+}
+
+impl System {
+    /// A system at Om = 1, nu = 1.
+    ///
+    /// `damping`: Gam, n x n; `stiffness`: kappa, n x e; `element_map`: W, e x n; e mounts; loads with n directions.
+    ///
+    /// # Errors
+    /// Shapes that do not fit, or entries that are not finite.
+    pub fn new(
+        damping: DMatrix<f64>,
+        stiffness: DMatrix<f64>,
+        element_map: DMatrix<f64>,
+        mounts: Vec<Mount>,
+        loads: Vec<LoadSource>,
+    ) -> Result<System, SolveError> {
+        let (n, e) = (damping.nrows(), mounts.len());
+        for (what, matrix, rows, columns) in [
+            ("damping (Gam)", &damping, n, n),
+            ("stiffness (kappa)", &stiffness, n, e),
+            ("element_map (W)", &element_map, e, n),
+        ] {
+            if matrix.shape() != (rows, columns) {
+                let found = format!("{} x {}", matrix.nrows(), matrix.ncols());
+                return Err(SolveError::Shape {
+                    what: what.into(),
+                    found,
+                    wanted: format!("{rows} x {columns}"),
+                });
+            }
+            if matrix.iter().any(|x| !x.is_finite()) {
+                return Err(SolveError::NotFinite { what: what.into() });
+            }
+        }
+        for load in &loads {
+            if load.direction.len() != n {
+                let found = format!("{} values", load.direction.len());
+                return Err(SolveError::Shape {
+                    what: "load direction".into(),
+                    found,
+                    wanted: format!("{n} values"),
+                });
+            }
+        }
+        let is_tree = n == e && element_map == DMatrix::identity(n, n);
+        Ok(System {
+            damping,
+            stiffness,
+            element_map,
+            mounts,
+            loads,
+            omega: 1.0,
+            subharmonic: 1,
+            is_tree,
+        })
+    }
+
+    /// n, number of relative coordinates.
+    pub fn dof(&self) -> usize {
+        self.damping.nrows()
+    }
+
+    /// e, number of connections.
+    pub fn element_count(&self) -> usize {
+        self.mounts.len()
+    }
+
+    /// Om = omega / (nu omega_c).
+    pub fn omega(&self) -> f64 {
+        self.omega
+    }
+
+    /// nu, periods of the excitation in one period of the response.
+    pub fn subharmonic(&self) -> usize {
+        self.subharmonic
+    }
+
+    /// nu Om = omega / omega_c.
+    pub fn excitation_frequency(&self) -> f64 {
+        self.omega * self.subharmonic as f64
+    }
+
+    /// Gam, n x n.
+    pub fn damping(&self) -> &DMatrix<f64> {
+        &self.damping
+    }
+
+    /// kappa, n x e.
+    pub fn stiffness(&self) -> &DMatrix<f64> {
+        &self.stiffness
+    }
+
+    /// W, e x n.
+    pub fn element_map(&self) -> &DMatrix<f64> {
+        &self.element_map
+    }
+
+    /// Whether W is the identity, as in every train without loops.
+    pub fn is_tree(&self) -> bool {
+        self.is_tree
+    }
+
+    /// Laws in place, one a connection.
+    pub fn mounts(&self) -> &[Mount] {
+        &self.mounts
+    }
+
+    /// Excitations.
+    pub fn loads(&self) -> &[LoadSource] {
+        &self.loads
+    }
+
+    /// Sets the excitation frequency omega / omega_c; Om follows.
+    pub fn set_excitation_frequency(&mut self, frequency: f64) {
+        self.omega = frequency / self.subharmonic as f64;
+    }
+
+    /// Sets nu and keeps the excitation frequency.
+    pub fn set_subharmonic(&mut self, subharmonic: usize) {
+        let frequency = self.excitation_frequency();
+        self.subharmonic = subharmonic.max(1);
+        self.set_excitation_frequency(frequency);
+    }
+
+    /// The same system with every alternating part (loads, transmission error, stiffness variation) multiplied by `share`.
+    pub fn with_excitation_share(&self, share: f64) -> System {
+        let mut copy = self.clone();
+        let shrink = |series: &Periodic| series.scaled(share).plus((1.0 - share) * series.mean());
+        for load in &mut copy.loads {
+            load.series = shrink(&load.series);
+        }
+        for mount in &mut copy.mounts {
+            for series in [
+                &mut mount.stiffness_variation,
+                &mut mount.transmission_error,
+            ]
+            .into_iter()
+            .flatten()
+            {
+                *series = shrink(series);
+            }
+        }
+        copy
+    }
+
+    /// Mean load, n values.
+    pub fn mean_load(&self) -> DVector<f64> {
+        let zero = DVector::zeros(self.dof());
+        let values = self.loads.iter().filter(|l| l.kind == LoadKind::Value);
+        values.fold(zero, |sum, l| sum + &l.direction * l.series.mean())
+    }
+}
