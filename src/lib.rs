@@ -8,7 +8,9 @@ pub mod element;
 pub mod error;
 pub mod model;
 pub mod numeric;
+pub mod postprocess;
 pub mod report;
+pub mod solve;
 pub mod system;
 pub mod yaml;
 

@@ -1,3 +1,8 @@
 //! Numerical tools that know nothing of vibration.
 
+pub mod dense;
+pub mod exponential;
+pub mod fourier;
 pub mod periodic;
+pub mod roots;
+pub mod trigonometric;

@@ -213,6 +213,15 @@ impl System {
         copy
     }
 
+    /// The same system with every law replaced by one.
+    pub fn with_laws(&self, law: &dyn Element) -> System {
+        let mut copy = self.clone();
+        copy.mounts
+            .iter_mut()
+            .for_each(|m| m.element = law.clone_box());
+        copy
+    }
+
     /// Mean load, n values.
     pub fn mean_load(&self) -> DVector<f64> {
         let zero = DVector::zeros(self.dof());

@@ -1,0 +1,113 @@
+//! Dense LU factorisation in buffers that are allocated once. The only file that names faer.
+
+use dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::perm::PermRef;
+use faer::{MatMut, MatRef, Par};
+use nalgebra::{DMatrix, DVector};
+
+/// LU factors of a square matrix, with the work space to make and to use them.
+pub struct Lu {
+    factors: DMatrix<f64>,
+    forward: Vec<usize>,
+    inverse: Vec<usize>,
+    memory: MemBuffer,
+    odd_permutation: bool,
+}
+
+impl Lu {
+    /// Buffers for n x n matrices.
+    pub fn new(n: usize) -> Lu {
+        let factor = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default());
+        let solve = solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq);
+        Lu {
+            factors: DMatrix::zeros(n, n),
+            forward: vec![0; n],
+            inverse: vec![0; n],
+            memory: MemBuffer::new(factor.or(solve)),
+            odd_permutation: false,
+        }
+    }
+
+    /// Factorises with partial pivoting; false when a pivot vanishes or is not finite.
+    pub fn factorise(&mut self, matrix: &DMatrix<f64>) -> bool {
+        let n = matrix.nrows();
+        self.factors.copy_from(matrix);
+        let view = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
+        let stack = MemStack::new(&mut self.memory);
+        let (forward, inverse) = (&mut self.forward, &mut self.inverse);
+        let (info, _) =
+            factor::lu_in_place(view, forward, inverse, Par::Seq, stack, Default::default());
+        self.odd_permutation = info.transposition_count % 2 == 1;
+        (0..n).all(|i| self.factors[(i, i)] != 0.0 && self.factors[(i, i)].is_finite())
+    }
+
+    /// Sign of the determinant of the factorised matrix.
+    pub fn determinant_sign(&self) -> i8 {
+        let negative = self.factors.diagonal().iter().filter(|d| **d < 0.0).count();
+        if (negative % 2 == 1) == self.odd_permutation {
+            1
+        } else {
+            -1
+        }
+    }
+
+    /// Smallest pivot in modulus: a cheap sign of a singular matrix.
+    pub fn smallest_pivot(&self) -> f64 {
+        self.factors
+            .diagonal()
+            .iter()
+            .fold(f64::INFINITY, |m, d| m.min(d.abs()))
+    }
+
+    /// Overwrites `rhs` with the solution.
+    pub fn solve(&mut self, rhs: &mut DVector<f64>) {
+        let n = rhs.len();
+        let factors = MatRef::from_column_major_slice(self.factors.as_slice(), n, n);
+        let permutation = PermRef::new_checked(&self.forward, &self.inverse, n);
+        let rhs = MatMut::from_column_major_slice_mut(rhs.as_mut_slice(), n, 1);
+        let stack = MemStack::new(&mut self.memory);
+        solve::solve_in_place(factors, factors, permutation, rhs, Par::Seq, stack);
+    }
+}
+
+impl std::fmt::Debug for Lu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Lu({})", self.factors.nrows())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_what_it_factorised() {
+        for n in [1, 3, 40, 130] {
+            let a = DMatrix::from_fn(n, n, |i, j| {
+                ((7 * i + 3 * j * j + 1) % 17) as f64 - 8.0 + if i == j { 20.0 } else { 0.0 }
+            });
+            let x = DVector::from_fn(n, |i, _| (i as f64).sin());
+            let mut b = &a * &x;
+            let mut lu = Lu::new(n);
+            assert!(lu.factorise(&a));
+            lu.solve(&mut b);
+            approx::assert_relative_eq!(b, x, epsilon = 1e-10);
+        }
+    }
+
+    #[test]
+    fn knows_the_sign_of_the_determinant() {
+        let swap = DMatrix::from_row_slice(3, 3, &[0.0, 2.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 3.0]);
+        let mut lu = Lu::new(3);
+        assert!(lu.factorise(&swap));
+        assert_eq!(lu.determinant_sign(), -1);
+        assert!(lu.factorise(&-swap));
+        assert_eq!(lu.determinant_sign(), 1);
+    }
+
+    #[test]
+    fn says_that_a_matrix_is_singular() {
+        assert!(!Lu::new(2).factorise(&DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0])));
+    }
+}

@@ -1,0 +1,123 @@
+//! Roots of functions of one variable inside a bracket.
+
+/// A bracket that holds a sign change, with the best abscissa so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bracketed {
+    /// Best estimate of the root.
+    pub root: f64,
+    /// Lower end of the bracket.
+    pub low: f64,
+    /// Upper end of the bracket.
+    pub high: f64,
+}
+
+/// Root of f between a and b, f(a) f(b) <= 0, to an absolute width, by Chandrupatla's method: inverse quadratic
+/// interpolation where it is safe, bisection elsewhere. Works for functions with one-sided square roots or kinks.
+///
+/// `f` may fail: its error ends the search.
+///
+/// # Errors
+/// Whatever `f` returns.
+pub fn bracketed<E>(
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+    (a, fa): (f64, f64),
+    (b, fb): (f64, f64),
+    width: f64,
+) -> Result<Bracketed, E> {
+    let (mut x1, mut f1, mut x2, mut f2) = (b, fb, a, fa);
+    let mut t = 0.5;
+    loop {
+        let x = x1 + t * (x2 - x1);
+        let fx = f(x)?;
+        let (x3, f3);
+        if (fx > 0.0) == (f1 > 0.0) {
+            (x3, f3) = (x1, f1);
+        } else {
+            (x3, f3) = (x2, f2);
+            (x2, f2) = (x1, f1);
+        }
+        (x1, f1) = (x, fx);
+        let root = if f1.abs() < f2.abs() { x1 } else { x2 };
+        let tolerance = width.max(2.0 * f64::EPSILON * root.abs());
+        let relative = tolerance / (x2 - x1).abs();
+        if relative >= 1.0 || f1 == 0.0 {
+            return Ok(Bracketed {
+                root,
+                low: x1.min(x2),
+                high: x1.max(x2),
+            });
+        }
+        let xi = (x1 - x2) / (x3 - x2);
+        let phi = (f1 - f2) / (f3 - f2);
+        let interpolate = phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi;
+        t = if interpolate {
+            f1 / (f2 - f1) * f3 / (f2 - f3)
+                + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
+        } else {
+            0.5
+        };
+        t = t.clamp(0.5 * relative, 1.0 - 0.5 * relative);
+    }
+}
+
+/// Root of a differentiable function between a and b, f(a) f(b) <= 0: Newton's method kept inside the bracket.
+///
+/// `f` returns value and derivative.
+pub fn newton_bracketed(mut f: impl FnMut(f64) -> (f64, f64), (a, fa): (f64, f64), b: f64) -> f64 {
+    let (mut negative, mut positive) = if fa < 0.0 { (a, b) } else { (b, a) };
+    let mut x = 0.5 * (a + b);
+    let mut width = (b - a).abs();
+    for _ in 0..100 {
+        let (value, slope) = f(x);
+        if value == 0.0 {
+            return x;
+        }
+        if value < 0.0 {
+            negative = x
+        } else {
+            positive = x
+        }
+        let newton = x - value / slope;
+        let (low, high) = (negative.min(positive), negative.max(positive));
+        let previous = width;
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
+        width = (next - x).abs();
+        // Newton that does not halve its step each time gives way to bisection.
+        let next = if width > 0.5 * previous && newton == next {
+            0.5 * (low + high)
+        } else {
+            next
+        };
+        if (next - x).abs() <= 2.0 * f64::EPSILON * x.abs().max(1.0) {
+            return next;
+        }
+        x = next;
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    #[test]
+    fn finds_smooth_and_kinked_roots() {
+        let smooth = |x: f64| Ok::<_, Infallible>(x.exp() - 2.0);
+        let found = bracketed(smooth, (0.0, -1.0), (2.0, 5.4), 1e-14).unwrap();
+        assert!((found.root - 2.0_f64.ln()).abs() < 1e-13);
+        let kink = |x: f64| Ok::<_, Infallible>(if x < 0.3 { -1e-3 } else { (x - 0.3).sqrt() });
+        let found = bracketed(kink, (0.0, -1e-3), (1.0, 0.7), 1e-12).unwrap();
+        assert!(found.low <= 0.3 && found.high >= 0.3 && found.high - found.low < 1e-11);
+    }
+
+    #[test]
+    fn newton_stays_inside() {
+        let root = newton_bracketed(|x| (x.atan(), 1.0 / (1.0 + x * x)), (-50.0, -1.55), 70.0);
+        assert!(root.abs() < 1e-14);
+    }
+}

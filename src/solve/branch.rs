@@ -1,0 +1,244 @@
+//! Following one branch of periodic solutions: points, marks, stability, events.
+
+use super::continuation::{
+    Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Started,
+};
+use super::events::{BifurcationEvent, EventKind, Probe, Step};
+use super::newton::NewtonOutcome;
+use super::orbit::Orbit;
+use super::residual::PeriodicResidual;
+use crate::error::SolveError;
+use crate::system::System;
+use nalgebra::DVector;
+use num_complex::Complex;
+
+/// What a point's multipliers say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stability {
+    /// All multipliers inside the unit circle.
+    Stable,
+    /// Some multiplier outside.
+    Unstable,
+    /// Not asked for.
+    Unknown,
+}
+
+/// One accepted point.
+#[derive(Debug, Clone)]
+pub struct BranchPoint {
+    /// The continued parameter.
+    pub lambda: f64,
+    /// Excitation frequency over omega_c.
+    pub frequency: f64,
+    /// Solved exactly at a listed value.
+    pub is_mark: bool,
+    /// Unknowns of the residual.
+    pub unknowns: DVector<f64>,
+    /// Floquet multipliers by falling modulus; empty when not asked for.
+    pub multipliers: Vec<Complex<f64>>,
+    /// Stability.
+    pub stability: Stability,
+    /// How the corrector ended.
+    pub newton: NewtonOutcome,
+    /// Values of the recorder.
+    pub recorded: Vec<f64>,
+}
+
+/// A branch, complete or not.
+#[derive(Debug, Clone)]
+pub struct Branch {
+    /// Points in the order of the path.
+    pub points: Vec<BranchPoint>,
+    /// Events in the order of the path.
+    pub events: Vec<BifurcationEvent>,
+    /// Why the path ended.
+    pub end: PathEnd,
+}
+
+/// What to follow and what to find out on the way.
+#[derive(Debug, Clone)]
+pub struct TraceOptions {
+    /// Path following.
+    pub continuation: ContinuationOptions,
+    /// Parameter values to solve exactly, every time the branch passes them.
+    pub marks: Vec<f64>,
+    /// Whether to compute multipliers, and with them period doublings and Neimark-Sacker points.
+    pub stability: bool,
+}
+
+/// What the caller wants of every accepted point, so that solvers need not know post-processing.
+pub trait Recorder {
+    /// Appends the values of one orbit.
+    fn record(&mut self, system: &System, orbit: &Orbit, values: &mut Vec<f64>);
+
+    /// Called after every accepted point; false ends the branch there.
+    fn accept(&mut self, _point: &BranchPoint) -> bool {
+        true
+    }
+}
+
+/// Follows a branch from a first guess.
+///
+/// A first point that cannot be corrected is the inner `Err`.
+///
+/// # Errors
+/// Contradictory options, or what the problem returns.
+pub fn trace(
+    problem: &mut dyn PeriodicResidual,
+    guess: DVector<f64>,
+    options: &TraceOptions,
+    recorder: &mut dyn Recorder,
+) -> Result<Result<Branch, NewtonOutcome>, SolveError> {
+    let path = match Continuation::start(problem, guess, options.continuation)? {
+        Started::Path(path) => *path,
+        Started::Failed(outcome) => return Ok(Err(outcome)),
+    };
+    let branch = Branch {
+        points: Vec::new(),
+        events: Vec::new(),
+        end: PathEnd::MaxPoints,
+    };
+    let mut tracer = Tracer {
+        problem,
+        path,
+        options,
+        recorder,
+        branch,
+    };
+    let first = tracer.path.point().clone();
+    let mut last = tracer.probe(first, 0.0)?;
+    if !tracer.push(&last)? {
+        tracer.branch.end = PathEnd::Interrupted;
+        return Ok(Ok(tracer.branch));
+    }
+    loop {
+        if let Advance::End(end) = tracer.path.advance(tracer.problem)? {
+            tracer.branch.end = end;
+            return Ok(Ok(tracer.branch));
+        }
+        let point = tracer.path.point().clone();
+        let next = tracer.probe(point, 1.0)?;
+        last.fraction = 0.0;
+        let events = tracer.events(&last, &next)?;
+        tracer.insert_marks(&last, &next, &events)?;
+        if !tracer.push(&next)? {
+            tracer.branch.end = PathEnd::Interrupted;
+            return Ok(Ok(tracer.branch));
+        }
+        last = next;
+    }
+}
+
+struct Tracer<'a> {
+    problem: &'a mut dyn PeriodicResidual,
+    path: Continuation,
+    options: &'a TraceOptions,
+    recorder: &'a mut dyn Recorder,
+    branch: Branch,
+}
+
+/// Two parameters closer than this, relative to their size, are the same mark.
+const SAME_MARK: f64 = 1e-13;
+
+impl Tracer<'_> {
+    fn probe(&mut self, point: PathPoint, fraction: f64) -> Result<Probe, SolveError> {
+        let multipliers = match self.options.stability {
+            true => self.problem.multipliers(&point.u, point.lambda)?,
+            false => Vec::new(),
+        };
+        Ok(Probe {
+            fraction,
+            point,
+            multipliers,
+        })
+    }
+
+    fn events(&mut self, a: &Probe, b: &Probe) -> Result<Vec<BifurcationEvent>, SolveError> {
+        let after_point = self.branch.points.len() - 1;
+        let mut step = Step {
+            path: &mut self.path,
+            problem: self.problem,
+            stability: self.options.stability,
+            after_point,
+        };
+        step.events(a, b)
+    }
+
+    fn is_mark(&self, lambda: f64) -> bool {
+        self.options
+            .marks
+            .iter()
+            .any(|m| (m - lambda).abs() <= SAME_MARK * m.abs())
+    }
+
+    /// Solves the marks that the step passed, in the order of the path; a fold inside the step is passed twice.
+    fn insert_marks(
+        &mut self,
+        a: &Probe,
+        b: &Probe,
+        events: &[BifurcationEvent],
+    ) -> Result<(), SolveError> {
+        let mut stretches = vec![(0.0, a.point.lambda)];
+        let folds = events
+            .iter()
+            .filter(|e| e.kind == EventKind::Fold && e.located);
+        stretches.extend(folds.map(|e| (e.fraction, e.lambda)));
+        stretches.push((1.0, b.point.lambda));
+        let mut solved = Vec::new();
+        for pair in stretches.windows(2) {
+            let ((f0, l0), (f1, l1)) = (pair[0], pair[1]);
+            let inside =
+                |m: &&f64| (**m - l0) * (**m - l1) < 0.0 && !is_same(**m, l0) && !is_same(**m, l1);
+            for mark in self.options.marks.iter().filter(inside) {
+                solved.extend(self.path.at_lambda(self.problem, *mark, (f0, f1))?);
+            }
+        }
+        solved.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for event in events {
+            let before = solved
+                .iter()
+                .filter(|(fraction, _)| *fraction < event.fraction)
+                .count();
+            self.branch.events.push(BifurcationEvent {
+                after_point: event.after_point + before,
+                ..*event
+            });
+        }
+        for (fraction, point) in solved {
+            let probe = self.probe(point, fraction)?;
+            self.push(&probe)?;
+        }
+        Ok(())
+    }
+
+    /// Appends a point; false when the recorder asks to stop.
+    fn push(&mut self, probe: &Probe) -> Result<bool, SolveError> {
+        let point = &probe.point;
+        let orbit = self.problem.orbit(&point.u, point.lambda)?;
+        let system = self.problem.system_at(point.lambda)?;
+        let mut recorded = Vec::new();
+        self.recorder.record(system, &orbit, &mut recorded);
+        let stability = match probe.multipliers.first() {
+            None => Stability::Unknown,
+            Some(largest) if largest.norm() < 1.0 => Stability::Stable,
+            Some(_) => Stability::Unstable,
+        };
+        let accepted = BranchPoint {
+            lambda: point.lambda,
+            frequency: system.excitation_frequency(),
+            is_mark: self.is_mark(point.lambda),
+            unknowns: point.u.clone(),
+            multipliers: probe.multipliers.clone(),
+            stability,
+            newton: point.newton,
+            recorded,
+        };
+        let go_on = self.recorder.accept(&accepted);
+        self.branch.points.push(accepted);
+        Ok(go_on)
+    }
+}
+
+fn is_same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME_MARK * a.abs()
+}

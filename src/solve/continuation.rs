@@ -1,0 +1,538 @@
+//! Pseudo-arclength path following; knows nothing of vibration.
+//!
+//! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
+
+use super::newton::{Newton, NewtonOptions, NewtonOutcome, NewtonStatus};
+use super::residual::{Linearisation, Residual};
+use crate::error::SolveError;
+use crate::numeric::roots;
+use nalgebra::DVector;
+
+/// Settings of the path following.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContinuationOptions {
+    /// First and last value of the parameter.
+    pub range: (f64, f64),
+    /// First step, in arclength.
+    pub step: f64,
+    /// Smallest step before the path is given up.
+    pub min_step: f64,
+    /// Largest step.
+    pub max_step: f64,
+    /// Points at most.
+    pub max_points: usize,
+    /// Weight of u against lambda in the arclength: ds^2 = weight |du|^2 + dlambda^2.
+    pub weight: f64,
+    /// Corrector.
+    pub newton: NewtonOptions,
+}
+
+impl ContinuationOptions {
+    /// Refuses contradictory settings.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense.
+    pub fn validate(&self) -> Result<(), SolveError> {
+        let option = |name, found: f64, wanted: &str| {
+            Err(SolveError::Option {
+                name,
+                found: found.to_string(),
+                wanted: wanted.to_string(),
+            })
+        };
+        if !(self.min_step > 0.0) {
+            return option("min_step", self.min_step, "> 0");
+        }
+        if !(self.max_step >= self.min_step) {
+            return option("max_step", self.max_step, "at least min_step");
+        }
+        if !(self.step >= self.min_step && self.step <= self.max_step) {
+            return option("step", self.step, "between min_step and max_step");
+        }
+        if self.range.0 == self.range.1 || !self.range.0.is_finite() || !self.range.1.is_finite() {
+            return option("to", self.range.1, "finite and different from `from`");
+        }
+        if self.max_points < 2 {
+            return option("max_points", self.max_points as f64, "at least 2");
+        }
+        Ok(())
+    }
+
+    fn direction(&self) -> f64 {
+        (self.range.1 - self.range.0).signum()
+    }
+}
+
+/// A point of the path with its unit tangent.
+#[derive(Debug, Clone)]
+pub struct PathPoint {
+    /// Unknowns.
+    pub u: DVector<f64>,
+    /// Parameter.
+    pub lambda: f64,
+    /// du/ds.
+    pub tangent_u: DVector<f64>,
+    /// dlambda/ds.
+    pub tangent_lambda: f64,
+    /// Sign of det [dR/du, dR/dlambda; tangent]: changes at branch points and nowhere else on a smooth path.
+    pub orientation: i8,
+    /// How the corrector ended.
+    pub newton: NewtonOutcome,
+}
+
+/// Why a path ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PathEnd {
+    /// The end of the range, solved exactly.
+    RangeReached,
+    /// The path turned back and left the range where it began.
+    ReturnedToStart,
+    /// As many points as were asked for.
+    MaxPoints,
+    /// The corrector failed down to the smallest step.
+    StepTooSmall {
+        /// How the last correction ended.
+        last: NewtonStatus,
+    },
+    /// The path came back to its first point.
+    Closed,
+    /// The user asked to stop.
+    Interrupted,
+}
+
+impl PathEnd {
+    /// One word for files.
+    pub fn reason(&self) -> &'static str {
+        match self {
+            PathEnd::RangeReached => "range_reached",
+            PathEnd::ReturnedToStart => "returned_to_start",
+            PathEnd::MaxPoints => "max_points",
+            PathEnd::StepTooSmall { .. } => "step_too_small",
+            PathEnd::Closed => "closed",
+            PathEnd::Interrupted => "interrupted",
+        }
+    }
+
+    /// A sentence for people.
+    pub fn message(&self) -> String {
+        match self {
+            PathEnd::RangeReached => "the end of the range was reached".into(),
+            PathEnd::ReturnedToStart => {
+                "the branch turned back and left the range where it began".into()
+            }
+            PathEnd::MaxPoints => "max_points was reached".into(),
+            PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
+            PathEnd::Closed => "the branch closed on itself".into(),
+            PathEnd::Interrupted => "interrupted".into(),
+        }
+    }
+}
+
+/// What one call of `advance` brought.
+#[derive(Debug)]
+pub enum Advance<'p> {
+    /// The next point.
+    Point(&'p PathPoint),
+    /// The path has ended.
+    End(PathEnd),
+}
+
+/// What the first correction brought.
+#[derive(Debug)]
+pub enum Started {
+    /// A path that stands at its first point.
+    Path(Box<Continuation>),
+    /// The first point cannot be corrected.
+    Failed(NewtonOutcome),
+}
+
+/// Largest angle between successive tangents; a step that turns further is halved [rad].
+const MAX_TURN: f64 = 0.5;
+/// Angle between successive tangents that the step length aims for [rad].
+const TURN_AIM: f64 = 0.15;
+/// Steps below this share of the first one may turn as they like: the path has a corner there.
+const CORNER_STEP: f64 = 1e-3;
+
+/// Pseudo-arclength continuation.
+#[derive(Debug)]
+pub struct Continuation {
+    options: ContinuationOptions,
+    newton: Newton,
+    inner: Linearisation,
+    inner_u: DVector<f64>,
+    origin: PathPoint,
+    point: PathPoint,
+    /// Arclength from `origin` to `point` along the tangent at `origin`.
+    stride: f64,
+    step: f64,
+    points: usize,
+    first: PathPoint,
+    end: Option<PathEnd>,
+}
+
+impl Continuation {
+    /// Corrects `u` at the first value of the range and finds the tangent there, pointing into the range.
+    ///
+    /// # Errors
+    /// Contradictory options, or what the problem returns.
+    pub fn start(
+        problem: &mut dyn Residual,
+        u: DVector<f64>,
+        options: ContinuationOptions,
+    ) -> Result<Started, SolveError> {
+        options.validate()?;
+        let dim = problem.dim();
+        let origin = PathPoint {
+            tangent_u: DVector::zeros(dim),
+            tangent_lambda: options.direction(),
+            lambda: options.range.0,
+            u,
+            orientation: 0,
+            newton: NewtonOutcome {
+                status: NewtonStatus::Stalled,
+                iterations: 0,
+                residual_norm: f64::NAN,
+            },
+        };
+        let mut this = Continuation {
+            newton: Newton::new(dim + 1, options.newton),
+            inner: Linearisation::new(dim),
+            inner_u: DVector::zeros(dim),
+            point: origin.clone(),
+            first: origin.clone(),
+            origin,
+            stride: 0.0,
+            step: options.step,
+            points: 1,
+            end: None,
+            options,
+        };
+        // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
+        let guess = this.origin.u.clone();
+        let point = this.correct(problem, &this.origin.clone(), 0.0, guess, options.range.0)?;
+        if !point.newton.is_converged() {
+            return Ok(Started::Failed(point.newton));
+        }
+        this.origin = point.clone();
+        this.first = point.clone();
+        this.point = point;
+        Ok(Started::Path(Box::new(this)))
+    }
+
+    /// The current point.
+    pub fn point(&self) -> &PathPoint {
+        &self.point
+    }
+
+    /// The point before the current one.
+    pub fn origin(&self) -> &PathPoint {
+        &self.origin
+    }
+
+    /// Takes the next step.
+    ///
+    /// # Errors
+    /// What the problem returns.
+    pub fn advance(&mut self, problem: &mut dyn Residual) -> Result<Advance<'_>, SolveError> {
+        if self.end.is_none() && self.points >= self.options.max_points {
+            self.end = Some(PathEnd::MaxPoints);
+        }
+        if let Some(end) = self.end {
+            return Ok(Advance::End(end));
+        }
+        loop {
+            let base = self.point.clone();
+            let guess = &base.u + &base.tangent_u * self.step;
+            let next = self.correct(
+                problem,
+                &base,
+                self.step,
+                guess,
+                base.lambda + base.tangent_lambda * self.step,
+            )?;
+            let turn = self.turn(&base, &next);
+            let is_corner = self.step < CORNER_STEP * self.options.step;
+            if next.newton.is_converged() && next.orientation != 0 && (turn < MAX_TURN || is_corner)
+            {
+                self.stride = self.step;
+                self.adapt(next.newton.iterations, turn);
+                self.origin = base;
+                self.point = next;
+                break;
+            }
+            if self.step <= self.options.min_step {
+                let end = PathEnd::StepTooSmall {
+                    last: next.newton.status,
+                };
+                self.end = Some(end);
+                return Ok(Advance::End(end));
+            }
+            self.step = (0.5 * self.step).max(self.options.min_step);
+        }
+        self.points += 1;
+        self.finish(problem)?;
+        Ok(Advance::Point(&self.point))
+    }
+
+    /// Ends the path exactly at the border of the range when the last step crossed it, or where the path closes.
+    fn finish(&mut self, problem: &mut dyn Residual) -> Result<(), SolveError> {
+        let (from, to) = self.options.range;
+        let direction = self.options.direction();
+        let (target, end) = match () {
+            _ if (self.point.lambda - to) * direction >= 0.0 => (to, PathEnd::RangeReached),
+            _ if (self.point.lambda - from) * direction <= 0.0 => (from, PathEnd::ReturnedToStart),
+            _ => {
+                if self.passes_first() {
+                    self.end = Some(PathEnd::Closed);
+                }
+                return Ok(());
+            }
+        };
+        self.end = Some(end);
+        if let Some((_, border)) = self.at_lambda(problem, target, (0.0, 1.0))? {
+            self.point = border;
+        }
+        Ok(())
+    }
+
+    /// Whether the last step passed the first point of the path in the same direction.
+    fn passes_first(&self) -> bool {
+        if self.points < 4 {
+            return false;
+        }
+        let along = |p: &PathPoint| {
+            self.dot(
+                &self.first.tangent_u,
+                self.first.tangent_lambda,
+                &(&p.u - &self.first.u),
+                p.lambda - self.first.lambda,
+            )
+        };
+        let gap = &self.point.u - &self.first.u;
+        let distance = self.dot(
+            &gap,
+            self.point.lambda - self.first.lambda,
+            &gap,
+            self.point.lambda - self.first.lambda,
+        );
+        along(&self.origin) < 0.0
+            && along(&self.point) >= 0.0
+            && distance.sqrt() < 2.0 * self.stride
+    }
+
+    /// A point at a fraction of the last step, between `origin` (0) and `point` (1): the primitive for locating events.
+    /// `None` when the corrector fails there.
+    ///
+    /// # Errors
+    /// What the problem returns.
+    pub fn at_fraction(
+        &mut self,
+        problem: &mut dyn Residual,
+        fraction: f64,
+    ) -> Result<Option<PathPoint>, SolveError> {
+        let origin = self.origin.clone();
+        let (u, lambda) = self.interpolate(fraction);
+        // Measured along the chord where the last point was moved to the border of the range.
+        let s = self.dot(
+            &origin.tangent_u,
+            origin.tangent_lambda,
+            &(&u - &origin.u),
+            lambda - origin.lambda,
+        );
+        let point = self.correct(problem, &origin, s, u, lambda)?;
+        Ok(point.newton.is_converged().then_some(point))
+    }
+
+    /// The point of the last step with this parameter and its fraction, between two fractions whose parameters enclose it,
+    /// solved exactly at `target`. `None` when it cannot be reached.
+    ///
+    /// # Errors
+    /// What the problem returns.
+    pub fn at_lambda(
+        &mut self,
+        problem: &mut dyn Residual,
+        target: f64,
+        (low, high): (f64, f64),
+    ) -> Result<Option<(f64, PathPoint)>, SolveError> {
+        let value = |this: &Self, x: f64| this.interpolate(x).1 - target;
+        let (at_low, at_high) = (value(self, low), value(self, high));
+        if (at_low > 0.0) == (at_high > 0.0) && at_low != 0.0 && at_high != 0.0 {
+            return Ok(None);
+        }
+        // The interpolant's own root is a guess good to the fourth order of the step.
+        let interpolant = |x: f64| Ok::<_, SolveError>(value(self, x));
+        let fraction = roots::bracketed(interpolant, (low, at_low), (high, at_high), 1e-12)?.root;
+        let Some(near) = self.at_fraction(problem, fraction)? else {
+            return Ok(None);
+        };
+        let direction = if near.tangent_lambda < 0.0 { -1.0 } else { 1.0 };
+        let mut fixed = near.clone();
+        fixed.tangent_u.fill(0.0);
+        fixed.tangent_lambda = direction;
+        fixed.lambda = target;
+        let slope = (target - near.lambda) / near.tangent_lambda;
+        let guess = if slope.abs() < self.stride {
+            &near.u + &near.tangent_u * slope
+        } else {
+            near.u.clone()
+        };
+        let mut point = self.correct(problem, &fixed, 0.0, guess, target)?;
+        // The Newton step at fixed parameter must not have jumped to another part of the path.
+        let gap = &point.u - &near.u;
+        let distance = self.dot(&gap, 0.0, &gap, 0.0).sqrt();
+        if !point.newton.is_converged() || distance > self.stride {
+            return Ok(None);
+        }
+        if self.dot(
+            &point.tangent_u,
+            point.tangent_lambda,
+            &near.tangent_u,
+            near.tangent_lambda,
+        ) < 0.0
+        {
+            point.tangent_u.neg_mut();
+            point.tangent_lambda = -point.tangent_lambda;
+            point.orientation = -point.orientation;
+        }
+        Ok(Some((fraction, point)))
+    }
+
+    /// Cubic Hermite interpolant of the last step.
+    fn interpolate(&self, x: f64) -> (DVector<f64>, f64) {
+        let (a, b) = (&self.origin, &self.point);
+        let chord = &b.u - &a.u;
+        let length = self
+            .dot(&chord, b.lambda - a.lambda, &chord, b.lambda - a.lambda)
+            .sqrt();
+        let h11 = x * x * (x - 1.0) * length;
+        let h10 = x * (x - 1.0) * (x - 1.0) * length;
+        let h01 = x * x * (3.0 - 2.0 * x);
+        let u = &a.u + chord * h01 + &a.tangent_u * h10 + &b.tangent_u * h11;
+        let lambda = a.lambda
+            + (b.lambda - a.lambda) * h01
+            + a.tangent_lambda * h10
+            + b.tangent_lambda * h11;
+        (u, lambda)
+    }
+
+    fn dot(&self, u: &DVector<f64>, lambda: f64, v: &DVector<f64>, mu: f64) -> f64 {
+        self.options.weight * u.dot(v) + lambda * mu
+    }
+
+    fn turn(&self, a: &PathPoint, b: &PathPoint) -> f64 {
+        self.dot(
+            &a.tangent_u,
+            a.tangent_lambda,
+            &b.tangent_u,
+            b.tangent_lambda,
+        )
+        .clamp(-1.0, 1.0)
+        .acos()
+    }
+
+    /// Step length for the next step: few iterations and small turns lengthen it.
+    fn adapt(&mut self, iterations: usize, turn: f64) {
+        let by_iterations = match iterations {
+            0..=2 => 2.0,
+            3 => 1.5,
+            4 | 5 => 1.0,
+            _ => 0.5,
+        };
+        let by_turn = (TURN_AIM / turn.max(1e-12)).clamp(0.3, 2.0);
+        let step = self.step * f64::min(by_iterations, by_turn);
+        self.step = step.clamp(self.options.min_step, self.options.max_step);
+    }
+
+    /// Corrects a guess onto the path and the plane <tangent of `base`, x - base> = s, and finds the tangent.
+    fn correct(
+        &mut self,
+        problem: &mut dyn Residual,
+        base: &PathPoint,
+        s: f64,
+        guess: DVector<f64>,
+        lambda: f64,
+    ) -> Result<PathPoint, SolveError> {
+        let dim = problem.dim();
+        let mut x = guess.push(lambda);
+        let (inner, u) = (&mut self.inner, &mut self.inner_u);
+        let mut bordered = Bordered {
+            problem,
+            base,
+            weight: self.options.weight,
+            inner,
+            u,
+        };
+        let newton = self.newton.solve(&mut bordered, &mut x, s)?;
+        // The last row of the bordered matrix is the tangent of `base`, scaled: the solution keeps its direction.
+        let mut tangent = DVector::zeros(dim + 1);
+        tangent[dim] = 1.0;
+        let orientation = if newton.is_converged() {
+            self.newton.solve_linear(&mut tangent)
+        } else {
+            0
+        };
+        let tangent_lambda = tangent[dim];
+        let tangent_u = tangent.remove_row(dim);
+        let norm = self
+            .dot(&tangent_u, tangent_lambda, &tangent_u, tangent_lambda)
+            .sqrt();
+        let lambda = x[dim];
+        Ok(PathPoint {
+            u: x.remove_row(dim),
+            lambda,
+            tangent_u: tangent_u / norm,
+            tangent_lambda: tangent_lambda / norm,
+            orientation,
+            newton,
+        })
+    }
+}
+
+/// The problem with its arclength equation as last row: unknowns (u, lambda), parameter s.
+struct Bordered<'a> {
+    problem: &'a mut dyn Residual,
+    base: &'a PathPoint,
+    weight: f64,
+    inner: &'a mut Linearisation,
+    u: &'a mut DVector<f64>,
+}
+
+impl Residual for Bordered<'_> {
+    fn dim(&self) -> usize {
+        self.problem.dim() + 1
+    }
+
+    fn linearise(
+        &mut self,
+        x: &DVector<f64>,
+        s: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        let dim = self.problem.dim();
+        let lambda = x[dim];
+        self.u.copy_from(&x.rows(0, dim));
+        self.problem.linearise(self.u, lambda, self.inner)?;
+        let inner = &*self.inner;
+        out.magnitude = inner.magnitude;
+        out.r.rows_mut(0, dim).copy_from(&inner.r);
+        out.dr_du
+            .view_mut((0, 0), (dim, dim))
+            .copy_from(&inner.dr_du);
+        out.dr_du
+            .view_mut((0, dim), (dim, 1))
+            .copy_from(&inner.dr_dlambda);
+        // The row is measured in units of the residual, so that one tolerance serves both.
+        let scale = inner.magnitude;
+        let mut along = -s + self.base.tangent_lambda * (lambda - self.base.lambda);
+        for k in 0..dim {
+            let row = self.weight * self.base.tangent_u[k];
+            along += row * (x[k] - self.base.u[k]);
+            out.dr_du[(dim, k)] = scale * row;
+        }
+        out.r[dim] = scale * along;
+        out.dr_du[(dim, dim)] = scale * self.base.tangent_lambda;
+        out.dr_dlambda.fill(0.0);
+        out.dr_dlambda[dim] = -scale;
+        Ok(())
+    }
+}

@@ -1,0 +1,165 @@
+//! Static equilibrium under the mean load.
+
+use crate::numeric::dense::Lu;
+use crate::system::System;
+use nalgebra::{DMatrix, DVector};
+
+/// Where the train rests.
+#[derive(Debug, Clone)]
+pub struct Equilibrium {
+    /// Relative coordinates, n values.
+    pub q: DVector<f64>,
+    /// Deformations W q - mean(e), e values.
+    pub deformation: Vec<f64>,
+    /// Flank on which each connection rests: -1, 0 (open) or 1.
+    pub flank: Vec<i8>,
+    /// False when some motion meets no stiffness there: the point is then the middle of the gap.
+    pub is_unique: bool,
+}
+
+/// Springs to the middle of every gap, relative to the reference stiffness, removed step by step: they pick the middle of
+/// the gap where no load decides.
+const SOFTENING: [f64; 6] = [1.0, 1e-1, 1e-2, 1e-4, 1e-7, 1e-11];
+const MAX_ITERATIONS: usize = 200;
+/// Residual relative to the load and to the stiffness of a displacement.
+const TOLERANCE: f64 = 1e-9;
+
+/// Nonlinear static equilibrium kappa f(W q - mean(e), 0) = mean load, by a damped Newton iteration on a sequence of
+/// softer and softer auxiliary springs. `None` when there is none (a friction law alone cannot carry a load).
+///
+/// Stiffness variation counts with its mean, 1; laws that depend on the phase are read at phase 0.
+pub fn equilibrium(system: &System) -> Option<Equilibrium> {
+    let mut problem = Statics::new(system);
+    let mut q = DVector::zeros(system.dof());
+    for auxiliary in SOFTENING {
+        q = problem.solve(q, auxiliary)?;
+    }
+    let exact = problem.solve(q.clone(), 0.0);
+    let is_unique = exact.is_some();
+    let q = exact.unwrap_or(q);
+    problem.evaluate(&q, 0.0);
+    if problem.r.amax() > 1e-8 * problem.magnitude {
+        return None;
+    }
+    let deformation = problem.deformation(&q);
+    let flank = system
+        .mounts()
+        .iter()
+        .zip(&deformation)
+        .map(|(m, x)| m.element.flank(*x))
+        .collect();
+    Some(Equilibrium {
+        q,
+        deformation,
+        flank,
+        is_unique,
+    })
+}
+
+struct Statics<'a> {
+    system: &'a System,
+    load: DVector<f64>,
+    error: Vec<f64>,
+    r: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    magnitude: f64,
+    lu: Lu,
+}
+
+impl<'a> Statics<'a> {
+    fn new(system: &'a System) -> Self {
+        let n = system.dof();
+        let mean_error =
+            |m: &crate::system::Mount| m.transmission_error.as_ref().map_or(0.0, |e| e.mean());
+        Statics {
+            system,
+            load: system.mean_load(),
+            error: system.mounts().iter().map(mean_error).collect(),
+            r: DVector::zeros(n),
+            jacobian: DMatrix::zeros(n, n),
+            magnitude: 1.0,
+            lu: Lu::new(n),
+        }
+    }
+
+    fn deformation(&self, q: &DVector<f64>) -> Vec<f64> {
+        let x = self.system.element_map() * q;
+        x.iter().zip(&self.error).map(|(x, e)| x - e).collect()
+    }
+
+    /// r = kappa (f + auxiliary x) - load with its Jacobian.
+    fn evaluate(&mut self, q: &DVector<f64>, auxiliary: f64) {
+        let system = self.system;
+        self.r.copy_from(&self.load);
+        self.r.neg_mut();
+        self.jacobian.fill(0.0);
+        self.magnitude = self.load.amax();
+        let breakpoint = |m: &crate::system::Mount| {
+            m.element
+                .breakpoints()
+                .iter()
+                .fold(0.0_f64, |b, x| b.max(x.abs()))
+        };
+        for (e, (x, mount)) in self
+            .deformation(q)
+            .into_iter()
+            .zip(system.mounts())
+            .enumerate()
+        {
+            let response = mount.element.eval(x, 0.0, 0.0);
+            let kappa = system.stiffness().column(e);
+            self.r.axpy(response.f + auxiliary * x, &kappa, 1.0);
+            self.magnitude = self
+                .magnitude
+                .max(kappa.amax() * x.abs().max(breakpoint(mount)));
+            for (j, w) in system
+                .element_map()
+                .row(e)
+                .iter()
+                .enumerate()
+                .filter(|(_, w)| **w != 0.0)
+            {
+                self.jacobian
+                    .column_mut(j)
+                    .axpy(w * (response.df_dq + auxiliary), &kappa, 1.0);
+            }
+        }
+        self.magnitude = self.magnitude.max(f64::MIN_POSITIVE);
+    }
+
+    fn solve(&mut self, mut q: DVector<f64>, auxiliary: f64) -> Option<DVector<f64>> {
+        self.evaluate(&q, auxiliary);
+        for _ in 0..MAX_ITERATIONS {
+            let norm = self.r.norm();
+            let is_small = self.r.amax() <= TOLERANCE * self.magnitude;
+            if !self.is_regular() {
+                return None;
+            }
+            let mut step = self.r.clone();
+            self.lu.solve(&mut step);
+            if is_small && step.amax() <= 1e-12 * (q.amax() + f64::MIN_POSITIVE) {
+                return Some(q);
+            }
+            let base = q.clone();
+            let mut share = 1.0;
+            loop {
+                q = &base - &step * share;
+                self.evaluate(&q, auxiliary);
+                if self.r.norm() < norm * (1.0 - 1e-4 * share) {
+                    break;
+                }
+                share *= 0.5;
+                if share < 1e-6 {
+                    return is_small.then_some(base);
+                }
+            }
+        }
+        None
+    }
+
+    /// Factorises the Jacobian; false when some motion meets no stiffness.
+    fn is_regular(&mut self) -> bool {
+        let scale = self.jacobian.amax();
+        scale > 0.0 && self.lu.factorise(&self.jacobian) && self.lu.smallest_pivot() > 1e-13 * scale
+    }
+}

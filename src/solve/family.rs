@@ -1,0 +1,66 @@
+//! The system as a function of one parameter.
+
+use crate::error::SolveError;
+use crate::system::System;
+
+/// The system at a value of the continuation parameter.
+pub trait Family {
+    /// The system at `lambda`.
+    ///
+    /// # Errors
+    /// The system cannot be made at this value.
+    fn at(&mut self, lambda: f64) -> Result<&System, SolveError>;
+
+    /// True when the parameter is the excitation frequency omega / omega_c: derivatives are analytic then.
+    fn is_frequency(&self) -> bool {
+        false
+    }
+}
+
+/// Parameter: the excitation frequency omega / omega_c.
+#[derive(Debug, Clone)]
+pub struct FrequencyFamily {
+    system: System,
+}
+
+impl FrequencyFamily {
+    /// A family over the frequency of this system.
+    pub fn new(system: System) -> FrequencyFamily {
+        FrequencyFamily { system }
+    }
+}
+
+impl Family for FrequencyFamily {
+    fn at(&mut self, lambda: f64) -> Result<&System, SolveError> {
+        self.system.set_excitation_frequency(lambda);
+        Ok(&self.system)
+    }
+
+    fn is_frequency(&self) -> bool {
+        true
+    }
+}
+
+/// Parameter: share of every alternating part, 0 (the static equilibrium) to 1 (the system itself).
+#[derive(Debug, Clone)]
+pub struct ExcitationFamily {
+    full: System,
+    system: System,
+}
+
+impl ExcitationFamily {
+    /// A family from rest to this system.
+    pub fn new(full: System) -> ExcitationFamily {
+        ExcitationFamily {
+            system: full.clone(),
+            full,
+        }
+    }
+}
+
+impl Family for ExcitationFamily {
+    fn at(&mut self, lambda: f64) -> Result<&System, SolveError> {
+        self.system = self.full.with_excitation_share(lambda);
+        Ok(&self.system)
+    }
+}

@@ -1,0 +1,164 @@
+//! Floquet multipliers from the variational equation along a periodic orbit.
+
+use super::orbit::Orbit;
+use crate::numeric::exponential::exponential;
+use crate::numeric::periodic::Periodic;
+use crate::system::{Scratch, System};
+use nalgebra::DMatrix;
+use num_complex::Complex;
+use std::f64::consts::TAU;
+
+/// Panels a period and harmonic where A(tau) varies smoothly: the fourth-order rule then errs by about 1e-7.
+const PANELS_PER_HARMONIC: usize = 8;
+
+/// State-transition matrix over one response period, in (q, v), 2n x 2n.
+///
+///     dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]
+///
+/// The period is cut at every passage of a breakpoint and every kink of the stiffness variation. Between two cuts A is
+/// constant for piecewise-affine laws and one matrix exponential is exact; elsewhere Magnus' fourth-order rule on panels
+/// keeps det Phi = exp(integral of trace A) to rounding. A continuous force needs no jump at a switch.
+///
+/// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
+pub fn monodromy(system: &System, orbit: &Orbit) -> DMatrix<f64> {
+    let size = 2 * system.dof();
+    let cuts = cuts(system, orbit);
+    let is_constant = is_piecewise_constant(system);
+    let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
+    let mut variation = Variation::new(system, orbit);
+    let mut phi = DMatrix::identity(size, size);
+    for cut in cuts.windows(2) {
+        let (begin, end) = (cut[0], cut[1]);
+        if end <= begin {
+            continue;
+        }
+        let panels = if is_constant {
+            1
+        } else {
+            ((end - begin) / panel).ceil() as usize
+        };
+        let width = (end - begin) / panels as f64;
+        for k in 0..panels {
+            let from = begin + k as f64 * width;
+            let exponent = if is_constant {
+                variation.midpoint(from, width)
+            } else {
+                variation.magnus(from, width)
+            };
+            phi = exponential(&exponent) * phi;
+        }
+    }
+    phi
+}
+
+/// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first.
+pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    let mut list: Vec<_> = phi
+        .complex_eigenvalues()
+        .iter()
+        .map(|mu| Complex::new(mu.re, mu.im))
+        .collect();
+    let key = |mu: &Complex<f64>| (mu.norm(), mu.re, mu.im);
+    list.sort_by(|a, b| {
+        key(b)
+            .partial_cmp(&key(a))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    // Rounding may order the members of a pair either way.
+    for k in 1..list.len() {
+        if list[k].im > 0.0 && (list[k] - list[k - 1].conj()).norm() <= 1e-12 * list[k].norm() {
+            list.swap(k - 1, k);
+        }
+    }
+    list
+}
+
+/// 0, every instant where A(tau) is not smooth, 2 pi.
+fn cuts(system: &System, orbit: &Orbit) -> Vec<f64> {
+    let mut list = vec![0.0, TAU];
+    for (k, mount) in system.mounts().iter().enumerate() {
+        if !mount.element.breakpoints().is_empty() {
+            let extrema = orbit.deformation(system, k).extrema();
+            list.extend(orbit.crossings(system, k, &extrema).iter().map(|c| c.tau));
+        }
+        for series in [&mount.stiffness_variation, &mount.transmission_error]
+            .into_iter()
+            .flatten()
+        {
+            let nu = orbit.subharmonic;
+            let copies = (0..nu).flat_map(|m| {
+                series
+                    .kinks()
+                    .into_iter()
+                    .map(move |x| (x + TAU * m as f64) / nu as f64)
+            });
+            list.extend(copies);
+        }
+    }
+    list.sort_by(f64::total_cmp);
+    list
+}
+
+/// Whether df/dq, df/dv and the stiffness variation are constant between two cuts.
+fn is_piecewise_constant(system: &System) -> bool {
+    system.mounts().iter().all(|mount| {
+        let constant = match &mount.stiffness_variation {
+            None | Some(Periodic::Rectangular { .. }) => true,
+            Some(series) => series.is_constant(),
+        };
+        constant && mount.element.is_piecewise_affine()
+    })
+}
+
+/// A(tau) along an orbit, with its buffers.
+struct Variation<'a> {
+    system: &'a System,
+    orbit: &'a Orbit,
+    state: Vec<f64>,
+    scratch: Scratch,
+    dq: DMatrix<f64>,
+    dv: DMatrix<f64>,
+}
+
+impl<'a> Variation<'a> {
+    fn new(system: &'a System, orbit: &'a Orbit) -> Self {
+        let n = system.dof();
+        let scratch = system.scratch();
+        let (dq, dv) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+        Variation {
+            system,
+            orbit,
+            state: vec![0.0; 2 * n],
+            scratch,
+            dq,
+            dv,
+        }
+    }
+
+    fn matrix(&mut self, tau: f64) -> DMatrix<f64> {
+        let n = self.system.dof();
+        self.orbit.state(tau, &mut self.state);
+        self.system.respond(tau, &self.state, &mut self.scratch);
+        self.system
+            .acceleration_partials(&self.scratch, &mut self.dq, &mut self.dv);
+        let mut a = DMatrix::zeros(2 * n, 2 * n);
+        a.view_mut((0, n), (n, n)).fill_with_identity();
+        a.view_mut((n, 0), (n, n)).copy_from(&self.dq);
+        a.view_mut((n, n), (n, n)).copy_from(&self.dv);
+        a
+    }
+
+    fn midpoint(&mut self, from: f64, width: f64) -> DMatrix<f64> {
+        self.matrix(from + 0.5 * width) * (width / self.system.omega())
+    }
+
+    /// h/2 (A1 + A2) + sqrt(3)/12 h^2 [A2, A1] at the two Gauss points.
+    fn magnus(&mut self, from: f64, width: f64) -> DMatrix<f64> {
+        let offset = 3.0_f64.sqrt() / 6.0;
+        let a1 = self.matrix(from + (0.5 - offset) * width);
+        let a2 = self.matrix(from + (0.5 + offset) * width);
+        let h = width / self.system.omega();
+        let commutator = &a2 * &a1 - &a1 * &a2;
+        (a1 + a2) * (0.5 * h) + commutator * (0.5 * offset * h * h)
+    }
+}

@@ -1,0 +1,225 @@
+//! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
+
+use super::hill;
+use crate::element::ResponseSeries;
+use crate::numeric::fourier::Fourier;
+use crate::numeric::trigonometric;
+use crate::solve::residual::Linearisation;
+use crate::system::System;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Excitation tables and buffers of one connection's samples.
+pub struct Sampling {
+    fourier: Fourier,
+    /// Phase of the excitation at each sample.
+    phase: Vec<f64>,
+    /// Transmission error and its derivative with respect to the phase, by connection.
+    error: Vec<Option<[Vec<f64>; 2]>>,
+    /// Stiffness variation, by connection.
+    variation: Vec<Option<Vec<f64>>>,
+    deformation: Vec<f64>,
+    rate: Vec<f64>,
+    force: Vec<f64>,
+    slope: Vec<f64>,
+    damping: Vec<f64>,
+    /// Coefficients: deformation, its derivative, force; slope up to 2H.
+    a: Vec<f64>,
+    da: Vec<f64>,
+    c: Vec<f64>,
+    g: Vec<f64>,
+    hill: DMatrix<f64>,
+    hill_rate: DMatrix<f64>,
+}
+
+impl Sampling {
+    /// Buffers for a number of harmonics of tau and of samples a response period.
+    pub fn new(system: &System, harmonics: usize, samples: usize) -> Sampling {
+        let c = 2 * harmonics + 1;
+        let buffer = || vec![0.0; samples];
+        Sampling {
+            fourier: Fourier::new(samples),
+            phase: (0..samples)
+                .map(|j| TAU * (system.subharmonic() * j) as f64 / samples as f64)
+                .collect(),
+            error: Vec::new(),
+            variation: Vec::new(),
+            deformation: buffer(),
+            rate: buffer(),
+            force: buffer(),
+            slope: buffer(),
+            damping: buffer(),
+            a: vec![0.0; c],
+            da: vec![0.0; c],
+            c: vec![0.0; c],
+            g: vec![0.0; 4 * harmonics + 1],
+            hill: DMatrix::zeros(c, c),
+            hill_rate: DMatrix::zeros(c, c),
+        }
+    }
+
+    /// Samples the transmission errors and stiffness variations of a system.
+    pub fn prepare(&mut self, system: &System) {
+        let phase = &self.phase;
+        self.error = system
+            .mounts()
+            .iter()
+            .map(|m| m.transmission_error.as_ref())
+            .map(|e| {
+                e.map(|e| {
+                    [
+                        phase.iter().map(|x| e.value(*x)).collect(),
+                        phase.iter().map(|x| e.derivative(*x)).collect(),
+                    ]
+                })
+            })
+            .collect();
+        self.variation = system
+            .mounts()
+            .iter()
+            .map(|m| m.stiffness_variation.as_ref())
+            .map(|s| s.map(|s| phase.iter().map(|x| s.value(*x)).collect()))
+            .collect();
+    }
+
+    /// Adds (I (x) kappa) c to the residual, its Jacobian (12) and its derivative with respect to omega.
+    pub fn add_forces(&mut self, system: &System, u: &DVector<f64>, out: &mut Linearisation) {
+        for e in 0..system.element_count() {
+            self.deform(system, e, u);
+            let is_rate_dependent = self.respond(system, e);
+            self.add_force(system, e, out);
+            self.fourier.to_coefficients(&self.slope, &mut self.g);
+            hill::fill(&self.g, &mut self.hill);
+            if is_rate_dependent {
+                self.add_damping(system, e, out);
+            }
+            self.add_jacobian(system, e, out);
+        }
+    }
+
+    /// Coefficients and samples of the deformation W q - e.
+    fn deform(&mut self, system: &System, e: usize, u: &DVector<f64>) {
+        let c = self.a.len();
+        if system.is_tree() {
+            self.a.copy_from_slice(&u.as_slice()[e * c..(e + 1) * c]);
+        } else {
+            self.a.fill(0.0);
+            for (j, w) in system
+                .element_map()
+                .row(e)
+                .iter()
+                .enumerate()
+                .filter(|(_, w)| **w != 0.0)
+            {
+                let block = &u.as_slice()[j * c..(j + 1) * c];
+                self.a.iter_mut().zip(block).for_each(|(a, b)| *a += w * b);
+            }
+        }
+        self.fourier.to_samples(&self.a, &mut self.deformation);
+        if let Some([error, _]) = &self.error[e] {
+            self.deformation
+                .iter_mut()
+                .zip(error)
+                .for_each(|(x, e)| *x -= e);
+        }
+    }
+
+    /// Force, slope and damping at every sample; whether the damping counts.
+    fn respond(&mut self, system: &System, e: usize) -> bool {
+        let mount = &system.mounts()[e];
+        let is_rate_dependent = mount.element.depends_on_velocity();
+        if is_rate_dependent {
+            let om = system.omega();
+            trigonometric::differentiate(&self.a, &mut self.da);
+            self.da.iter_mut().for_each(|a| *a *= om);
+            self.fourier.to_samples(&self.da, &mut self.rate);
+            if let Some([_, slope]) = &self.error[e] {
+                let frequency = system.excitation_frequency();
+                self.rate
+                    .iter_mut()
+                    .zip(slope)
+                    .for_each(|(v, e)| *v -= frequency * e);
+            }
+        }
+        let out = ResponseSeries {
+            f: &mut self.force,
+            df_dq: &mut self.slope,
+            df_dv: &mut self.damping,
+        };
+        mount
+            .element
+            .eval_many(&self.deformation, &self.rate, &self.phase, out);
+        if let Some(variation) = &self.variation[e] {
+            for (j, s) in variation.iter().enumerate() {
+                self.force[j] *= s;
+                self.slope[j] *= s;
+                self.damping[j] *= s;
+            }
+        }
+        is_rate_dependent
+    }
+
+    fn add_force(&mut self, system: &System, e: usize, out: &mut Linearisation) {
+        self.fourier.to_coefficients(&self.force, &mut self.c);
+        let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+        for (block, kappa) in
+            blocks(&mut out.r, self.c.len()).zip(system.stiffness().column(e).iter())
+        {
+            if *kappa != 0.0 {
+                block
+                    .iter_mut()
+                    .zip(&self.c)
+                    .for_each(|(r, c)| *r += kappa * c);
+                out.magnitude = out.magnitude.max(kappa.abs() * largest);
+            }
+        }
+    }
+
+    /// F+ diag(df/dv) F D, and the part of dR/domega that comes through the velocity: v is proportional to Om.
+    fn add_damping(&mut self, system: &System, e: usize, out: &mut Linearisation) {
+        self.fourier.to_coefficients(&self.damping, &mut self.g);
+        hill::fill(&self.g, &mut self.hill_rate);
+        hill::add_differentiated(&self.hill_rate, system.omega(), &mut self.hill);
+        let frequency = system.excitation_frequency();
+        self.rate
+            .iter_mut()
+            .zip(&self.damping)
+            .for_each(|(v, d)| *v *= d / frequency);
+        self.fourier.to_coefficients(&self.rate, &mut self.c);
+        for (block, kappa) in
+            blocks(&mut out.dr_dlambda, self.c.len()).zip(system.stiffness().column(e).iter())
+        {
+            block
+                .iter_mut()
+                .zip(&self.c)
+                .for_each(|(r, c)| *r += kappa * c);
+        }
+    }
+
+    fn add_jacobian(&self, system: &System, e: usize, out: &mut Linearisation) {
+        let c = self.c.len();
+        for (i, kappa) in system.stiffness().column(e).iter().enumerate() {
+            for (j, w) in system.element_map().row(e).iter().enumerate() {
+                let factor = kappa * w;
+                if factor == 0.0 {
+                    continue;
+                }
+                for l in 0..c {
+                    let source = &self.hill.as_slice()[l * c..(l + 1) * c];
+                    let rows = out.dr_du.nrows();
+                    let begin = (j * c + l) * rows + i * c;
+                    let target = &mut out.dr_du.as_mut_slice()[begin..begin + c];
+                    target
+                        .iter_mut()
+                        .zip(source)
+                        .for_each(|(t, s)| *t += factor * s);
+                }
+            }
+        }
+    }
+}
+
+/// The coordinates' blocks of a coordinate-major vector.
+fn blocks(vector: &mut DVector<f64>, c: usize) -> impl Iterator<Item = &mut [f64]> {
+    vector.as_mut_slice().chunks_exact_mut(c)
+}

@@ -1,0 +1,327 @@
+//! The Galerkin method: multi-harmonic balance with alternating frequency/time sampling.
+//!
+//!     R = (Om^2 D^2 (x) I + Om D (x) Gam) a + (I (x) kappa) c - d    (11b), times Om^2 of the paper's
+//!
+//! Unknowns are coordinate-major: coefficient k of coordinate i stands at i (2H + 1) + k, in the order mean, sin 1, cos 1, ...
+
+mod aft;
+mod hill;
+
+use super::family::Family;
+use super::floquet;
+use super::orbit::Orbit;
+use super::residual::{Linearisation, PeriodicResidual, Residual};
+use crate::error::SolveError;
+use crate::numeric::fourier::Fourier;
+use crate::numeric::trigonometric;
+use crate::system::{LoadKind, System};
+use aft::Sampling;
+use nalgebra::DVector;
+use num_complex::Complex;
+
+/// Size of the Galerkin approximation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GalerkinOptions {
+    /// Harmonics of the excitation frequency; nu times as many of the response frequency.
+    pub harmonics: usize,
+    /// Samples a response period.
+    pub samples: usize,
+}
+
+impl GalerkinOptions {
+    /// Fewest samples for a number of harmonics and a subharmonic index: a power of two, at least 16 a harmonic and 1024.
+    pub fn default_samples(harmonics: usize, subharmonic: usize) -> usize {
+        (16 * harmonics * subharmonic).next_power_of_two().max(1024)
+    }
+}
+
+/// The Galerkin residual of a family of systems.
+pub struct Galerkin<F: Family> {
+    family: F,
+    /// Parameter of the cached tables below.
+    prepared: Option<f64>,
+    coefficients: usize,
+    sampling: Sampling,
+    /// Load coefficients of values and of rates (to be multiplied by nu Om), coordinate-major.
+    load: Vec<f64>,
+    load_rate: Vec<f64>,
+    derivative: Vec<f64>,
+    shifted: Linearisation,
+}
+
+impl<F: Family> Galerkin<F> {
+    /// Buffers for the systems of a family.
+    ///
+    /// # Errors
+    /// No harmonics, too few samples, or an excitation of a higher order than the harmonics kept.
+    pub fn new(
+        mut family: F,
+        lambda: f64,
+        options: GalerkinOptions,
+    ) -> Result<Galerkin<F>, SolveError> {
+        let system = family.at(lambda)?;
+        let harmonics = options.harmonics * system.subharmonic();
+        check(system, options, harmonics)?;
+        let coefficients = 2 * harmonics + 1;
+        let dim = system.dof() * coefficients;
+        let sampling = Sampling::new(system, harmonics, options.samples);
+        let (load, load_rate) = (vec![0.0; dim], vec![0.0; dim]);
+        let shifted = if family.is_frequency() {
+            Linearisation::new(0)
+        } else {
+            Linearisation::new(dim)
+        };
+        let derivative = vec![0.0; coefficients];
+        Ok(Galerkin {
+            family,
+            prepared: None,
+            coefficients,
+            sampling,
+            load,
+            load_rate,
+            derivative,
+            shifted,
+        })
+    }
+
+    /// 2H + 1, Fourier coefficients a coordinate.
+    pub fn coefficients(&self) -> usize {
+        self.coefficients
+    }
+
+    /// Refreshes the tables that depend on the parameter.
+    fn prepare(&mut self, lambda: f64) -> Result<(), SolveError> {
+        if self.prepared == Some(lambda) || (self.prepared.is_some() && self.family.is_frequency())
+        {
+            return Ok(());
+        }
+        let system = self.family.at(lambda)?;
+        self.sampling.prepare(system);
+        load_coefficients(
+            system,
+            self.coefficients,
+            &mut self.load,
+            &mut self.load_rate,
+        );
+        self.prepared = Some(lambda);
+        Ok(())
+    }
+
+    /// R and dR/du, and dR/domega where the parameter is the frequency.
+    fn evaluate(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        self.prepare(lambda)?;
+        let system = self.family.at(lambda)?;
+        let c = self.coefficients;
+        let (om, nu) = (system.omega(), system.subharmonic() as f64);
+        out.dr_du.fill(0.0);
+        let rates = self.load.iter().zip(&self.load_rate);
+        for ((r, dr), (value, rate)) in out.r.iter_mut().zip(out.dr_dlambda.iter_mut()).zip(rates) {
+            *r = -value - nu * om * rate;
+            *dr = -rate;
+        }
+        out.magnitude = out.r.amax();
+        linear_terms(system, c, u, &mut self.derivative, out);
+        self.sampling.add_forces(system, u, out);
+        Ok(())
+    }
+}
+
+impl<F: Family> Residual for Galerkin<F> {
+    fn dim(&self) -> usize {
+        self.load.len()
+    }
+
+    fn linearise(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        self.evaluate(u, lambda, out)?;
+        if self.family.is_frequency() {
+            return Ok(());
+        }
+        // Central difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
+        let h = f64::EPSILON.cbrt() * lambda.abs().max(1e-3);
+        let mut shifted = std::mem::replace(&mut self.shifted, Linearisation::new(0));
+        self.evaluate(u, lambda + h, &mut shifted)?;
+        out.dr_dlambda.copy_from(&shifted.r);
+        self.evaluate(u, lambda - h, &mut shifted)?;
+        out.dr_dlambda -= &shifted.r;
+        out.dr_dlambda /= 2.0 * h;
+        self.shifted = shifted;
+        Ok(())
+    }
+}
+
+impl<F: Family> PeriodicResidual for Galerkin<F> {
+    fn system_at(&mut self, lambda: f64) -> Result<&System, SolveError> {
+        self.family.at(lambda)
+    }
+
+    fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
+        let system = self.family.at(lambda)?;
+        let coefficients = u
+            .as_slice()
+            .chunks_exact(self.coefficients)
+            .map(<[f64]>::to_vec)
+            .collect();
+        Ok(Orbit {
+            coefficients,
+            omega: system.omega(),
+            subharmonic: system.subharmonic(),
+        })
+    }
+
+    fn multipliers(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Vec<Complex<f64>>, SolveError> {
+        let orbit = self.orbit(u, lambda)?;
+        Ok(floquet::multipliers(&floquet::monodromy(
+            self.family.at(lambda)?,
+            &orbit,
+        )))
+    }
+}
+
+fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<(), SolveError> {
+    let error = |name, found: usize, wanted: String| {
+        Err(SolveError::Option {
+            name,
+            found: found.to_string(),
+            wanted,
+        })
+    };
+    if options.harmonics == 0 {
+        return error("harmonics", 0, "at least 1".into());
+    }
+    if options.samples < 4 * harmonics + 2 {
+        return error(
+            "samples",
+            options.samples,
+            format!("at least {} for {harmonics} harmonics", 4 * harmonics + 2),
+        );
+    }
+    let highest = system
+        .loads()
+        .iter()
+        .filter_map(|l| l.series.highest_order())
+        .max()
+        .unwrap_or(0);
+    if highest > options.harmonics {
+        let wanted = format!("at least {highest}, the highest order of the excitation");
+        return error("harmonics", options.harmonics, wanted);
+    }
+    Ok(())
+}
+
+/// Inertia and damping: Om^2 D^2 a_i + Om sum_j Gam_ij D a_j.
+fn linear_terms(
+    system: &System,
+    c: usize,
+    u: &DVector<f64>,
+    derivative: &mut [f64],
+    out: &mut Linearisation,
+) {
+    let (n, om, nu) = (system.dof(), system.omega(), system.subharmonic() as f64);
+    for j in 0..n {
+        let a = &u.as_slice()[j * c..(j + 1) * c];
+        for k in 1..c {
+            let square = -((k.div_ceil(2)) as f64).powi(2);
+            out.r[j * c + k] += om * om * square * a[k];
+            out.dr_dlambda[j * c + k] += 2.0 * om / nu * square * a[k];
+            out.dr_du[(j * c + k, j * c + k)] += om * om * square;
+        }
+        trigonometric::differentiate(a, derivative);
+        for i in 0..n {
+            let gamma = system.damping()[(i, j)];
+            if gamma == 0.0 {
+                continue;
+            }
+            for k in 1..c {
+                out.r[i * c + k] += om * gamma * derivative[k];
+                out.dr_dlambda[i * c + k] += gamma / nu * derivative[k];
+            }
+            for k in 1..=c / 2 {
+                let entry = om * gamma * k as f64;
+                out.dr_du[(i * c + 2 * k - 1, j * c + 2 * k)] -= entry;
+                out.dr_du[(i * c + 2 * k, j * c + 2 * k - 1)] += entry;
+            }
+        }
+    }
+}
+
+/// Projection of the loads on the harmonics of tau: order k of the excitation enters harmonic nu k.
+fn load_coefficients(system: &System, c: usize, values: &mut [f64], rates: &mut [f64]) {
+    values.fill(0.0);
+    rates.fill(0.0);
+    let mut series = vec![0.0; c];
+    for load in system.loads() {
+        load.series.coefficients(
+            system.subharmonic(),
+            load.kind == LoadKind::Rate,
+            &mut series,
+        );
+        let target = match load.kind {
+            LoadKind::Value => &mut *values,
+            LoadKind::Rate => &mut *rates,
+        };
+        for (block, direction) in target.chunks_exact_mut(c).zip(load.direction.iter()) {
+            block
+                .iter_mut()
+                .zip(&series)
+                .for_each(|(d, s)| *d += direction * s);
+        }
+    }
+}
+
+/// Samples at which tables and steps are projected on harmonics; their kinks alias like 1/samples.
+const PROJECTION_SAMPLES: usize = 8192;
+
+impl crate::numeric::periodic::Periodic {
+    /// Highest order of a Fourier series; `None` for tables and steps, which have no highest order.
+    fn highest_order(&self) -> Option<usize> {
+        match self {
+            Self::Fourier { harmonics, .. } => harmonics.iter().map(|h| h.order).max(),
+            Self::Table { .. } | Self::Rectangular { .. } => None,
+        }
+    }
+
+    /// Fourier coefficients in tau of the function (or of its derivative with respect to the phase) at phase nu tau.
+    fn coefficients(&self, nu: usize, derivative: bool, out: &mut [f64]) {
+        out.fill(0.0);
+        if let Self::Fourier { mean, harmonics } = self {
+            out[0] = if derivative { 0.0 } else { *mean };
+            let length = out.len();
+            for h in harmonics.iter().filter(|h| 2 * nu * h.order < length) {
+                let order = h.order as f64;
+                let (sin, cos) = if derivative {
+                    (-order * h.cos, order * h.sin)
+                } else {
+                    (h.sin, h.cos)
+                };
+                out[2 * nu * h.order - 1] += sin;
+                out[2 * nu * h.order] += cos;
+            }
+            return;
+        }
+        let samples = PROJECTION_SAMPLES.max((8 * out.len()).next_power_of_two());
+        let phase = |j: usize| std::f64::consts::TAU * (nu * j) as f64 / samples as f64;
+        let value = |j: usize| {
+            if derivative {
+                self.derivative(phase(j))
+            } else {
+                self.value(phase(j))
+            }
+        };
+        let values: Vec<f64> = (0..samples).map(value).collect();
+        Fourier::new(samples).to_coefficients(&values, out);
+    }
+}

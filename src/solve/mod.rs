@@ -1,0 +1,17 @@
+//! Solvers of the nondimensional system: periodic solutions, path following, stability, integration.
+//!
+//! They import the system and never the model. A numerical outcome (no convergence, end of a branch) is a value, never a
+//! panic and never an `Err`.
+
+pub mod branch;
+pub mod continuation;
+pub mod equilibrium;
+pub mod events;
+pub mod family;
+pub mod floquet;
+pub mod galerkin;
+pub mod integrate;
+pub mod newton;
+pub mod orbit;
+pub mod residual;
+pub mod start;

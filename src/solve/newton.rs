@@ -1,0 +1,182 @@
+//! Damped Newton iteration, the only one in the crate.
+
+use super::residual::{Linearisation, Residual};
+use crate::error::SolveError;
+use crate::numeric::dense::Lu;
+use nalgebra::DVector;
+
+/// Settings of the iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewtonOptions {
+    /// Largest residual allowed, relative to the size of the terms that cancel in it.
+    pub tolerance: f64,
+    /// Iterations at most.
+    pub max_iterations: usize,
+    /// Smallest share of a step that is tried.
+    pub min_damping: f64,
+}
+
+impl Default for NewtonOptions {
+    fn default() -> Self {
+        NewtonOptions {
+            tolerance: 1e-10,
+            max_iterations: 20,
+            min_damping: 1.0 / 64.0,
+        }
+    }
+}
+
+/// How an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NewtonStatus {
+    /// The residual is below the tolerance.
+    Converged,
+    /// Too many iterations.
+    MaxIterations,
+    /// No share of the step reduces the residual: a kink or a local minimum.
+    Stalled,
+    /// The Jacobian cannot be factorised.
+    SingularJacobian,
+    /// The residual is not finite.
+    NotFinite,
+}
+
+impl std::fmt::Display for NewtonStatus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            NewtonStatus::Converged => "converged",
+            NewtonStatus::MaxIterations => "no convergence within the allowed iterations",
+            NewtonStatus::Stalled => "no step reduces the residual",
+            NewtonStatus::SingularJacobian => "the Jacobian is singular",
+            NewtonStatus::NotFinite => "the residual is not finite",
+        })
+    }
+}
+
+/// Result of an iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewtonOutcome {
+    /// How it ended.
+    pub status: NewtonStatus,
+    /// Linear systems solved.
+    pub iterations: usize,
+    /// Last residual relative to the size of its terms.
+    pub residual_norm: f64,
+}
+
+impl NewtonOutcome {
+    /// Whether the residual is below the tolerance.
+    pub fn is_converged(&self) -> bool {
+        self.status == NewtonStatus::Converged
+    }
+}
+
+/// Damped Newton iteration; owns its buffers.
+#[derive(Debug)]
+pub struct Newton {
+    options: NewtonOptions,
+    work: Linearisation,
+    lu: Lu,
+    step: DVector<f64>,
+    base: DVector<f64>,
+}
+
+impl Newton {
+    /// Buffers for `dim` unknowns.
+    pub fn new(dim: usize, options: NewtonOptions) -> Newton {
+        let zero = DVector::zeros(dim);
+        Newton {
+            options,
+            work: Linearisation::new(dim),
+            lu: Lu::new(dim),
+            step: zero.clone(),
+            base: zero,
+        }
+    }
+
+    /// Improves `u` until R(u, lambda) = 0. Steps are halved until the residual falls: piecewise-linear residuals are only
+    /// semismooth, and a full step may cycle between two pieces.
+    ///
+    /// # Errors
+    /// What the problem returns; failure to converge is a status.
+    pub fn solve(
+        &mut self,
+        problem: &mut dyn Residual,
+        u: &mut DVector<f64>,
+        lambda: f64,
+    ) -> Result<NewtonOutcome, SolveError> {
+        problem.linearise(u, lambda, &mut self.work)?;
+        let mut norm = self.work.norm();
+        for iterations in 0..self.options.max_iterations {
+            let status = match () {
+                _ if !norm.is_finite() => NewtonStatus::NotFinite,
+                _ if norm <= self.options.tolerance => NewtonStatus::Converged,
+                _ if !self.lu.factorise(&self.work.dr_du) => NewtonStatus::SingularJacobian,
+                _ => match self.damped_step(problem, u, lambda, norm)? {
+                    Some(smaller) => {
+                        norm = smaller;
+                        continue;
+                    }
+                    None => NewtonStatus::Stalled,
+                },
+            };
+            return Ok(NewtonOutcome {
+                status,
+                iterations,
+                residual_norm: norm,
+            });
+        }
+        let converged = norm <= self.options.tolerance;
+        let status = if converged {
+            NewtonStatus::Converged
+        } else {
+            NewtonStatus::MaxIterations
+        };
+        Ok(NewtonOutcome {
+            status,
+            iterations: self.options.max_iterations,
+            residual_norm: norm,
+        })
+    }
+
+    /// Moves `u` by a share of the Newton step that reduces the residual, and returns the new norm.
+    fn damped_step(
+        &mut self,
+        problem: &mut dyn Residual,
+        u: &mut DVector<f64>,
+        lambda: f64,
+        norm: f64,
+    ) -> Result<Option<f64>, SolveError> {
+        self.step.copy_from(&self.work.r);
+        self.lu.solve(&mut self.step);
+        self.base.copy_from(u);
+        let mut share = 1.0;
+        while share >= self.options.min_damping {
+            u.copy_from(&self.base);
+            u.axpy(-share, &self.step, 1.0);
+            problem.linearise(u, lambda, &mut self.work)?;
+            let trial = self.work.norm();
+            if trial < (1.0 - 0.1 * share) * norm || trial <= self.options.tolerance {
+                return Ok(Some(trial));
+            }
+            share *= 0.5;
+        }
+        u.copy_from(&self.base);
+        Ok(None)
+    }
+
+    /// The linearisation at the last point visited.
+    pub fn linearisation(&self) -> &Linearisation {
+        &self.work
+    }
+
+    /// Solves with the Jacobian of the last point visited; `rhs` becomes the solution. Returns the sign of the determinant,
+    /// 0 when the Jacobian is singular.
+    pub fn solve_linear(&mut self, rhs: &mut DVector<f64>) -> i8 {
+        if !self.lu.factorise(&self.work.dr_du) {
+            return 0;
+        }
+        self.lu.solve(rhs);
+        self.lu.determinant_sign()
+    }
+}

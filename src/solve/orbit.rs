@@ -1,0 +1,182 @@
+//! A periodic orbit: deformations, switching instants, extrema.
+
+use crate::numeric::periodic::Periodic;
+use crate::numeric::{roots, trigonometric};
+use crate::system::System;
+use std::f64::consts::TAU;
+
+/// A periodic solution as Fourier series of the relative coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Orbit {
+    /// Fourier coefficients of each coordinate: mean, sin 1, cos 1, ... of tau.
+    pub coefficients: Vec<Vec<f64>>,
+    /// Om = omega / (nu omega_c).
+    pub omega: f64,
+    /// nu.
+    pub subharmonic: usize,
+}
+
+/// One connection passes a breakpoint of its law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// Phase of the response, in [0, 2 pi).
+    pub tau: f64,
+    /// Connection.
+    pub connection: usize,
+    /// Flank before: -1, 0 (open) or 1.
+    pub from: i8,
+    /// Flank after.
+    pub to: i8,
+    /// Rate of the deformation, d/d(omega_c t).
+    pub velocity: f64,
+}
+
+/// Deformation of one connection along an orbit: W q - e.
+#[derive(Debug, Clone)]
+pub struct Deformation<'a> {
+    /// Fourier coefficients of W q in tau.
+    pub coefficients: Vec<f64>,
+    error: Option<&'a Periodic>,
+    subharmonic: f64,
+}
+
+impl Deformation<'_> {
+    /// Value and derivative with respect to tau.
+    pub fn at(&self, tau: f64) -> [f64; 2] {
+        let [x, slope, _] = trigonometric::evaluate(&self.coefficients, tau);
+        match self.error {
+            None => [x, slope],
+            Some(e) => {
+                let phase = self.subharmonic * tau;
+                [
+                    x - e.value(phase),
+                    slope - self.subharmonic * e.derivative(phase),
+                ]
+            }
+        }
+    }
+
+    /// Extrema in the order of time over one period, the first one repeated a period later; empty when nothing moves.
+    pub fn extrema(&self) -> Vec<(f64, f64)> {
+        let harmonics = self.coefficients.len() / 2;
+        let fine = self
+            .error
+            .map_or(0, |e| 8 * self.subharmonic as usize * (1 + e.kinks().len()));
+        let cells = (8 * harmonics).max(64).max(fine);
+        let tau = |j: usize| j as f64 * TAU / cells as f64;
+        let slopes: Vec<f64> = (0..=cells).map(|j| self.at(tau(j % cells))[1]).collect();
+        let mut list = Vec::new();
+        for j in 0..cells {
+            if (slopes[j] > 0.0) == (slopes[j + 1] > 0.0) {
+                continue;
+            }
+            let slope = |x: f64| {
+                let [_, first, second] = trigonometric::evaluate(&self.coefficients, x);
+                // With a transmission error the second derivative is a secant's business: bisection does it.
+                if self.error.is_some() {
+                    (self.at(x)[1], 0.0)
+                } else {
+                    (first, second)
+                }
+            };
+            let x = roots::newton_bracketed(slope, (tau(j), slopes[j]), tau(j + 1));
+            list.push((x, self.at(x)[0]));
+        }
+        if let Some((x, value)) = list.first().copied() {
+            list.push((x + TAU, value));
+        }
+        list
+    }
+
+    /// Instants at which the deformation passes a level, in no particular order, given its extrema.
+    pub fn crossings(&self, level: f64, extrema: &[(f64, f64)]) -> Vec<f64> {
+        let pieces = extrema
+            .windows(2)
+            .filter(|w| (w[0].1 > level) != (w[1].1 > level));
+        pieces
+            .map(|w| {
+                let f = |x: f64| {
+                    let [value, slope] = self.at(x);
+                    (value - level, slope)
+                };
+                roots::newton_bracketed(f, (w[0].0, w[0].1 - level), w[1].0).rem_euclid(TAU)
+            })
+            .collect()
+    }
+}
+
+impl Orbit {
+    /// Highest harmonic of tau.
+    pub fn harmonics(&self) -> usize {
+        self.coefficients.first().map_or(0, |a| a.len() / 2)
+    }
+
+    /// Deformation of a connection.
+    pub fn deformation<'s>(&self, system: &'s System, connection: usize) -> Deformation<'s> {
+        let mut coefficients = vec![0.0; 2 * self.harmonics() + 1];
+        for (a, w) in self
+            .coefficients
+            .iter()
+            .zip(system.element_map().row(connection).iter())
+        {
+            if *w != 0.0 {
+                coefficients
+                    .iter_mut()
+                    .zip(a)
+                    .for_each(|(sum, a)| *sum += w * a);
+            }
+        }
+        let error = system.mounts()[connection].transmission_error.as_ref();
+        Deformation {
+            coefficients,
+            error,
+            subharmonic: self.subharmonic as f64,
+        }
+    }
+
+    /// State [q; v] at tau into `state`, 2n values.
+    pub fn state(&self, tau: f64, state: &mut [f64]) {
+        let n = self.coefficients.len();
+        for (i, a) in self.coefficients.iter().enumerate() {
+            let [q, slope, _] = trigonometric::evaluate(a, tau);
+            (state[i], state[n + i]) = (q, self.omega * slope);
+        }
+    }
+
+    /// Every passage of a breakpoint in one response period, in the order of time; for one connection.
+    pub fn crossings(
+        &self,
+        system: &System,
+        connection: usize,
+        extrema: &[(f64, f64)],
+    ) -> Vec<Crossing> {
+        let deformation = self.deformation(system, connection);
+        let element = &system.mounts()[connection].element;
+        let breakpoints = element.breakpoints();
+        let mut instants: Vec<f64> = breakpoints
+            .iter()
+            .flat_map(|level| deformation.crossings(*level, extrema))
+            .collect();
+        instants.sort_by(f64::total_cmp);
+        let count = instants.len();
+        // The flank between two instants is read in the middle, where no rounding can blur it.
+        let flank_after = |k: usize| {
+            let next = if k + 1 < count {
+                instants[k + 1]
+            } else {
+                instants[0] + TAU
+            };
+            element.flank(deformation.at(0.5 * (instants[k] + next))[0])
+        };
+        let flanks: Vec<i8> = (0..count).map(flank_after).collect();
+        (0..count)
+            .map(|k| Crossing {
+                tau: instants[k],
+                connection,
+                from: flanks[(k + count - 1) % count],
+                to: flanks[k],
+                velocity: self.omega * deformation.at(instants[k])[1],
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,79 @@
+//! Square nonlinear systems with one parameter, and those among them whose zeros are periodic orbits.
+
+use super::orbit::Orbit;
+use crate::error::SolveError;
+use crate::system::System;
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex;
+
+/// A residual with its derivatives; the buffers are reused.
+#[derive(Debug, Clone)]
+pub struct Linearisation {
+    /// R(u, lambda).
+    pub r: DVector<f64>,
+    /// dR/du.
+    pub dr_du: DMatrix<f64>,
+    /// dR/dlambda.
+    pub dr_dlambda: DVector<f64>,
+    /// Size of the terms that cancel in R: what a residual is small against.
+    pub magnitude: f64,
+}
+
+impl Linearisation {
+    /// Buffers for `dim` unknowns.
+    pub fn new(dim: usize) -> Linearisation {
+        Linearisation {
+            r: DVector::zeros(dim),
+            dr_du: DMatrix::zeros(dim, dim),
+            dr_dlambda: DVector::zeros(dim),
+            magnitude: 1.0,
+        }
+    }
+
+    /// Largest residual over the magnitude.
+    pub fn norm(&self) -> f64 {
+        self.r.amax() / self.magnitude
+    }
+}
+
+/// A square nonlinear system with one parameter. `&mut self`: the implementor owns its workspace.
+pub trait Residual {
+    /// Number of unknowns and equations.
+    fn dim(&self) -> usize;
+
+    /// R and its derivatives at (u, lambda); writes every entry of `out`, allocates nothing.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn linearise(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError>;
+}
+
+/// A residual whose zeros are periodic orbits: everything that stability and post-processing need.
+pub trait PeriodicResidual: Residual {
+    /// The system at a parameter.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn system_at(&mut self, lambda: f64) -> Result<&System, SolveError>;
+
+    /// The orbit of a solution.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError>;
+
+    /// Floquet multipliers over one response period, by falling modulus.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn multipliers(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Vec<Complex<f64>>, SolveError>;
+}
