@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 /// A continuous broken line with f(0) = 0.
 ///
-///     f(q) = s_0 q + sum_k (s_{k+1} - s_k) (max(q - b_k, 0) - max(-b_k, 0))
+///     f(q) = s_r q + sum_k (s_{k+1} - s_k) x_k,    x_k = max(q - b_k, 0) for b_k >= 0, max(b_k - q, 0) for b_k < 0
 ///
-/// s_k: slopes relative to the reference stiffness; b_k: ascending breakpoints. A stretch of zero force and zero slope
+/// s_k: slopes relative to the reference stiffness, s_r the one at q = 0; b_k: ascending breakpoints. A stretch of zero force and zero slope
 /// counts as open (no contact).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -33,10 +33,12 @@ impl PiecewiseLinear {
         self.breakpoints.iter().take_while(|b| q > **b).count()
     }
 
+    /// Summed outwards from q = 0, so that an open stretch carries exactly no force.
     fn force(&self, q: f64) -> f64 {
-        let steps = self.breakpoints.iter().zip(self.slopes.windows(2));
-        steps.fold(self.slopes[0] * q, |f, (b, s)| {
-            f + (s[1] - s[0]) * ((q - b).max(0.0) - (-b).max(0.0))
+        let kinks = self.breakpoints.iter().zip(self.slopes.windows(2));
+        kinks.fold(self.slopes[self.region(0.0)] * q, |f, (b, s)| {
+            let beyond = if *b >= 0.0 { (q - b).max(0.0) } else { (b - q).max(0.0) };
+            f + (s[1] - s[0]) * beyond
         })
     }
 
