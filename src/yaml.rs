@@ -37,7 +37,3 @@ pub struct Entry {
     pub node: Node,
 }
 type _Unused = Diagnostic;
-/// Reads a law from YAML text.
-pub fn from_example<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, String> {
-    serde_yaml::from_str(text).map_err(|e| e.to_string())
-}

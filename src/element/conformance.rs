@@ -58,7 +58,9 @@ pub fn check_registered() -> Result<(), Violations> {
         super::duplicate_tags().iter().map(|tag| format!("{tag}: registered more than once")).collect();
     for info in super::registered() {
         let mut say = |what: String| found.push(format!("{}: {what}", info.tag));
-        let element: Box<dyn Element> = match crate::yaml::from_example(info.example) {
+        let node = crate::yaml::parse(info.example, info.tag).map_err(|e| e.to_string());
+        let element = node.and_then(|n| n.read::<Box<dyn Element>>("").map_err(|e| e.to_string()));
+        let element = match element {
             Ok(element) => element,
             Err(error) => {
                 say(format!("the example cannot be read: {error}"));

@@ -1,1 +1,4 @@
-//! Quantities derived from orbits.
+//! Quantities derived from orbits: functions of the system and an orbit.
+
+pub mod effective_stiffness;
+pub mod measures;

@@ -1,0 +1,42 @@
+//! Effective stiffness and the natural frequencies that follow from it.
+
+use crate::system::System;
+use nalgebra::DMatrix;
+
+/// Effective stiffness of a connection from the Fourier coefficients of its deformation and its force.
+///
+///     k_a = (a . c - a_0 c_0) / (a . a - a_0^2)
+///
+/// with the means counted once and every other product halved, as the averages of (8b) demand. `a`, `c`: coefficients,
+/// mean first. Dimensionless; 1 in permanent contact, 0 in free flight. `None` where the deformation does not move beyond
+/// rounding of `scale`.
+///
+/// Rook & Singh (1995), eqs. (8b), (16).
+pub fn alternating(a: &[f64], c: &[f64], scale: f64) -> Option<f64> {
+    let dot = |x: &[f64], y: &[f64]| x[1..].iter().zip(&y[1..]).map(|(x, y)| x * y).sum::<f64>();
+    let square = dot(a, a);
+    (square > (1e-12 * scale).powi(2)).then(|| dot(a, c) / square)
+}
+
+/// Effective stiffness of the means, k_dc = mean(f) / mean(q). `None` where the mean deformation vanishes.
+///
+/// Rook & Singh (1995), eq. (8a).
+pub fn direct(mean_deformation: f64, mean_force: f64, scale: f64) -> Option<f64> {
+    (mean_deformation.abs() > 1e-12 * scale).then(|| mean_force / mean_deformation)
+}
+
+/// Natural frequencies over omega_c, ascending, n values, of the system with every law replaced by a slope.
+///
+///     det(kappa diag(k) W - w^2 I) = 0
+///
+/// Rook & Singh (1995), eq. (9); loops through W. A slope below zero can make w^2 negative: 0 is returned for such a mode.
+pub fn natural_frequencies(system: &System, slopes: &[f64]) -> Vec<f64> {
+    let mut scaled = system.stiffness().clone();
+    for (mut column, k) in scaled.column_iter_mut().zip(slopes) {
+        column *= *k;
+    }
+    let matrix: DMatrix<f64> = scaled * system.element_map();
+    let mut list: Vec<f64> = matrix.complex_eigenvalues().iter().map(|x| x.re.max(0.0).sqrt()).collect();
+    list.sort_by(f64::total_cmp);
+    list
+}

@@ -1,0 +1,207 @@
+//! What is reported of every connection along an orbit.
+
+use super::effective_stiffness;
+use crate::element::ResponseSeries;
+use crate::numeric::fourier::Fourier;
+use crate::numeric::trigonometric;
+use crate::solve::orbit::{Crossing, Deformation, Orbit};
+use crate::system::System;
+use std::f64::consts::TAU;
+
+/// Measures of one connection over one response period, nondimensional.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Measures {
+    /// Mean deformation.
+    pub mean: f64,
+    /// R.m.s. of the deformation without its mean, (15).
+    pub rms: f64,
+    /// Smallest deformation, a refined extremum.
+    pub min: f64,
+    /// Largest deformation, a refined extremum.
+    pub max: f64,
+    /// R.m.s. of the rate of deformation, d/d(omega_c t).
+    pub rms_velocity: f64,
+    /// k_a (8b), (16); `None` where nothing moves.
+    pub effective_stiffness: Option<f64>,
+    /// k_dc (8a); `None` where the mean deformation vanishes.
+    pub effective_stiffness_dc: Option<f64>,
+    /// Mean of df/dq, (21): the slope that stands in for k_a where nothing moves.
+    pub mean_slope: f64,
+    /// Share of the period in contact with either flank.
+    pub contact_ratio: f64,
+    /// Contacts made (open to contact) per excitation period, over both flanks.
+    pub impacts: f64,
+    /// Mean force.
+    pub force_mean: f64,
+    /// Largest force.
+    pub force_max: f64,
+    /// Standard deviation of the force.
+    pub force_std: f64,
+    /// Whether the contact pulls somewhere: f against the flank it rests on.
+    pub pulls: bool,
+}
+
+/// Computes measures; owns its buffers.
+#[derive(Debug)]
+pub struct Meter {
+    fourier: Fourier,
+    phase: Vec<f64>,
+    deformation: Vec<f64>,
+    rate: Vec<f64>,
+    force: Vec<f64>,
+    slope: Vec<f64>,
+    damping: Vec<f64>,
+    coefficients: Vec<f64>,
+    force_coefficients: Vec<f64>,
+}
+
+impl Meter {
+    /// Buffers for a number of samples a response period.
+    pub fn new(samples: usize) -> Meter {
+        let buffer = || vec![0.0; samples];
+        Meter {
+            fourier: Fourier::new(samples),
+            phase: buffer(),
+            deformation: buffer(),
+            rate: buffer(),
+            force: buffer(),
+            slope: buffer(),
+            damping: buffer(),
+            coefficients: Vec::new(),
+            force_coefficients: Vec::new(),
+        }
+    }
+
+    /// Measures of every connection.
+    pub fn measure(&mut self, system: &System, orbit: &Orbit) -> Vec<Measures> {
+        let samples = self.phase.len();
+        let nu = orbit.subharmonic as f64;
+        self.phase.iter_mut().enumerate().for_each(|(j, x)| *x = nu * TAU * j as f64 / samples as f64);
+        (0..system.element_count()).map(|e| self.connection(system, orbit, e)).collect()
+    }
+
+    fn connection(&mut self, system: &System, orbit: &Orbit, e: usize) -> Measures {
+        let deformation = orbit.deformation(system, e);
+        self.sample(system, orbit, e, &deformation);
+        let extrema = deformation.extrema();
+        let values = || extrema.iter().map(|x| x.1);
+        let (a, c) = (&self.coefficients, &self.force_coefficients);
+        let scale = self.deformation.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let crossings = orbit.crossings(system, e, &extrema);
+        let (contact_ratio, impacts) = contact(system, e, &crossings, a[0], nu_of(orbit));
+        let mean_of = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
+        let force_mean = c[0];
+        let variance = mean_of(&self.force.iter().map(|f| (f - force_mean).powi(2)).collect::<Vec<_>>());
+        let derivative_square = trigonometric::mean_square_of_derivative(a);
+        Measures {
+            mean: a[0],
+            rms: trigonometric::mean_square(a).sqrt(),
+            min: values().fold(f64::INFINITY, f64::min).min(a[0]),
+            max: values().fold(f64::NEG_INFINITY, f64::max).max(a[0]),
+            rms_velocity: orbit.omega * derivative_square.sqrt(),
+            effective_stiffness: effective_stiffness::alternating(a, c, scale),
+            effective_stiffness_dc: effective_stiffness::direct(a[0], force_mean, scale),
+            mean_slope: mean_of(&self.slope),
+            contact_ratio,
+            impacts,
+            force_mean,
+            force_max: self.largest_force(system, orbit, e, &deformation, &extrema),
+            force_std: variance.sqrt(),
+            pulls: self.pulls(system, e),
+        }
+    }
+
+    /// Samples of deformation, rate, force and slope; coefficients of deformation and force.
+    fn sample(&mut self, system: &System, orbit: &Orbit, e: usize, deformation: &Deformation<'_>) {
+        let length = deformation.coefficients.len();
+        let mount = &system.mounts()[e];
+        self.coefficients.resize(length, 0.0);
+        self.force_coefficients.resize(length, 0.0);
+        self.coefficients.copy_from_slice(&deformation.coefficients);
+        self.fourier.to_samples(&self.coefficients, &mut self.deformation);
+        let mut derivative = vec![0.0; length];
+        trigonometric::differentiate(&self.coefficients, &mut derivative);
+        derivative.iter_mut().for_each(|d| *d *= orbit.omega);
+        self.fourier.to_samples(&derivative, &mut self.rate);
+        if let Some(error) = &mount.transmission_error {
+            let frequency = system.excitation_frequency();
+            for (j, phase) in self.phase.iter().enumerate() {
+                self.deformation[j] -= error.value(*phase);
+                self.rate[j] -= frequency * error.derivative(*phase);
+            }
+            self.fourier.to_coefficients(&self.deformation, &mut self.coefficients);
+        }
+        let out = ResponseSeries { f: &mut self.force, df_dq: &mut self.slope, df_dv: &mut self.damping };
+        mount.element.eval_many(&self.deformation, &self.rate, &self.phase, out);
+        if let Some(variation) = &mount.stiffness_variation {
+            for (j, phase) in self.phase.iter().enumerate() {
+                let s = variation.value(*phase);
+                self.force[j] *= s;
+                self.slope[j] *= s;
+            }
+        }
+        self.fourier.to_coefficients(&self.force, &mut self.force_coefficients);
+    }
+
+    /// Largest sampled force, refined between its neighbours, and the forces at the extrema of the deformation.
+    fn largest_force(
+        &self,
+        system: &System,
+        orbit: &Orbit,
+        e: usize,
+        deformation: &Deformation<'_>,
+        extrema: &[(f64, f64)],
+    ) -> f64 {
+        let force = |tau: f64| force_at(system, orbit, e, deformation, tau);
+        let (best, sampled) =
+            self.force.iter().enumerate().fold((0, f64::NEG_INFINITY), |m, (j, f)| if *f > m.1 { (j, *f) } else { m });
+        let at_extrema = extrema.iter().map(|x| force(x.0)).fold(sampled, f64::max);
+        if !system.mounts()[e].element.depends_on_velocity() && system.mounts()[e].stiffness_variation.is_none() {
+            return at_extrema;
+        }
+        let cell = TAU / self.force.len() as f64;
+        let (mut low, mut high) = ((best as f64 - 1.0) * cell, (best as f64 + 1.0) * cell);
+        for _ in 0..40 {
+            let (left, right) = (low + (high - low) * 0.382, high - (high - low) * 0.382);
+            if force(left) > force(right) { high = right } else { low = left }
+        }
+        at_extrema.max(force(0.5 * (low + high)))
+    }
+
+    /// Whether the force points away from the flank somewhere: 1 + beta v < 0.
+    fn pulls(&self, system: &System, e: usize) -> bool {
+        let element = &system.mounts()[e].element;
+        let is_clearance = element.breakpoints().iter().any(|b| element.flank(b - 1e-9) == 0 || element.flank(b + 1e-9) == 0);
+        is_clearance
+            && element.depends_on_velocity()
+            && self.deformation.iter().zip(&self.force).any(|(x, f)| f64::from(element.flank(*x)) * f < 0.0)
+    }
+}
+
+fn nu_of(orbit: &Orbit) -> f64 {
+    orbit.subharmonic as f64
+}
+
+fn force_at(system: &System, orbit: &Orbit, e: usize, deformation: &Deformation<'_>, tau: f64) -> f64 {
+    let mount = &system.mounts()[e];
+    let phase = nu_of(orbit) * tau;
+    let [x, slope] = deformation.at(tau);
+    let s = mount.stiffness_variation.as_ref().map_or(1.0, |s| s.value(phase));
+    s * mount.element.eval(x, orbit.omega * slope, phase).f
+}
+
+/// Share of the period in contact, and contacts made per excitation period.
+fn contact(system: &System, e: usize, crossings: &[Crossing], mean: f64, nu: f64) -> (f64, f64) {
+    if crossings.is_empty() {
+        let flank = system.mounts()[e].element.flank(mean);
+        return (if flank == 0 { 0.0 } else { 1.0 }, 0.0);
+    }
+    let count = crossings.len();
+    let duration = |k: usize| {
+        let next = if k + 1 < count { crossings[k + 1].tau } else { crossings[0].tau + TAU };
+        next - crossings[k].tau
+    };
+    let closed: f64 = (0..count).filter(|k| crossings[*k].to != 0).map(duration).sum();
+    let made = crossings.iter().filter(|c| c.from == 0 && c.to != 0).count();
+    (closed / TAU, made as f64 / nu)
+}
