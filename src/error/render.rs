@@ -38,36 +38,31 @@ fn block(diagnostic: &Diagnostic, renderer: &Renderer) -> String {
     } else {
         printable(&format!("{}: {}", diagnostic.path, diagnostic.message))
     };
-    let mut group = Level::ERROR
+    let report = Level::ERROR
         .primary_title(title)
         .elements(None::<Origin<'_>>);
-    if let Some(at) = &diagnostic.location {
-        match window(at) {
-            Some((text, caret)) => {
-                group = group.element(
-                    Origin::path(at.source.name.as_str())
-                        .line(at.line)
-                        .char_column(at.column),
-                );
-                group = group.element(
-                    Snippet::source(text)
-                        .line_start(at.line)
-                        .annotation(AnnotationKind::Primary.span(caret)),
-                );
-            }
-            None => {
-                group = group.element(
-                    Origin::path(at.source.name.as_str())
-                        .line(at.line)
-                        .char_column(at.column),
-                );
-            }
-        }
-    }
-    if let Some(help) = &diagnostic.help {
-        group = group.element(Level::HELP.message(printable(help)));
-    }
-    renderer.render(&[group])
+    let help = diagnostic.help.as_ref();
+    let help = help.map(|help| Level::HELP.message(printable(help)));
+    let Some(at) = &diagnostic.location else {
+        return renderer.render(&[report.elements(help)]);
+    };
+    let name = printable(&at.source.name);
+    let Some((line, caret)) = window(at) else {
+        let origin = Origin::path(name).line(at.line).char_column(at.column);
+        return renderer.render(&[report.element(origin).elements(help)]);
+    };
+    let shown = line[..caret.start].chars().count() + 1;
+    let snippet = Snippet::source(line)
+        .line_start(at.line)
+        .path(&*name)
+        .annotation(AnnotationKind::Primary.span(caret));
+    let text = renderer.render(&[report.element(snippet).elements(help)]);
+    // The renderer counts columns in what it is shown, which is part of a long line.
+    text.replacen(
+        &format!("{name}:{}:{shown}\n", at.line),
+        &format!("{name}:{}:{}\n", at.line, at.column),
+        1,
+    )
 }
 
 /// The line of a place, cropped around it, and the bytes to mark; `None` when the text has no such line.
