@@ -9,6 +9,7 @@ pub mod error;
 pub mod model;
 pub mod numeric;
 pub mod postprocess;
+pub mod quantity;
 pub mod report;
 pub mod solve;
 pub mod system;
