@@ -52,10 +52,18 @@ pub(super) fn entries(panels: &[Vec<Series>]) -> Vec<Entry> {
         }
     }
     for kind in events {
-        let text = kind.replace('_', " ");
+        let text = kind_text(&kind);
         push(&mut curves, Sample::Event(kind), NEUTRAL, &text);
     }
     curves
+}
+
+/// Kind of an event as it is said.
+pub(super) fn kind_text(kind: &str) -> String {
+    match kind {
+        "neimark_sacker" => "Neimark-Sacker".to_string(),
+        other => other.replace('_', " "),
+    }
 }
 
 fn visible_kinds(series: &Series, kinds: &[String]) -> Vec<String> {

@@ -12,6 +12,7 @@ pub mod svg;
 mod axis;
 mod draw;
 mod legend;
+mod plot_data;
 mod series;
 
 use std::io::Write;
@@ -27,6 +28,15 @@ use crate::report::{Report, Table};
 pub enum FigureFormat {
     /// Scalable vector graphics, `NAME.svg`.
     Svg,
+}
+
+impl FigureFormat {
+    /// Ending of the file name.
+    pub fn extension(self) -> &'static str {
+        match self {
+            FigureFormat::Svg => "svg",
+        }
+    }
 }
 
 /// What the outputs need to know about a run besides its reports.

@@ -107,7 +107,7 @@ pub(super) fn scene(figure: &Figure, report: &Report) -> Result<Scene, Error> {
             y,
         };
         draw_panel(&mut scene, &frame, panel, list, index);
-        top += height + 54.0;
+        top += height + 56.0;
     }
     draw_legend(&mut scene, legend::entries(&panels), left, &mut top);
     scene.height = top.round();
@@ -180,6 +180,18 @@ fn draw_panel(scene: &mut Scene, frame: &Frame, panel: &Panel, list: &[Series], 
         draw_series(scene, frame, series);
     }
     scene.add(Primitive::ClipEnd);
+    if list.iter().all(|s| s.points().next().is_none()) {
+        let at = (
+            frame.left + frame.width / 2.0,
+            frame.top + frame.height / 2.0,
+        );
+        put_text(
+            scene,
+            at,
+            "no points",
+            TextStyle::level(LABEL_FONT, TextAnchor::Middle),
+        );
+    }
     draw_axes(scene, frame, panel);
     // Events may sit on the frame: drawn whole, above everything else.
     for series in list {
