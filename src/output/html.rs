@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
+use super::legend::kind_text;
 use super::plot_data;
 use super::{RunOptions, manifest, svg, table_file};
 use crate::error::Error;
@@ -213,7 +214,9 @@ fn events(page: &mut String, report: &Report, table: &Table) {
             let _ = match &column.values {
                 Values::Float(v) => write!(page, "<td class=\"number\">{}</td>", short(v[row])),
                 Values::Integer(v) => write!(page, "<td class=\"number\">{}</td>", v[row]),
-                Values::Text(v) => write!(page, "<td>{}</td>", escape(&v[row].replace('_', " "))),
+                Values::Text(v) => {
+                    write!(page, "<td>{}</td>", escape(&cell(&column.name, &v[row])))
+                }
             };
         }
         page.push_str("</tr>\n");
@@ -226,6 +229,13 @@ fn events(page: &mut String, report: &Report, table: &Table) {
             table.rows(),
             escape(&table_file(report, table))
         );
+    }
+}
+
+fn cell(column: &str, text: &str) -> String {
+    match column {
+        "kind" => kind_text(text),
+        _ => text.to_string(),
     }
 }
 

@@ -91,23 +91,22 @@
   function layout(data, width) {
     const n = data.panels.length;
     const small = width < 700;
+    const dotted = data.panels.every((panel) => panel.curves.every((curve) => curve.style === "dots"));
     const panelHeight = n === 1 ? 400 : 290;
     const height = n * panelHeight + (n - 1) * 80 + (small ? 230 : 160);
     const result = {
       height, autosize: true, hovermode: "closest", dragmode: "zoom", paper_bgcolor: "#fff", plot_bgcolor: "#fff",
       font: { family: "system-ui, 'DejaVu Sans', Arial, sans-serif", size: 13, color: "#1b1f24" },
       margin: { l: small ? 62 : 78, r: 16, t: 30, b: 20 }, hoverlabel: { align: "left" },
-      legend: { orientation: "h", x: 0, xanchor: "left", yanchor: "top", y: -70 / (n * panelHeight + (n - 1) * 80), tracegroupgap: 0 },
+      legend: { orientation: "h", x: 0, xanchor: "left", yanchor: "top", y: -70 / (n * panelHeight + (n - 1) * 80), tracegroupgap: 0, itemsizing: dotted ? "constant" : "trace" },
     };
     const inner = n * panelHeight + (n - 1) * 80;
     data.panels.forEach((panel, i) => {
       const top = 1 - (i * (panelHeight + 80)) / inner;
       const suffix = i === 0 ? "" : String(i + 1);
       const frame = { showline: true, mirror: "allticks", ticks: "inside", linecolor: "#000", gridcolor: "#e8e8e8", zeroline: false, exponentformat: "power", automargin: true };
-      result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label) }, anchor: "y" + suffix };
-      if (panel.x_range) Object.assign(result["xaxis" + suffix], { range: panel.x_range });
-      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top] };
-      if (panel.y_range) Object.assign(result["yaxis" + suffix], { range: panel.y_range });
+      result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range };
+      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range };
     });
     return result;
   }

@@ -6,8 +6,9 @@ use serde_json::{Map, Value, json};
 
 use super::legend::kind_text;
 use super::series::{Drawing, Series, State, floats, resolve};
+use super::svg;
 use crate::error::Error;
-use crate::report::{Figure, Panel, Report};
+use crate::report::{Figure, Report};
 
 /// Columns shown when the pointer is over a point, where the table has them.
 const HOVER: [&str; 4] = ["branch", "point", "omega", "parameter"];
@@ -27,21 +28,16 @@ pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
             }
             curves.push(curve(report, series, &mut columns)?);
         }
+        let (x, y) = svg::axes(panel, list);
         panels.push(json!({
             "x_label": panel.x_label,
             "y_label": panel.y_label,
-            "x_range": x_range(panel),
+            "x_range": [x.low, x.high],
+            "y_range": [y.low, y.high],
             "curves": curves,
         }));
     }
     Ok(json!({"columns": columns, "kinds": kinds, "panels": panels}))
-}
-
-fn x_range(panel: &Panel) -> Value {
-    match panel.x_range {
-        Some((a, b)) if a.is_finite() && b.is_finite() && a != b => json!([a.min(b), a.max(b)]),
-        _ => Value::Null,
-    }
 }
 
 fn curve(

@@ -132,7 +132,8 @@ fn title(scene: &mut Scene, text: &str) -> f64 {
     top + 6.0
 }
 
-fn axes(panel: &Panel, list: &[Series]) -> (Axis, Axis) {
+/// Axes of a panel, the same on the page.
+pub(super) fn axes(panel: &Panel, list: &[Series]) -> (Axis, Axis) {
     let only_dots = list.iter().all(|s| matches!(s.drawing, Drawing::Dots));
     let xs = || list.iter().flat_map(|s| s.points().map(|p| p.0));
     let x = match (panel.x_range, extent(xs())) {
