@@ -8,6 +8,7 @@ pub mod element;
 pub mod error;
 pub mod model;
 pub mod numeric;
+pub mod output;
 pub mod postprocess;
 pub mod quantity;
 pub mod report;

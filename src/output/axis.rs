@@ -1,0 +1,159 @@
+//! Axes: range from the data, ticks at round numbers, text of the ticks.
+
+use kuva::render::render_utils::generate_ticks;
+
+/// A range with its ticks.
+#[derive(Debug, Clone)]
+pub(super) struct Axis {
+    pub low: f64,
+    pub high: f64,
+    pub ticks: Vec<Tick>,
+    /// Common power of ten of the tick texts, 0 when they are plain.
+    pub exponent: i32,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tick {
+    pub value: f64,
+    pub text: String,
+}
+
+/// Room between the data and the frame, as a share of the span.
+const MARGIN: f64 = 0.05;
+
+impl Axis {
+    /// Axis over exactly this range, in whichever order its ends are given.
+    pub fn exact(ends: (f64, f64), count: usize) -> Self {
+        let (low, high) = widened(ends.0.min(ends.1), ends.0.max(ends.1));
+        let mut values = generate_ticks(low, high, count);
+        let slack = 1e-9 * (high - low);
+        values.retain(|t| *t >= low - slack && *t <= high + slack);
+        let (exponent, ticks) = texts(&values);
+        Axis {
+            low,
+            high,
+            ticks,
+            exponent,
+        }
+    }
+
+    /// Axis around the data with some room; from zero where the data come close to it.
+    pub fn around(data: impl Iterator<Item = f64>, count: usize) -> Self {
+        let (low, high) = extent(data).unwrap_or((0.0, 1.0));
+        let (low, high) = widened(low, high);
+        let room = MARGIN * (high - low);
+        let from_zero = low >= 0.0 && low < 0.5 * high;
+        let to_zero = high <= 0.0 && high > 0.5 * low;
+        let bottom = if from_zero { 0.0 } else { low - room };
+        let top = if to_zero { 0.0 } else { high + room };
+        Axis::exact((bottom, top), count)
+    }
+
+    /// Where a value lies: 0 at the low end, 1 at the high end. Far outside values are brought near, so that coordinates
+    /// stay small numbers.
+    pub fn share(&self, value: f64) -> f64 {
+        ((value - self.low) / (self.high - self.low)).clamp(-10.0, 11.0)
+    }
+}
+
+/// Smallest and largest finite value.
+pub(super) fn extent(data: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    data.filter(|v| v.is_finite())
+        .fold(None, |ends, v| match ends {
+            None => Some((v, v)),
+            Some((low, high)) => Some((f64::min(low, v), f64::max(high, v))),
+        })
+}
+
+/// A range that is wide enough to divide by.
+fn widened(low: f64, high: f64) -> (f64, f64) {
+    let size = low.abs().max(high.abs());
+    if high - low > 1e-9 * size {
+        return (low, high);
+    }
+    let half = if size > 0.0 { 0.1 * size } else { 1.0 };
+    (low - half, high + half)
+}
+
+fn texts(values: &[f64]) -> (i32, Vec<Tick>) {
+    let size = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let power = if size > 0.0 {
+        (size * (1.0 + 1e-12)).log10().floor() as i32
+    } else {
+        0
+    };
+    let exponent = if (-2..5).contains(&power) { 0 } else { power };
+    let scale = 10f64.powi(-exponent);
+    let step = values.windows(2).map(|w| w[1] - w[0]);
+    let step = step.fold(f64::INFINITY, f64::min) * scale;
+    let decimals = (0..12).find(|&d| is_whole(step * 10f64.powi(d)));
+    let decimals = decimals.unwrap_or(3) as usize;
+    let tick = |v: &f64| Tick {
+        value: *v,
+        text: minus(format!("{:.*}", decimals, v * scale + 0.0)),
+    };
+    (exponent, values.iter().map(tick).collect())
+}
+
+fn is_whole(x: f64) -> bool {
+    x >= 0.5 && (x - x.round()).abs() < 1e-6 * x.max(1.0)
+}
+
+/// A true minus sign; no minus before a zero.
+fn minus(text: String) -> String {
+    let digits = text.trim_start_matches('-');
+    if digits.chars().all(|c| c == '0' || c == '.') {
+        return digits.to_string();
+    }
+    text.replace('-', "\u{2212}")
+}
+
+/// `×10⁻⁵`.
+pub(super) fn power_of_ten(exponent: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let mut text = String::from("×10");
+    for c in exponent.to_string().chars() {
+        text.push(match c.to_digit(10) {
+            Some(d) => DIGITS[d as usize],
+            None => '⁻',
+        });
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis) -> Vec<&str> {
+        axis.ticks.iter().map(|t| t.text.as_str()).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_and_equally_written() {
+        let axis = Axis::exact((2.5, 0.3), 6);
+        assert_eq!((axis.low, axis.high), (0.3, 2.5));
+        assert_eq!(labels(&axis), ["0.5", "1.0", "1.5", "2.0", "2.5"]);
+    }
+
+    #[test]
+    fn small_numbers_share_a_power_of_ten() {
+        let axis = Axis::around([1e-6, 2.2e-5].into_iter(), 5);
+        assert_eq!(axis.low, 0.0);
+        assert_eq!(axis.exponent, -5);
+        assert_eq!(labels(&axis)[0], "0.0");
+        assert_eq!(power_of_ten(-5), "×10⁻⁵");
+    }
+
+    #[test]
+    fn no_data_and_constant_data_have_an_axis() {
+        for data in [vec![], vec![3.0], vec![0.0, 0.0], vec![f64::NAN]] {
+            let axis = Axis::around(data.into_iter(), 5);
+            assert!(axis.high > axis.low && axis.ticks.len() > 1, "{axis:?}");
+        }
+        assert_eq!(
+            labels(&Axis::exact((-1.0, 1.0), 5)).first(),
+            Some(&"\u{2212}1.0")
+        );
+    }
+}

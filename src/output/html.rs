@@ -1,0 +1,350 @@
+//! The page of a run: one self-contained file with interactive plots that needs no network.
+//!
+//! A content policy in the page forbids every request, so that it cannot fetch or send anything. Without scripts the
+//! static figures are shown.
+
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use super::legend::kind_text;
+use super::plot_data;
+use super::{RunOptions, manifest, svg, table_file};
+use crate::error::Error;
+use crate::report::{Report, Table, Values};
+
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; \
+                      style-src 'unsafe-inline'; img-src data: blob:";
+/// Rows of events shown; the file has them all.
+const EVENT_ROWS: usize = 60;
+
+/// The page as one HTML document.
+///
+/// # Errors
+///
+/// `Error::Input` when a figure wants a table or column that its report does not have.
+pub fn render(reports: &[Report], options: &RunOptions) -> Result<String, Error> {
+    let model = match options.model.trim() {
+        "" => "Results",
+        name => name,
+    };
+    let mut page = String::new();
+    let _ = write!(
+        page,
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n",
+        title = escape(model)
+    );
+    contents(&mut page, reports);
+    page.push_str("</header>\n<main>\n");
+    for report in reports {
+        section(&mut page, report, options)?;
+    }
+    page.push_str("</main>\n");
+    footer(&mut page, options);
+    if reports.iter().any(|r| r.figure.is_some()) {
+        let _ = write!(
+            page,
+            "<script>{}</script>\n<script>\n{SCRIPT}</script>\n",
+            plotting_script()
+        );
+    }
+    page.push_str("</body>\n</html>\n");
+    Ok(page)
+}
+
+/// plotly.min.js alone: the crate hands it out as the first of two script elements.
+fn plotting_script() -> String {
+    let both = plotly::Plot::offline_js_sources();
+    let script = both.split_once('>').map_or("", |(_, rest)| rest);
+    let end = script.find("</script>").unwrap_or(script.len());
+    script[..end].to_string()
+}
+
+fn contents(page: &mut String, reports: &[Report]) {
+    let early = reports.iter().filter(|r| r.ended_early.is_some()).count();
+    let _ = write!(
+        page,
+        "<p class=\"soft\">{} analys{}",
+        reports.len(),
+        if reports.len() == 1 { "is" } else { "es" }
+    );
+    if early > 0 {
+        let _ = write!(page, ", {early} ended early");
+    }
+    page.push_str(". Drag in a plot to zoom, double-click to zoom out, click a legend entry to hide it.</p>\n");
+    page.push_str("<nav aria-label=\"Contents\"><strong>Contents</strong>\n<ol>\n");
+    for report in reports {
+        let _ = writeln!(
+            page,
+            "<li><a href=\"#a-{}\">{}</a> <span class=\"tag\">{}</span>{}</li>",
+            escape(&report.name),
+            escape(heading(report)),
+            escape(&report.kind),
+            match report.ended_early {
+                Some(_) => " <span class=\"tag early\">ended early</span>",
+                None => "",
+            }
+        );
+    }
+    page.push_str("</ol></nav>\n");
+}
+
+fn heading(report: &Report) -> &str {
+    match report.title.trim() {
+        "" => &report.name,
+        title => title,
+    }
+}
+
+fn section(page: &mut String, report: &Report, options: &RunOptions) -> Result<(), Error> {
+    let _ = write!(
+        page,
+        "<section id=\"a-{name}\">\n<h2>{}</h2>\n<p class=\"soft\">{name} <span class=\"tag\">{}</span></p>\n",
+        escape(heading(report)),
+        escape(&report.kind),
+        name = escape(&report.name),
+    );
+    if !report.caption.is_empty() {
+        let _ = writeln!(page, "<p>{}</p>", escape(&report.caption));
+    }
+    if let Some(reason) = &report.ended_early {
+        let _ = writeln!(
+            page,
+            "<div class=\"note early\"><strong>Ended early:</strong> {}</div>",
+            escape(reason)
+        );
+    }
+    list(page, "Warnings", "note", &report.warnings);
+    list(page, "Assumed", "soft", &report.assumed);
+    plot(page, report)?;
+    branches(page, report);
+    if let Some(table) = report.table("events").filter(|t| t.rows() > 0) {
+        events(page, report, table);
+    }
+    settings(page, report);
+    files(page, report, options);
+    page.push_str("</section>\n");
+    Ok(())
+}
+
+fn list(page: &mut String, title: &str, class: &str, entries: &[String]) {
+    if entries.is_empty() {
+        return;
+    }
+    let _ = write!(page, "<div class=\"{class}\"><strong>{title}</strong><ul>");
+    for entry in entries {
+        let _ = write!(page, "<li>{}</li>", escape(entry));
+    }
+    page.push_str("</ul></div>\n");
+}
+
+fn plot(page: &mut String, report: &Report) -> Result<(), Error> {
+    let Some(figure) = &report.figure else {
+        return Ok(());
+    };
+    let name = escape(&report.name);
+    let data = plot_data::value(figure, report)?.to_string();
+    let _ = write!(
+        page,
+        "<div class=\"plot\" data-source=\"data-{name}\" data-name=\"{name}\">\
+         <img alt=\"{}\" src=\"data:image/svg+xml,{}\"></div>\n\
+         <script type=\"application/json\" id=\"data-{name}\">{}</script>\n",
+        escape(&figure.title),
+        percent_encode(&svg::render(figure, report)?),
+        // Inside JSON strings only; keeps </script> and <!-- from ending the element.
+        data.replace('<', "\\u003c")
+    );
+    Ok(())
+}
+
+/// How each branch ended, from `summary["branches"]`.
+fn branches(page: &mut String, report: &Report) {
+    let Some(Value::Array(branches)) = report.summary.get("branches") else {
+        return;
+    };
+    if branches.is_empty() {
+        return;
+    }
+    page.push_str("<h3>Branches</h3>\n<div class=\"scroll\"><table><thead><tr><th>branch</th><th>method</th><th class=\"number\">points</th><th>end</th><th></th></tr></thead><tbody>\n");
+    for branch in branches {
+        let end = &branch["end"];
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td>{}</td></tr>",
+            plain(&branch["branch"]),
+            plain(&branch["method"]),
+            plain(&branch["points"]),
+            plain(&end["reason"]).replace('_', " "),
+            plain(&end["message"]),
+        );
+    }
+    page.push_str("</tbody></table></div>\n");
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => escape(text),
+        other => escape(&other.to_string()),
+    }
+}
+
+fn events(page: &mut String, report: &Report, table: &Table) {
+    page.push_str("<h3>Events</h3>\n<div class=\"scroll\"><table><thead><tr>");
+    for column in &table.columns {
+        let class = match column.values {
+            Values::Text(_) => "",
+            _ => " class=\"number\"",
+        };
+        let unit = match column.unit.as_str() {
+            "" => String::new(),
+            unit => format!(" [{}]", escape(unit)),
+        };
+        let _ = write!(page, "<th{class}>{}{unit}</th>", escape(&column.name));
+    }
+    page.push_str("</tr></thead><tbody>\n");
+    for row in 0..table.rows().min(EVENT_ROWS) {
+        page.push_str("<tr>");
+        for column in &table.columns {
+            let _ = match &column.values {
+                Values::Float(v) => write!(page, "<td class=\"number\">{}</td>", short(v[row])),
+                Values::Integer(v) => write!(page, "<td class=\"number\">{}</td>", v[row]),
+                Values::Text(v) => {
+                    write!(page, "<td>{}</td>", escape(&cell(&column.name, &v[row])))
+                }
+            };
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody></table></div>\n");
+    if table.rows() > EVENT_ROWS {
+        let _ = writeln!(
+            page,
+            "<p class=\"soft\">{EVENT_ROWS} of {} events; all of them are in {}.</p>",
+            table.rows(),
+            escape(&table_file(report, table))
+        );
+    }
+}
+
+fn cell(column: &str, text: &str) -> String {
+    match column {
+        "kind" => kind_text(text),
+        _ => text.to_string(),
+    }
+}
+
+/// Seven digits; empty for NaN.
+fn short(value: f64) -> String {
+    match plot_data::rounded(value) {
+        Value::Null => String::new(),
+        number => number.to_string(),
+    }
+}
+
+fn settings(page: &mut String, report: &Report) {
+    for key in ["options", "scales"] {
+        if let Some(value) = report.summary.get(key).filter(|v| !v.is_null()) {
+            let _ = write!(
+                page,
+                "<details><summary>{key}</summary><pre>{}</pre></details>\n",
+                escape(&format!("{value:#}"))
+            );
+        }
+    }
+}
+
+fn files(page: &mut String, report: &Report, options: &RunOptions) {
+    let mut names: Vec<String> = report
+        .tables
+        .iter()
+        .map(|t| table_file(report, t))
+        .collect();
+    names.push(format!("{}.json", report.name));
+    if report.figure.is_some() {
+        let figures = options.figures.iter();
+        names.extend(figures.map(|f| format!("{}.{}", report.name, f.extension())));
+    }
+    let links: Vec<String> = names
+        .iter()
+        .map(|n| format!("<a href=\"./{0}\">{0}</a>", escape(n)))
+        .collect();
+    let _ = writeln!(page, "<p class=\"soft\">Files: {}</p>", links.join(", "));
+}
+
+fn footer(page: &mut String, options: &RunOptions) {
+    let _ = writeln!(
+        page,
+        "<footer>\n<p class=\"soft\">Written by {} {}. Hashes of all files: <a href=\"./manifest.json\">manifest.json</a>.</p>",
+        env!("CARGO_PKG_NAME"),
+        env!("CARGO_PKG_VERSION"),
+    );
+    for (name, bytes) in &options.inputs {
+        let _ = writeln!(
+            page,
+            "<p class=\"soft\">Input {}: <span class=\"hash\">SHA-256 {}</span></p>",
+            escape(name),
+            manifest::sha256(bytes)
+        );
+    }
+    page.push_str("</footer>\n");
+}
+
+/// Text made safe for content and for quoted attributes.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A document as the body of a data address: only what an address or the attribute around it cannot hold is encoded.
+fn percent_encode(text: &str) -> String {
+    let mut out = String::with_capacity(text.len() + text.len() / 8);
+    for byte in text.bytes() {
+        match byte {
+            b' ' | b'!' | b'\'' | b'('..=b'/' | b'0'..=b';' | b'=' | b'?' | b'@' => {
+                out.push(char::from(byte));
+            }
+            b'A'..=b'Z' | b'_' | b'a'..=b'z' | b'~' => out.push(char::from(byte)),
+            _ => {
+                let _ = write!(out, "%{byte:02X}");
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_plotting_script_is_whole_and_alone() {
+        let script = plotting_script();
+        assert!(script.len() > 3_000_000, "{}", script.len());
+        assert!(script.contains("newPlot") && !script.contains("</script"));
+        assert!(!script.contains("MathJax.startup = "));
+    }
+
+    #[test]
+    fn figures_survive_as_addresses() {
+        assert_eq!(
+            percent_encode("<a b=\"#1\">Ω 50%</a>"),
+            "%3Ca b=%22%231%22%3E%CE%A9 50%25%3C/a%3E"
+        );
+    }
+}

@@ -1,0 +1,201 @@
+//! Results on disk: tables, figures, the page of a run and its manifest, all from [`Report`]s.
+//!
+//! Every file is written under a temporary name in its folder and renamed when it is complete, so that what stands under
+//! its own name is whole, also after an interruption or on a full disk.
+
+pub mod csv;
+pub mod html;
+pub mod json;
+pub mod manifest;
+pub mod svg;
+
+mod axis;
+mod draw;
+mod legend;
+mod plot_data;
+mod series;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use crate::error::Error;
+use crate::report::{Report, Table};
+
+/// Format of the static figures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FigureFormat {
+    /// Scalable vector graphics, `NAME.svg`.
+    Svg,
+}
+
+impl FigureFormat {
+    /// Ending of the file name.
+    pub fn extension(self) -> &'static str {
+        match self {
+            FigureFormat::Svg => "svg",
+        }
+    }
+}
+
+/// What the outputs need to know about a run besides its reports.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// Name of the model: heading of the page.
+    pub model: String,
+    /// Formats of the static figures; empty: none.
+    pub figures: Vec<FigureFormat>,
+    /// Input files: name and content.
+    pub inputs: Vec<(String, Vec<u8>)>,
+    /// Options, tolerances and seeds for the manifest.
+    pub settings: Map<String, Value>,
+}
+
+/// Writes a whole run: the files of every report, `report.html` and `manifest.json`. Returns all paths.
+///
+/// # Errors
+///
+/// Those of [`write_report`] and [`write_summary`].
+pub fn write_run(
+    out_dir: &Path,
+    reports: &[Report],
+    options: &RunOptions,
+) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    for report in reports {
+        files.extend(write_report(out_dir, report, &options.figures)?);
+    }
+    files.extend(write_summary(out_dir, reports, options, &files)?);
+    Ok(files)
+}
+
+/// Writes the files of one report: its tables, `NAME.json` and its figure. Returns their paths. Creates the folder.
+///
+/// # Errors
+///
+/// `Error::File` when a file cannot be written (it names the file), or when the report's name is no file name or would
+/// overwrite the manifest; `Error::Input` when the figure wants a column that is not there.
+pub fn write_report(
+    out_dir: &Path,
+    report: &Report,
+    figures: &[FigureFormat],
+) -> Result<Vec<PathBuf>, Error> {
+    check_name(out_dir, &report.name)?;
+    create_folder(out_dir)?;
+    let mut files = Vec::new();
+    for table in &report.tables {
+        let path = out_dir.join(table_file(report, table));
+        write_file(&path, |out| csv::write(table, out))?;
+        files.push(path);
+    }
+    let path = out_dir.join(format!("{}.json", report.name));
+    write_json(&path, &json::value(report))?;
+    files.push(path);
+    if let Some(figure) = &report.figure {
+        for format in figures {
+            let FigureFormat::Svg = format;
+            let path = out_dir.join(format!("{}.svg", report.name));
+            let text = svg::render(figure, report)?;
+            write_file(&path, |out| out.write_all(text.as_bytes()))?;
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+/// Writes `report.html` and, last, `manifest.json`, which lists `files` (those written before) and the page. Returns the
+/// two paths.
+///
+/// # Errors
+///
+/// `Error::File` when a file cannot be written or one of `files` cannot be read back; `Error::Input` as in
+/// [`write_report`].
+pub fn write_summary(
+    out_dir: &Path,
+    reports: &[Report],
+    options: &RunOptions,
+    files: &[PathBuf],
+) -> Result<Vec<PathBuf>, Error> {
+    create_folder(out_dir)?;
+    let page = out_dir.join("report.html");
+    let text = html::render(reports, options)?;
+    write_file(&page, |out| out.write_all(text.as_bytes()))?;
+    let mut listed = files.to_vec();
+    listed.push(page.clone());
+    let path = out_dir.join("manifest.json");
+    let value = manifest::value(out_dir, &options.inputs, &options.settings, &listed)?;
+    write_json(&path, &value)?;
+    Ok(vec![page, path])
+}
+
+/// File name of a table: `NAME.csv`, or `NAME.TABLE.csv` for all but the main one.
+pub fn table_file(report: &Report, table: &Table) -> String {
+    match table.name.as_str() {
+        "" => format!("{}.csv", report.name),
+        name => format!("{}.{name}.csv", report.name),
+    }
+}
+
+fn check_name(out_dir: &Path, name: &str) -> Result<(), Error> {
+    let reason = if name == "manifest" {
+        "an analysis of this name would overwrite manifest.json"
+    } else if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\', '\0']) {
+        "the name of the analysis is no file name"
+    } else {
+        return Ok(());
+    };
+    let path = out_dir.join(format!("{name}.json"));
+    let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, reason);
+    Err(file_error("write", &path, source))
+}
+
+fn create_folder(folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|source| file_error("create", folder, source))
+}
+
+fn write_json(path: &Path, value: &Value) -> Result<(), Error> {
+    write_file(path, |out| {
+        serde_json::to_writer_pretty(&mut *out, value)?;
+        out.write_all(b"\n")
+    })
+}
+
+/// Writes under a temporary name beside `path`, then renames.
+fn write_file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), Error> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let whole = || -> std::io::Result<()> {
+        let mut temporary = new_file(folder)?;
+        let mut buffer = std::io::BufWriter::new(temporary.as_file_mut());
+        fill(&mut buffer)?;
+        buffer.flush()?;
+        drop(buffer);
+        // A full disk may show only here.
+        temporary.as_file().sync_all()?;
+        temporary.persist(path)?;
+        Ok(())
+    };
+    whole().map_err(|source| file_error("write", path, source))
+}
+
+/// A temporary file that others may read once it has its name, as the user's umask allows.
+fn new_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".gearlash-").suffix(".part");
+    #[cfg(unix)]
+    let permissions: std::fs::Permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
+    #[cfg(unix)]
+    builder.permissions(permissions);
+    builder.tempfile_in(folder)
+}
+
+fn file_error(action: &'static str, path: &Path, source: std::io::Error) -> Error {
+    Error::File {
+        action,
+        path: path.to_path_buf(),
+        source,
+    }
+}

@@ -1,0 +1,167 @@
+"use strict";
+(() => {
+  const GREY = "#222222";
+  const STATES = {
+    stable: { width: 2, dash: "solid" },
+    plain: { width: 2, dash: "solid" },
+    unstable: { width: 2, dash: "7px,4px" },
+    unknown: { width: 1, dash: "solid" },
+  };
+  const SYMBOLS = {
+    fold: "triangle-up", branch_point: "square", period_doubling: "diamond",
+    neimark_sacker: "circle", grazing: "cross-thin",
+  };
+  const MANY_DOTS = 15000;
+
+  const text = (s) => String(s).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+  const number = (v) => (v === null || v === undefined ? "" : String(v));
+
+  // One line of the hover box for each column that the point has.
+  function hover(data, curve, row, panel) {
+    const lines = [];
+    if (curve.label) lines.push("<b>" + text(curve.label) + "</b>");
+    for (const [name, key] of curve.hover) lines.push(name + " " + number(data.columns[key][row]));
+    lines.push(text(panel.y_label) + ": " + number(data.columns[curve.y][row]));
+    return lines;
+  }
+
+  // The runs of one state as one trace, separated by gaps.
+  function runTrace(data, panel, curve, state) {
+    const x = [], y = [], tips = [];
+    for (const [s, first, end] of curve.runs) {
+      if (s !== state) continue;
+      for (let row = first; row < end; row++) {
+        x.push(data.columns[curve.x][row]);
+        y.push(data.columns[curve.y][row]);
+        const lines = hover(data, curve, row, panel);
+        if (state !== "plain") lines.push(state === "unknown" ? "stability unknown" : state);
+        tips.push(lines.join("<br>"));
+      }
+      x.push(null); y.push(null); tips.push("");
+    }
+    const lone = curve.runs.every(([, first, end]) => end - first === 1);
+    return {
+      x, y, text: tips, hoverinfo: "text", mode: lone ? "markers" : "lines",
+      line: { color: curve.color, ...STATES[state] }, marker: { color: curve.color, size: 5 }, meta: { state },
+    };
+  }
+
+  function pointTrace(data, panel, curve, rows, marker) {
+    return {
+      x: rows.map((r) => data.columns[curve.x][r]), y: rows.map((r) => data.columns[curve.y][r]),
+      mode: "markers", marker, meta: {},
+      type: rows.length > MANY_DOTS ? "scattergl" : "scatter",
+      text: rows.map((r) => hover(data, curve, r, panel).join("<br>")), hoverinfo: "text",
+    };
+  }
+
+  function curveTraces(data, panel, curve) {
+    const all = data.columns[curve.x].map((_, row) => row);
+    const name = text(curve.label);
+    if (curve.style === "runs") {
+      const states = ["stable", "plain", "unstable", "unknown"].filter((s) => curve.runs.some((r) => r[0] === s));
+      return states.map((s, i) => ({ ...runTrace(data, panel, curve, s), name, first: i === 0 }));
+    }
+    if (curve.style === "events") {
+      const kinds = [...new Set(curve.kinds)];
+      return kinds.map((kind) => {
+        const rows = all.filter((r) => curve.kinds[r] === kind && data.columns[curve.y][r] !== null);
+        const title = data.kinds[kind];
+        const marker = { symbol: SYMBOLS[kind] || "triangle-down", size: 10, color: GREY, line: { color: kind === "grazing" ? GREY : "#fff", width: kind === "grazing" ? 2 : 1 } };
+        const trace = pointTrace(data, panel, curve, rows, marker);
+        trace.text = trace.text.map((t) => "<b>" + text(title) + "</b><br>" + t);
+        return { ...trace, name: text(title), first: true };
+      }).filter((trace) => trace.x.length > 0);
+    }
+    const crosses = curve.style === "crosses";
+    const marker = crosses
+      ? { symbol: "x-thin", size: 7, color: curve.color, line: { color: curve.color, width: 1.4 } }
+      : { size: 3, color: curve.color };
+    return [{ ...pointTrace(data, panel, curve, all, marker), name, first: true }];
+  }
+
+  // Entries that explain the strokes; a click on one hides or shows everything drawn that way.
+  function strokeEntries(traces) {
+    const names = { stable: "stable", unstable: "unstable", unknown: "stability unknown" };
+    return Object.keys(names).filter((s) => traces.some((t) => t.meta.state === s)).map((s) => ({
+      x: [null], y: [null], mode: "lines", name: names[s], line: { color: GREY, ...STATES[s] }, hoverinfo: "skip", meta: { toggles: s },
+    }));
+  }
+
+  function layout(data, width) {
+    const n = data.panels.length;
+    const small = width < 700;
+    const dotted = data.panels.every((panel) => panel.curves.every((curve) => curve.style === "dots"));
+    const panelHeight = n === 1 ? 400 : 290;
+    const height = n * panelHeight + (n - 1) * 80 + (small ? 230 : 160);
+    const result = {
+      height, autosize: true, hovermode: "closest", dragmode: "zoom", paper_bgcolor: "#fff", plot_bgcolor: "#fff",
+      font: { family: "system-ui, 'DejaVu Sans', Arial, sans-serif", size: 13, color: "#1b1f24" },
+      margin: { l: small ? 62 : 78, r: 16, t: 30, b: 20 }, hoverlabel: { align: "left" },
+      legend: { orientation: "h", x: 0, xanchor: "left", yanchor: "top", y: -70 / (n * panelHeight + (n - 1) * 80), tracegroupgap: 0, itemsizing: dotted ? "constant" : "trace" },
+    };
+    const inner = n * panelHeight + (n - 1) * 80;
+    data.panels.forEach((panel, i) => {
+      const top = 1 - (i * (panelHeight + 80)) / inner;
+      const suffix = i === 0 ? "" : String(i + 1);
+      const frame = { showline: true, mirror: "allticks", ticks: "inside", linecolor: "#000", gridcolor: "#e8e8e8", zeroline: false, exponentformat: "power", automargin: true };
+      result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range };
+      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range };
+    });
+    return result;
+  }
+
+  function traces(data) {
+    const list = [], named = new Set();
+    data.panels.forEach((panel, i) => {
+      const suffix = i === 0 ? "" : String(i + 1);
+      for (const curve of panel.curves) {
+        for (const trace of curveTraces(data, panel, curve)) {
+          const group = curve.style + "|" + trace.name + "|" + (curve.style === "events" ? "" : curve.color);
+          const { first, ...rest } = trace;
+          const showlegend = first && trace.name !== "" && !named.has(group);
+          if (showlegend) named.add(group);
+          list.push({ ...rest, legendgroup: group, showlegend, xaxis: "x" + suffix, yaxis: "y" + suffix });
+        }
+      }
+    });
+    const events = list.filter((t) => t.legendgroup.startsWith("events"));
+    const curves = list.filter((t) => !t.legendgroup.startsWith("events"));
+    return [...curves, ...strokeEntries(curves), ...events];
+  }
+
+  function toggleState(plot, event) {
+    const state = (event.data[event.curveNumber].meta || {}).toggles;
+    if (!state) return true;
+    const own = event.data[event.curveNumber].visible;
+    const show = own === "legendonly";
+    const hit = event.data.map((t, i) => i).filter((i) => (event.data[i].meta || {}).state === state);
+    Plotly.restyle(plot, { visible: show ? true : "legendonly" }, [event.curveNumber]);
+    // A hidden trace keeps its place in the legend of its curve.
+    Plotly.restyle(plot, { visible: show }, hit);
+    return false;
+  }
+
+  async function draw(plot) {
+    const data = JSON.parse(document.getElementById(plot.dataset.source).textContent);
+    const canvas = document.createElement("div");
+    plot.append(canvas);
+    const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"], toImageButtonOptions: { format: "svg", filename: plot.dataset.name } };
+    try {
+      await Plotly.newPlot(canvas, traces(data), layout(data, plot.clientWidth), config);
+      canvas.on("plotly_legendclick", (event) => toggleState(canvas, event));
+      plot.querySelectorAll("img").forEach((img) => { img.hidden = true; img.style.display = "none"; });
+    } catch (error) {
+      canvas.remove(); // the static figure stays
+      console.error(error);
+    }
+  }
+
+  async function drawAll() {
+    for (const plot of document.querySelectorAll(".plot")) {
+      await draw(plot);
+      await new Promise((next) => setTimeout(next, 0));
+    }
+  }
+  drawAll();
+})();

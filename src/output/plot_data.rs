@@ -1,0 +1,130 @@
+//! Data of an interactive plot: every column once, curves as references to columns, runs as ranges of rows.
+
+use std::collections::HashSet;
+
+use serde_json::{Map, Value, json};
+
+use super::legend::kind_text;
+use super::series::{Drawing, Series, State, floats, resolve};
+use super::svg;
+use crate::error::Error;
+use crate::report::{Figure, Report};
+
+/// Columns shown when the pointer is over a point, where the table has them.
+const HOVER: [&str; 4] = ["branch", "point", "omega", "parameter"];
+
+/// What the script of the page draws from.
+pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
+    let mut columns = Map::new();
+    let mut kinds = Map::new();
+    let mut panels = Vec::new();
+    for (panel, list) in figure.panels.iter().zip(&resolve(figure, report)?) {
+        let mut curves = Vec::new();
+        for series in list {
+            if let Drawing::Events(names) = &series.drawing {
+                for name in names {
+                    kinds.insert(name.clone(), json!(kind_text(name)));
+                }
+            }
+            curves.push(curve(report, series, &mut columns)?);
+        }
+        let (x, y) = svg::axes(panel, list);
+        panels.push(json!({
+            "x_label": panel.x_label,
+            "y_label": panel.y_label,
+            "x_range": [x.low, x.high],
+            "y_range": [y.low, y.high],
+            "curves": curves,
+        }));
+    }
+    Ok(json!({"columns": columns, "kinds": kinds, "panels": panels}))
+}
+
+fn curve(
+    report: &Report,
+    series: &Series,
+    columns: &mut Map<String, Value>,
+) -> Result<Value, Error> {
+    let table = &series.curve.table;
+    let mut put = |name: &str, values: &[f64]| {
+        let key = format!("{table}:{name}");
+        if !columns.contains_key(&key) {
+            columns.insert(key.clone(), numbers(values));
+        }
+        key
+    };
+    let (x, y) = (&series.curve.x, &series.curve.y);
+    let mut out = json!({
+        "label": series.curve.label,
+        "color": series.color(),
+        "style": style(&series.drawing),
+        "hover": [],
+    });
+    if series.drawing == Drawing::Dots {
+        let (xs, ys) = distinct(series);
+        out["x"] = json!(put(&format!("{x} against {y}"), &xs));
+        out["y"] = json!(put(&format!("{y} against {x}"), &ys));
+        out["hover"] = json!([[x, out["x"]]]);
+        return Ok(out);
+    }
+    out["x"] = json!(put(x, &series.x));
+    out["y"] = json!(put(y, &series.y));
+    let mut hover = Vec::new();
+    for name in HOVER {
+        if series.table.column(name).is_some() {
+            let values = floats(report, series.table, name)?;
+            hover.push(json!([name, put(name, &values)]));
+        }
+    }
+    if !HOVER.contains(&x.as_str()) {
+        hover.push(json!([x, out["x"]]));
+    }
+    out["hover"] = Value::Array(hover);
+    match &series.drawing {
+        Drawing::Runs(runs) => {
+            let run = |r: &super::series::Run| json!([state(r.state), r.rows.start, r.rows.end]);
+            out["runs"] = runs.iter().map(run).collect();
+        }
+        Drawing::Events(kinds) => out["kinds"] = json!(kinds),
+        Drawing::Crosses | Drawing::Dots => {}
+    }
+    Ok(out)
+}
+
+fn style(drawing: &Drawing) -> &'static str {
+    match drawing {
+        Drawing::Runs(_) => "runs",
+        Drawing::Crosses => "crosses",
+        Drawing::Dots => "dots",
+        Drawing::Events(_) => "events",
+    }
+}
+
+fn state(state: State) -> &'static str {
+    match state {
+        State::Stable => "stable",
+        State::Unstable => "unstable",
+        State::Unknown => "unknown",
+        State::Plain => "plain",
+    }
+}
+
+/// Points that differ in their seven digits: an attractor of period 1 is one point, not hundreds.
+fn distinct(series: &Series) -> (Vec<f64>, Vec<f64>) {
+    let mut seen = HashSet::new();
+    let key = |(x, y): &(f64, f64)| (format!("{x:.6e}"), format!("{y:.6e}"));
+    series.points().filter(|p| seen.insert(key(p))).unzip()
+}
+
+fn numbers(values: &[f64]) -> Value {
+    values.iter().map(|v| rounded(*v)).collect()
+}
+
+/// Seven significant digits; null when not finite. Whole numbers are written as such.
+pub(super) fn rounded(value: f64) -> Value {
+    if value.fract() == 0.0 && value.abs() < 1e7 {
+        return json!(value as i64);
+    }
+    // What `format!` wrote reads back; NaN and infinities become null.
+    json!(format!("{value:.6e}").parse::<f64>().unwrap_or(f64::NAN))
+}
