@@ -18,6 +18,21 @@ pub struct Model {
     pub warnings: Vec<String>,
 }
 
+impl Model {
+    /// Units of deformation and force of a connection, by its number: `("m", "N")` or `("rad", "N m")`.
+    pub fn units_of(&self, connection: usize) -> (&'static str, &'static str) {
+        let unit = match &self.structure {
+            Structure::Train(train) => train.connections.get_index(connection).map(|(_, c)| c.unit),
+            Structure::Reduced(_) => None,
+        };
+        match unit {
+            Some(DeformationUnit::Metre) => ("m", "N"),
+            Some(DeformationUnit::Radian) => ("rad", "N m"),
+            None => ("", ""),
+        }
+    }
+}
+
 /// Units of the results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReportUnits {

@@ -3,6 +3,7 @@
 //! A bare number is SI. Decimal units convert without rounding twice: `5 um` is the double nearest to 5e-6.
 
 mod dimension;
+mod serde_impl;
 mod unit;
 
 pub use dimension::UnitDimension;

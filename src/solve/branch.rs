@@ -199,16 +199,29 @@ impl Tracer<'_> {
                 .iter()
                 .filter(|(fraction, _)| *fraction < event.fraction)
                 .count();
-            self.branch.events.push(BifurcationEvent {
-                after_point: event.after_point + before,
-                ..*event
-            });
+            let mut event = event.clone();
+            event.after_point += before;
+            if event.located {
+                event.recorded = self.record_at(event.fraction)?;
+            }
+            self.branch.events.push(event);
         }
         for (fraction, point) in solved {
             let probe = self.probe(point, fraction)?;
             self.push(&probe)?;
         }
         Ok(())
+    }
+
+    /// Values of the recorder at a fraction of the last step; empty when the corrector fails there.
+    fn record_at(&mut self, fraction: f64) -> Result<Vec<f64>, SolveError> {
+        let mut values = Vec::new();
+        if let Some(point) = self.path.at_fraction(self.problem, fraction)? {
+            let orbit = self.problem.orbit(&point.u, point.lambda)?;
+            let system = self.problem.system_at(point.lambda)?;
+            self.recorder.record(system, &orbit, &mut values);
+        }
+        Ok(values)
     }
 
     /// Appends a point; false when the recorder asks to stop.

@@ -32,7 +32,7 @@ impl EventKind {
 }
 
 /// A bifurcation between two points of a branch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BifurcationEvent {
     /// Kind.
     pub kind: EventKind,
@@ -46,6 +46,8 @@ pub struct BifurcationEvent {
     pub after_point: usize,
     /// Fraction of the step at which it stands.
     pub fraction: f64,
+    /// Values of the recorder at the event; empty when it could not be located.
+    pub recorded: Vec<f64>,
 }
 
 /// What is known at one place of a step.
@@ -217,6 +219,7 @@ impl Step<'_> {
                     located: true,
                     after_point,
                     fraction: found.root,
+                    recorded: Vec::new(),
                 })
             }
             Err(Some(error)) => Err(error),
@@ -227,6 +230,7 @@ impl Step<'_> {
                 located: false,
                 after_point,
                 fraction: 0.5 * (a.fraction + b.fraction),
+                recorded: Vec::new(),
             }),
         }
     }

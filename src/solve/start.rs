@@ -44,6 +44,9 @@ pub enum Start {
     Failed(Vec<String>),
 }
 
+/// The first road of [`find`].
+pub const LINEAR: &str = "linear response";
+
 /// Transient periods integrated before an orbit is read, and periods more for as long as it has not settled.
 const TRANSIENT_PERIODS: usize = 200;
 
@@ -93,7 +96,7 @@ pub fn find(
     if outcome.is_converged() {
         return Ok(Start::Found {
             u,
-            how: "linear response",
+            how: LINEAR,
         });
     }
     failures.push(format!(

@@ -1,0 +1,116 @@
+//! What a model file can ask for: one file an analysis type.
+//!
+//! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
+
+mod branch_table;
+mod frequency_response;
+mod modes;
+
+pub use frequency_response::FrequencyResponse;
+pub use modes::Modes;
+
+use crate::assembly::Assembly;
+use crate::error::Error;
+use crate::model::{Model, ReportUnits, Structure};
+use crate::quantity::{Quantity, UnitDimension};
+use crate::report::Report;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// One analysis of a model file, named by `type:`.
+#[typetag::serde(tag = "type")]
+pub trait Analysis: std::fmt::Debug + Send + Sync {
+    /// Everything wrong with the settings that can be known before anything runs: key and message.
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault>;
+
+    /// Runs. A numerical outcome is part of the report, never an error.
+    ///
+    /// # Errors
+    /// Misuse that `check` could not see.
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error>;
+}
+
+/// A key of an analysis and what is wrong with its value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// Key, with an index where the value is a list: `marks.2`.
+    pub key: String,
+    /// What was found and what was wanted.
+    pub message: String,
+}
+
+impl Fault {
+    /// A fault of one key.
+    pub fn new(key: impl Into<String>, message: impl Into<String>) -> Fault {
+        Fault { key: key.into(), message: message.into() }
+    }
+}
+
+/// The analysis types and what each is for.
+pub const TYPES: &[(&str, &str)] = &[
+    ("modes", "natural frequencies against the effective stiffness"),
+    ("frequency_response", "periodic responses against the excitation frequency, with stability"),
+];
+
+/// The model under which an analysis runs, its own `set:` applied.
+pub struct Setting<'a> {
+    /// Name of the analysis.
+    pub name: &'a str,
+    /// The model.
+    pub model: &'a Model,
+    /// The assembled system.
+    pub assembly: &'a Assembly,
+    /// Interruption and progress.
+    pub control: &'a dyn Control,
+}
+
+/// What a running analysis may ask of, and tell, whoever started it.
+pub trait Control: Send + Sync {
+    /// Whether to stop at the next opportunity.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+
+    /// Progress of an analysis: share done, 0..1, and a few words.
+    fn progress(&self, _analysis: &str, _share: f64, _words: &str) {}
+}
+
+/// A control that never interrupts; a flag that does.
+impl Control for AtomicBool {
+    fn is_interrupted(&self) -> bool {
+        self.load(Ordering::Relaxed)
+    }
+}
+
+impl Setting<'_> {
+    /// Whether results are in SI units.
+    pub fn is_si(&self) -> bool {
+        self.model.report_units == ReportUnits::Si
+    }
+
+    /// An excitation frequency over omega_c.
+    ///
+    /// # Errors
+    /// A bare number in an SI report, a unit in a reduced model, a wrong unit, zero or less.
+    pub fn frequency(&self, quantity: &Quantity) -> Result<f64, String> {
+        let is_reduced = matches!(self.model.structure, Structure::Reduced(_));
+        let value = match quantity.dimension {
+            None if self.is_si() => {
+                return Err(format!(
+                    "the bare number {} is ambiguous in an SI report; give a frequency with a unit, such as `{} Hz`, \
+                     `rpm` or `rad/s`",
+                    quantity.text, quantity.text
+                ));
+            }
+            None => quantity.value,
+            Some(_) if is_reduced => {
+                return Err(format!("`{}` has a unit, but a reduced model is nondimensional; give omega/omega_c", quantity.text));
+            }
+            Some(_) => quantity.si(UnitDimension::FREQUENCY)? / self.assembly.scales.frequency,
+        };
+        if value > 0.0 && value.is_finite() {
+            Ok(value)
+        } else {
+            Err(format!("{} must be a frequency > 0", quantity.text))
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Natural frequencies of the linearised train against the effective stiffness of its connections (figure 2).
+
+use super::{Analysis, Fault, Setting};
+use crate::error::Error;
+use crate::postprocess::effective_stiffness::natural_frequencies;
+use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values};
+use serde::{Deserialize, Serialize};
+
+/// Settings of `modes`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Modes {
+    /// First and last effective stiffness.
+    pub effective_stiffness: [f64; 2],
+    /// Number of values, both ends included.
+    pub points: usize,
+    /// Connections whose stiffness varies together, the others keeping 1; all when absent.
+    pub vary: Option<Vec<String>>,
+}
+
+impl Default for Modes {
+    fn default() -> Self {
+        Modes { effective_stiffness: [0.0, 1.0], points: 101, vary: None }
+    }
+}
+
+#[typetag::serde(name = "modes")]
+impl Analysis for Modes {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.points < 2 {
+            faults.push(Fault::new("points", format!("{} must be at least 2", self.points)));
+        }
+        for (k, value) in self.effective_stiffness.iter().enumerate() {
+            if !(value.is_finite() && *value >= 0.0) {
+                faults.push(Fault::new(format!("effective_stiffness.{k}"), format!("{value} must be >= 0")));
+            }
+        }
+        for (k, name) in self.vary.iter().flatten().enumerate() {
+            if !setting.assembly.connections.contains(name) {
+                let hint = crate::error::did_you_mean(name, &setting.assembly.connections);
+                faults.push(Fault::new(format!("vary.{k}"), format!("no connection is called `{name}`; {hint}")));
+            }
+        }
+        faults
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let assembly = setting.assembly;
+        let [from, to] = self.effective_stiffness;
+        let n = assembly.system.dof();
+        let varies = |name: &String| self.vary.as_ref().is_none_or(|list| list.contains(name));
+        let mut stiffness = Vec::with_capacity(self.points);
+        let mut frequencies = vec![Vec::with_capacity(self.points); n];
+        for k in 0..self.points {
+            let value = from + (to - from) * k as f64 / (self.points - 1) as f64;
+            let slopes: Vec<f64> =
+                assembly.connections.iter().map(|name| if varies(name) { value } else { 1.0 }).collect();
+            stiffness.push(value);
+            let list = natural_frequencies(&assembly.system, &slopes);
+            frequencies.iter_mut().zip(list).for_each(|(column, w)| column.push(w));
+        }
+        let (unit, scale) = match setting.is_si() {
+            true => ("Hz", assembly.scales.frequency / std::f64::consts::TAU),
+            false => ("", 1.0),
+        };
+        let float = |name: String, unit: &str, values| Column { name, unit: unit.into(), values: Values::Float(values) };
+        let mut columns = vec![float("effective_stiffness".into(), "", stiffness)];
+        columns.extend(frequencies.into_iter().enumerate().map(|(i, list)| {
+            float(format!("natural_frequency.{}", i + 1), unit, list.into_iter().map(|w| w * scale).collect())
+        }));
+        Ok(Report {
+            tables: vec![Table { name: String::new(), columns }],
+            figure: Some(figure(n, unit)),
+            ..Report::default()
+        })
+    }
+}
+
+fn figure(n: usize, unit: &str) -> Figure {
+    let curve = |i: usize| Curve {
+        table: String::new(),
+        x: "effective_stiffness".into(),
+        y: format!("natural_frequency.{}", i + 1),
+        label: format!("mode {}", i + 1),
+        style: CurveStyle::Line,
+    };
+    let y_label = if unit.is_empty() { "natural frequency \u{3c9}/\u{3c9}c".into() } else { format!("natural frequency [{unit}]") };
+    let panel = Panel {
+        x_label: "effective stiffness \u{3ba}".into(),
+        y_label,
+        x_range: None,
+        curves: (0..n).map(curve).collect(),
+    };
+    Figure { title: String::new(), panels: vec![panel] }
+}
