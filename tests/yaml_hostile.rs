@@ -213,7 +213,7 @@ fn mutated_texts_do_not_panic() {
                 let _ = node.to_json();
                 let _ = yaml::apply_override(&mut node, &text);
                 let _ = yaml::apply_override(&mut node, &format!("list.0={text}"));
-                for (key, entry) in node.as_map("").map(Clone::clone).unwrap_or_default() {
+                for (key, entry) in node.as_map("").cloned().unwrap_or_default() {
                     let _ = entry.node.read::<Box<dyn gearlash::element::Element>>(&key);
                     let _ = entry.node.read::<Vec<f64>>(&key);
                     let _ = gearlash::quantity::Quantity::from_node(&entry.node, &key);
