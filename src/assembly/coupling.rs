@@ -175,7 +175,8 @@ impl Balanced {
                 .max_by(|a, b| null[(body, *a)].abs().total_cmp(&null[(body, *b)].abs()));
             null.swap_columns(j, best.unwrap_or(j));
             let pivot = null[(body, j)];
-            null.column_mut(j).scale_mut(1.0 / pivot);
+            let mut motion = null.column_mut(j);
+            motion /= pivot;
             let reference = null.column(j).clone_owned();
             for i in (0..null.ncols()).filter(|i| *i != j) {
                 let factor = null[(body, i)];
