@@ -3,6 +3,12 @@
 //! `Err` means that the caller can fix the input. What the mathematics answers (no convergence, end of a branch) is
 //! data in the results, never an error.
 
+mod render;
+mod suggest;
+
+pub use render::{Colour, render};
+pub use suggest::{did_you_mean, nearest};
+
 use std::path::PathBuf;
 use std::sync::Arc;
 

@@ -8,6 +8,7 @@ pub mod element;
 pub mod error;
 pub mod model;
 pub mod numeric;
+pub mod quantity;
 pub mod report;
 pub mod system;
 pub mod yaml;

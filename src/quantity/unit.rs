@@ -1,0 +1,306 @@
+//! Units: the table, and expressions such as `N m/rad`, `kg*m^2`, `1/(m s)`.
+
+use super::dimension::UnitDimension;
+use crate::error::nearest;
+
+/// A unit in SI base units: factor = numerator 10^exponent pi^pi / denominator, kept in whole numbers so that decimal
+/// quantities convert without rounding twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Unit {
+    pub dimension: UnitDimension,
+    pub numerator: u128,
+    pub exponent: i32,
+    pub pi: i32,
+    pub denominator: u128,
+}
+
+/// The unit expressions may nest and chain this far.
+const MAX_FACTORS: usize = 16;
+/// Largest power.
+const MAX_POWER: i16 = 9;
+
+impl Unit {
+    const ONE: Unit = si(UnitDimension::NUMBER);
+
+    fn times(self, other: Unit) -> Option<Unit> {
+        let numerator = self.numerator.checked_mul(other.numerator)?;
+        let denominator = self.denominator.checked_mul(other.denominator)?;
+        let common = gcd(numerator, denominator);
+        Some(Unit {
+            dimension: self.dimension.times(other.dimension),
+            numerator: numerator / common,
+            exponent: self.exponent + other.exponent,
+            pi: self.pi + other.pi,
+            denominator: denominator / common,
+        })
+    }
+
+    fn inverse(self) -> Unit {
+        Unit {
+            dimension: self.dimension.power(-1),
+            numerator: self.denominator,
+            exponent: -self.exponent,
+            pi: -self.pi,
+            denominator: self.numerator,
+        }
+    }
+
+    fn power(self, exponent: i16) -> Option<Unit> {
+        let base = if exponent < 0 { self.inverse() } else { self };
+        (0..exponent.unsigned_abs()).try_fold(Unit::ONE, |product, _| product.times(base))
+    }
+}
+
+fn gcd(mut a: u128, mut b: u128) -> u128 {
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a.max(1)
+}
+
+const fn si(dimension: UnitDimension) -> Unit {
+    decimal(dimension, 1, 0)
+}
+
+const fn decimal(dimension: UnitDimension, numerator: u128, exponent: i32) -> Unit {
+    Unit {
+        dimension,
+        numerator,
+        exponent,
+        pi: 0,
+        denominator: 1,
+    }
+}
+
+/// A fraction of pi.
+const fn circular(dimension: UnitDimension, numerator: u128, denominator: u128) -> Unit {
+    Unit {
+        dimension,
+        numerator,
+        exponent: 0,
+        pi: 1,
+        denominator,
+    }
+}
+
+const LENGTH: UnitDimension = UnitDimension::LENGTH;
+const ANGLE: UnitDimension = UnitDimension::ANGLE;
+const MASS: UnitDimension = UnitDimension::MASS;
+const TIME: UnitDimension = UnitDimension::TIME;
+const FREQUENCY: UnitDimension = UnitDimension::FREQUENCY;
+const FORCE: UnitDimension = UnitDimension::FORCE;
+const MOMENT: UnitDimension = UnitDimension::MOMENT;
+const POWER: UnitDimension = UnitDimension::new(1, 2, -3, 0);
+
+/// Every unit with its symbol. Hertz and revolutions count in radians: 1 Hz = 2 pi rad/s.
+const UNITS: &[(&str, Unit)] = &[
+    ("m", si(LENGTH)),
+    ("nm", decimal(LENGTH, 1, -9)),
+    ("um", decimal(LENGTH, 1, -6)),
+    ("µm", decimal(LENGTH, 1, -6)),
+    ("μm", decimal(LENGTH, 1, -6)),
+    ("mm", decimal(LENGTH, 1, -3)),
+    ("cm", decimal(LENGTH, 1, -2)),
+    ("km", decimal(LENGTH, 1, 3)),
+    ("in", decimal(LENGTH, 254, -4)),
+    ("ft", decimal(LENGTH, 3048, -4)),
+    ("rad", si(ANGLE)),
+    ("mrad", decimal(ANGLE, 1, -3)),
+    ("urad", decimal(ANGLE, 1, -6)),
+    ("µrad", decimal(ANGLE, 1, -6)),
+    ("μrad", decimal(ANGLE, 1, -6)),
+    ("deg", circular(ANGLE, 1, 180)),
+    ("°", circular(ANGLE, 1, 180)),
+    ("arcmin", circular(ANGLE, 1, 10_800)),
+    ("arcsec", circular(ANGLE, 1, 648_000)),
+    ("rev", circular(ANGLE, 2, 1)),
+    ("s", si(TIME)),
+    ("ms", decimal(TIME, 1, -3)),
+    ("us", decimal(TIME, 1, -6)),
+    ("µs", decimal(TIME, 1, -6)),
+    ("μs", decimal(TIME, 1, -6)),
+    ("min", decimal(TIME, 60, 0)),
+    ("h", decimal(TIME, 3600, 0)),
+    ("kg", si(MASS)),
+    ("g", decimal(MASS, 1, -3)),
+    ("mg", decimal(MASS, 1, -6)),
+    ("t", decimal(MASS, 1, 3)),
+    ("lb", decimal(MASS, 45_359_237, -8)),
+    ("N", si(FORCE)),
+    ("mN", decimal(FORCE, 1, -3)),
+    ("kN", decimal(FORCE, 1, 3)),
+    ("MN", decimal(FORCE, 1, 6)),
+    ("lbf", decimal(FORCE, 44_482_216_152_605, -13)),
+    ("kgf", decimal(FORCE, 980_665, -5)),
+    ("Nm", si(MOMENT)),
+    ("mNm", decimal(MOMENT, 1, -3)),
+    ("Nmm", decimal(MOMENT, 1, -3)),
+    ("kNm", decimal(MOMENT, 1, 3)),
+    ("J", si(MOMENT)),
+    ("mJ", decimal(MOMENT, 1, -3)),
+    ("kJ", decimal(MOMENT, 1, 3)),
+    ("W", si(POWER)),
+    ("kW", decimal(POWER, 1, 3)),
+    ("Hz", circular(FREQUENCY, 2, 1)),
+    ("kHz", circular(FREQUENCY, 2000, 1)),
+    ("MHz", circular(FREQUENCY, 2_000_000, 1)),
+    ("rpm", circular(FREQUENCY, 1, 30)),
+    ("1", Unit::ONE),
+];
+
+/// The symbols of all units.
+pub fn symbols() -> impl Iterator<Item = &'static str> {
+    let written = UNITS.iter().map(|(symbol, _)| *symbol);
+    written.filter(|symbol| *symbol != "1")
+}
+
+/// A unit expression. Factors are joined by spaces, `*`, `.` or `·`; each `/` divides by the next factor.
+///
+/// # Errors
+/// What is wrong, and what to write instead.
+pub(super) fn parse(text: &str) -> Result<Unit, String> {
+    let text = text.replace("**", "^");
+    let mut expression = Expression {
+        rest: &text,
+        factors: 0,
+    };
+    let unit = expression.product(false)?;
+    match expression.rest.chars().next() {
+        None => Ok(unit),
+        Some(c) => Err(format!(
+            "`{c}` has no meaning in the unit `{}`",
+            text.trim()
+        )),
+    }
+}
+
+struct Expression<'t> {
+    rest: &'t str,
+    factors: usize,
+}
+
+impl Expression<'_> {
+    /// factor (join factor | / factor)*, up to the end or a closing bracket.
+    fn product(&mut self, bracketed: bool) -> Result<Unit, String> {
+        let mut product = Unit::ONE;
+        let mut divided = false;
+        let mut first = true;
+        loop {
+            let joined = self.join();
+            if self.rest.is_empty() || (bracketed && self.rest.starts_with(')')) {
+                return match joined {
+                    Some(sign) => Err(format!("a unit is missing after `{sign}`")),
+                    None if first => Err("a unit is missing".to_owned()),
+                    None => Ok(product),
+                };
+            }
+            let divide = joined == Some('/');
+            if first && joined.is_some() && !divide {
+                return Err("a unit is missing before the product".to_owned());
+            }
+            if divided && !divide {
+                return Err(
+                    "a product after `/` can be read in two ways; use brackets, `N/(m s)`, or one more `/`"
+                        .to_owned(),
+                );
+            }
+            let factor = self.factor()?;
+            let factor = if divide { factor.inverse() } else { factor };
+            product = product.times(factor).ok_or_else(too_involved)?;
+            divided |= divide;
+            first = false;
+        }
+    }
+
+    /// Skips spaces and at most one sign; returns the sign.
+    fn join(&mut self) -> Option<char> {
+        self.rest = self.rest.trim_start();
+        let sign = self.rest.chars().next();
+        let sign = sign.filter(|c| matches!(c, '*' | '.' | '·' | '/'))?;
+        self.rest = self.rest[sign.len_utf8()..].trim_start();
+        Some(sign)
+    }
+
+    fn factor(&mut self) -> Result<Unit, String> {
+        self.factors += 1;
+        if self.factors > MAX_FACTORS {
+            return Err(too_involved());
+        }
+        let unit = if let Some(rest) = self.rest.strip_prefix('(') {
+            self.rest = rest;
+            let unit = self.product(true)?;
+            let closed = self.rest.strip_prefix(')');
+            self.rest = closed.ok_or("a bracket is not closed in the unit")?;
+            unit
+        } else {
+            self.symbol()?
+        };
+        unit.power(self.exponent()?).ok_or_else(too_involved)
+    }
+
+    fn symbol(&mut self) -> Result<Unit, String> {
+        let is_part = |c: char| c.is_alphabetic() || c == '°' || c == '%' || c == '_';
+        let end = self.rest.find(|c| !is_part(c)).unwrap_or(self.rest.len());
+        let end = match end {
+            0 => self
+                .rest
+                .find(|c: char| !c.is_ascii_digit())
+                .unwrap_or(self.rest.len()),
+            end => end,
+        };
+        let (symbol, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        if symbol.is_empty() {
+            let c = rest.chars().next().unwrap_or(' ');
+            return Err(format!("`{c}` has no meaning in a unit"));
+        }
+        match UNITS.iter().find(|(known, _)| *known == symbol) {
+            Some((_, unit)) => Ok(*unit),
+            None => Err(unknown(symbol)),
+        }
+    }
+
+    fn exponent(&mut self) -> Result<i16, String> {
+        if let Some(rest) = self.rest.strip_prefix('²') {
+            self.rest = rest;
+            return Ok(2);
+        }
+        if let Some(rest) = self.rest.strip_prefix('³') {
+            self.rest = rest;
+            return Ok(3);
+        }
+        let Some(rest) = self.rest.trim_start().strip_prefix('^') else {
+            return match self.rest.chars().next() {
+                Some(c) if c.is_ascii_digit() => Err(format!(
+                    "a power is written with `^`, such as `m^2`; found `{c}`"
+                )),
+                _ => Ok(1),
+            };
+        };
+        let rest = rest.trim_start();
+        let sign = usize::from(rest.starts_with(['-', '+']));
+        let digits = rest[sign..].bytes().take_while(u8::is_ascii_digit).count();
+        let (number, rest) = rest.split_at(sign + digits);
+        self.rest = rest;
+        match number.parse::<i16>() {
+            Ok(power) if power.abs() <= MAX_POWER => Ok(power),
+            Ok(_) => Err(too_involved()),
+            Err(_) => Err("wanted a whole number after `^`".to_owned()),
+        }
+    }
+}
+
+fn unknown(symbol: &str) -> String {
+    let shown: String = symbol.chars().take(30).collect();
+    let help = match nearest(symbol, symbols()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if symbol == "%" => "write a pure number, 5 % as 0.05".to_owned(),
+        None => "known are m, mm, um, in, rad, deg, s, ms, kg, g, N, kN, Nm, lbf, Hz, rpm and more"
+            .to_owned(),
+    };
+    format!("unknown unit `{shown}`; {help}")
+}
+
+fn too_involved() -> String {
+    "the unit has too many or too high powers".to_owned()
+}

@@ -1,0 +1,455 @@
+//! Text to nodes; the only file that names the YAML crate.
+//!
+//! The events of its parser are read twice: once to count, so that hostile input (nesting, alias bombs) is refused before
+//! anything is built, then to build the tree.
+
+use super::{Entry, Node, Value, join};
+use crate::error::{Diagnostic, Error, Location, Source};
+use indexmap::IndexMap;
+use serde_yaml::granit_parser::{self as yaml, Event, Parser, ScalarStyle, Span};
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+/// Largest text that is read, in bytes, with all files it extends.
+pub const MAX_TEXT: usize = 16 << 20;
+/// Deepest nesting of lists and maps.
+pub const MAX_DEPTH: usize = 64;
+/// Largest number of values, with aliases expanded.
+pub const MAX_NODES: usize = 4_000_000;
+/// Values that aliases may repeat, whatever the number of values written.
+const FREE_REPEATS: usize = 100_000;
+/// Beyond that, repeated values for each value written: legitimate files stay below 1, bombs grow exponentially.
+const REPEATS_PER_NODE: usize = 10;
+/// Duplicate keys reported at once.
+const MAX_MISTAKES: usize = 100;
+
+/// The one document in a text.
+///
+/// # Errors
+/// [`Error::Input`] for syntax errors, duplicate keys (all of them), no document or several, and exceeded limits.
+pub fn parse(text: &str, name: &str) -> Result<Node, Error> {
+    let source = Arc::new(Source {
+        name: name.to_owned(),
+        text: text.to_owned(),
+    });
+    compose(&source, 0, &mut 0).map_err(Error::Input)
+}
+
+/// The one document in a text from byte `start` on; adds the number of its values to `count`, limited to [`MAX_NODES`].
+pub(super) fn compose(
+    source: &Arc<Source>,
+    start: usize,
+    count: &mut usize,
+) -> Result<Node, Vec<Diagnostic>> {
+    let skipped = source.text[..start].chars().count();
+    let place = Place { source, skipped };
+    if source.text.len() > MAX_TEXT {
+        return Err(vec![too_long(source, source.text.len() as u64)]);
+    }
+    let text = &source.text[start..];
+    // The parser takes a byte order mark for the first column.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let counter = measure(text, &place, *count).map_err(|d| vec![d])?;
+    *count += counter.total();
+    let mut composer = Composer {
+        parser: Parser::new_from_str_with_options(text, options()),
+        place,
+        aliased: counter.aliased,
+        anchors: HashMap::new(),
+        mistakes: Vec::new(),
+    };
+    let root = composer.document().map_err(|d| vec![d])?;
+    if composer.mistakes.is_empty() {
+        Ok(root)
+    } else {
+        Err(composer.mistakes)
+    }
+}
+
+/// The mistake of a text longer than [`MAX_TEXT`].
+pub(super) fn too_long(source: &Arc<Source>, bytes: u64) -> Diagnostic {
+    let place = Place { source, skipped: 0 };
+    let message = format!(
+        "the text has {bytes} bytes; at most {} MiB are read, files it extends included",
+        MAX_TEXT >> 20
+    );
+    place.mistake(yaml::Marker::new(0, 1, 0), message)
+}
+
+fn options() -> yaml::Options {
+    let mut options = yaml::Options::default();
+    options.set_emit_comments(false);
+    options.emit_unresolved_aliases = true;
+    // One level more than allowed, so that the message about depth is ours.
+    options.flow_nesting_limit = MAX_DEPTH + 1;
+    options.block_nesting_limit = MAX_DEPTH + 1;
+    options
+}
+
+/// Turns positions of the parser into locations.
+struct Place<'a> {
+    source: &'a Arc<Source>,
+    /// Characters of the first line before the parsed text.
+    skipped: usize,
+}
+
+impl Place<'_> {
+    fn location(&self, mark: yaml::Marker) -> Location {
+        let skipped = if mark.line() <= 1 { self.skipped } else { 0 };
+        Location {
+            source: Arc::clone(self.source),
+            line: mark.line().max(1),
+            column: mark.col() + 1 + skipped,
+        }
+    }
+
+    fn mistake(&self, mark: yaml::Marker, message: impl Into<String>) -> Diagnostic {
+        Diagnostic {
+            location: Some(self.location(mark)),
+            path: String::new(),
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    fn syntax(&self, error: &yaml::ScanError) -> Diagnostic {
+        match error.kind() {
+            yaml::ErrorKind::RecursionLimitExceeded => self.too_deep(*error.marker()),
+            kind => self.mistake(*error.marker(), format!("not valid YAML: {kind}")),
+        }
+    }
+
+    fn too_deep(&self, mark: yaml::Marker) -> Diagnostic {
+        self.mistake(
+            mark,
+            format!("lists and maps are nested deeper than {MAX_DEPTH} levels"),
+        )
+    }
+}
+
+/// Size of a subtree with its aliases expanded.
+#[derive(Clone, Copy, Default)]
+struct Weight {
+    nodes: usize,
+    height: usize,
+}
+
+/// A list or map that is not closed yet.
+struct Open {
+    anchor: usize,
+    weight: Weight,
+}
+
+/// Counts the values of the only document and checks all limits, building nothing.
+fn measure(text: &str, place: &Place<'_>, before: usize) -> Result<Counter, Diagnostic> {
+    let mut counter = Counter::default();
+    let mut documents = 0;
+    for event in Parser::new_from_str_with_options(text, options()) {
+        let (event, span) = event.map_err(|e| place.syntax(&e))?;
+        if let Event::DocumentStart(..) = event {
+            documents += 1;
+            if documents > 1 {
+                return Err(place
+                    .mistake(span.start, "a second document starts here; wanted one")
+                    .with_help("keep one model a file; `extends` combines files"));
+            }
+        }
+        if !counter.count(&event) {
+            return Err(place.mistake(span.start, "the anchor of this alias contains the alias"));
+        }
+        if counter.depth > MAX_DEPTH {
+            return Err(place.too_deep(span.start));
+        }
+        if before + counter.total() > MAX_NODES {
+            let message = format!("more than {MAX_NODES} values, with aliases expanded");
+            return Err(place.mistake(span.start, message));
+        }
+        if counter.repeated > FREE_REPEATS.max(REPEATS_PER_NODE * counter.written) {
+            let message = format!("aliases repeat {} values by here", counter.repeated);
+            return Err(place
+                .mistake(span.start, message)
+                .with_help("aliases of aliases multiply; write the values out"));
+        }
+    }
+    if counter.total() == 0 || documents == 0 {
+        let message = "the document is empty; wanted a map";
+        return Err(place.mistake(yaml::Marker::new(0, 1, 0), message));
+    }
+    Ok(counter)
+}
+
+/// Running totals of [`measure`].
+#[derive(Default)]
+struct Counter {
+    open: Vec<Open>,
+    anchored: HashMap<usize, Weight>,
+    aliased: HashSet<usize>,
+    written: usize,
+    repeated: usize,
+    /// Depth that the last event reached.
+    depth: usize,
+}
+
+impl Counter {
+    fn total(&self) -> usize {
+        self.written + self.repeated
+    }
+
+    /// Takes in an event; false for an alias inside its own anchor.
+    fn count(&mut self, event: &Event<'_>) -> bool {
+        match event {
+            Event::Scalar(_, _, anchor, _) => {
+                self.written += 1;
+                self.close(
+                    *anchor,
+                    Weight {
+                        nodes: 1,
+                        height: 0,
+                    },
+                );
+            }
+            Event::SequenceStart(_, anchor, _) | Event::MappingStart(_, anchor, _) => {
+                self.written += 1;
+                let weight = Weight {
+                    nodes: 1,
+                    height: 0,
+                };
+                let anchor = *anchor;
+                self.open.push(Open { anchor, weight });
+                self.depth = self.open.len();
+            }
+            Event::SequenceEnd | Event::MappingEnd => {
+                if let Some(Open { anchor, mut weight }) = self.open.pop() {
+                    weight.height += 1;
+                    self.close(anchor, weight);
+                }
+            }
+            Event::Alias(anchor) => {
+                let Some(weight) = self.anchored.get(anchor).copied() else {
+                    return false;
+                };
+                self.aliased.insert(*anchor);
+                self.repeated = self.repeated.saturating_add(weight.nodes);
+                self.close(0, weight);
+            }
+            _ => {}
+        }
+        true
+    }
+
+    fn close(&mut self, anchor: usize, weight: Weight) {
+        if anchor != 0 {
+            self.anchored.insert(anchor, weight);
+        }
+        self.depth = self.open.len() + weight.height;
+        if let Some(parent) = self.open.last_mut() {
+            parent.weight.nodes = parent.weight.nodes.saturating_add(weight.nodes);
+            parent.weight.height = parent.weight.height.max(weight.height);
+        }
+    }
+}
+
+/// Builds the tree; recursion is bounded by [`MAX_DEPTH`], which [`measure`] has checked.
+struct Composer<'a, 't> {
+    parser: Parser<'t, yaml::StrInput<'t>>,
+    place: Place<'a>,
+    /// Anchors that aliases refer to; copies of all others would cost memory for nothing.
+    aliased: HashSet<usize>,
+    anchors: HashMap<usize, Node>,
+    mistakes: Vec<Diagnostic>,
+}
+
+impl<'t> Composer<'_, 't> {
+    fn document(&mut self) -> Result<Node, Diagnostic> {
+        loop {
+            let (event, span) = self.next()?;
+            match event {
+                Event::StreamStart | Event::DocumentStart(..) => {}
+                event => return self.node(event, span),
+            }
+        }
+    }
+
+    fn next(&mut self) -> Result<(Event<'t>, Span), Diagnostic> {
+        match self.parser.next_event() {
+            Some(Ok(pair)) => Ok(pair),
+            Some(Err(error)) => Err(self.place.syntax(&error)),
+            None => Err(self
+                .place
+                .mistake(yaml::Marker::new(0, 1, 0), "the document ends too early")),
+        }
+    }
+
+    fn node(&mut self, event: Event<'t>, span: Span) -> Result<Node, Diagnostic> {
+        let (value, anchor) = match event {
+            Event::Scalar(text, style, anchor, tag) => {
+                let plain = self.plain(tag.as_deref(), style == ScalarStyle::Plain, span)?;
+                let text = text.into_owned();
+                (Value::Scalar { text, plain }, anchor)
+            }
+            Event::SequenceStart(_, anchor, tag) => {
+                self.check_tag(tag, "seq", span)?;
+                (Value::List(self.list()?), anchor)
+            }
+            Event::MappingStart(_, anchor, tag) => {
+                self.check_tag(tag, "map", span)?;
+                (Value::Map(self.map()?), anchor)
+            }
+            Event::Alias(anchor) => {
+                let unknown = "the anchor of this alias contains the alias";
+                return match self.anchors.get(&anchor) {
+                    Some(node) => Ok(node.clone()),
+                    None => Err(self.place.mistake(span.start, unknown)),
+                };
+            }
+            Event::UnresolvedAlias(name) => {
+                let message = format!("no anchor `&{name}` stands above this alias");
+                return Err(self.place.mistake(span.start, message));
+            }
+            _ => return Err(self.place.mistake(span.start, "wanted a value here")),
+        };
+        let location = Some(self.place.location(span.start));
+        let node = Node { value, location };
+        if self.aliased.contains(&anchor) {
+            self.anchors.insert(anchor, node.clone());
+        }
+        Ok(node)
+    }
+
+    /// Whether a scalar counts as unquoted: core tags decide, other tags are refused.
+    fn plain(&self, tag: Option<&yaml::Tag>, plain: bool, span: Span) -> Result<bool, Diagnostic> {
+        match tag.map(|tag| (tag, tag.core_suffix())) {
+            None => Ok(plain),
+            Some((_, Some("str"))) => Ok(false),
+            Some((_, Some("int" | "float" | "bool" | "null"))) => Ok(true),
+            Some((tag, _)) if tag.original() == "!" => Ok(false),
+            Some((tag, _)) => Err(self.unknown_tag(tag, span)),
+        }
+    }
+
+    fn check_tag(
+        &self,
+        tag: Option<Cow<'_, yaml::Tag>>,
+        wanted: &str,
+        span: Span,
+    ) -> Result<(), Diagnostic> {
+        match tag {
+            Some(tag) if tag.core_suffix() != Some(wanted) => Err(self.unknown_tag(&tag, span)),
+            _ => Ok(()),
+        }
+    }
+
+    fn unknown_tag(&self, tag: &yaml::Tag, span: Span) -> Diagnostic {
+        let message = format!("the tag `{}` has no meaning here", tag.original());
+        self.place.mistake(span.start, message)
+    }
+
+    fn list(&mut self) -> Result<Vec<Node>, Diagnostic> {
+        let mut list = Vec::new();
+        loop {
+            match self.next()? {
+                (Event::SequenceEnd, _) => return Ok(list),
+                (event, span) => {
+                    let before = self.mistakes.len();
+                    list.push(self.node(event, span)?);
+                    self.prefix(before, &(list.len() - 1).to_string());
+                }
+            }
+        }
+    }
+
+    fn map(&mut self) -> Result<IndexMap<String, Entry>, Diagnostic> {
+        let mut map: IndexMap<String, Entry> = IndexMap::new();
+        let mut merge: Option<(usize, Entry)> = None;
+        loop {
+            let (event, span) = self.next()?;
+            if event == Event::MappingEnd {
+                break;
+            }
+            let at = span.start;
+            let key = self.node(event, span)?;
+            let (event, span) = self.next()?;
+            let before = self.mistakes.len();
+            let entry = Entry {
+                key_location: Some(self.place.location(at)),
+                node: self.node(event, span)?,
+            };
+            if let Value::Scalar { text, .. } = &key.value {
+                self.prefix(before, text);
+            }
+            match key.value {
+                Value::Scalar { text, plain: true } if text == "<<" => {
+                    if let Some((_, first)) = &merge {
+                        self.duplicate("<<", &entry, first.key_location.as_ref());
+                    } else {
+                        merge = Some((map.len(), entry));
+                    }
+                }
+                Value::Scalar { text, .. } => match map.get(&text) {
+                    Some(first) => self.duplicate(&text, &entry, first.key_location.as_ref()),
+                    None => drop(map.insert(text, entry)),
+                },
+                _ => {
+                    let message = format!("found {} as a key, wanted text", key.describe());
+                    return Err(self.place.mistake(at, message));
+                }
+            }
+        }
+        match merge {
+            Some((index, entry)) => merged(map, index, entry.node),
+            None => Ok(map),
+        }
+    }
+
+    /// Puts a step in front of the paths of the mistakes found since `before`.
+    fn prefix(&mut self, before: usize, step: &str) {
+        for mistake in &mut self.mistakes[before..] {
+            mistake.path = join(step, &mistake.path);
+        }
+    }
+
+    fn duplicate(&mut self, key: &str, entry: &Entry, first: Option<&Location>) {
+        if self.mistakes.len() >= MAX_MISTAKES {
+            return;
+        }
+        let first = first.map_or_else(String::new, |at| {
+            format!("; first at line {}, column {}", at.line, at.column)
+        });
+        let key = super::read::cropped(key);
+        let message = format!("the key `{key}` is given twice{first}");
+        self.mistakes.push(Diagnostic::at_key(entry, &key, message));
+    }
+}
+
+/// A map with the entries of its merge key `<<` in the place where that stood; own entries win, then earlier maps.
+fn merged(
+    map: IndexMap<String, Entry>,
+    index: usize,
+    bases: Node,
+) -> Result<IndexMap<String, Entry>, Diagnostic> {
+    let refused = |node: &Node| {
+        let message = format!("found {} after `<<`, wanted a map", node.describe());
+        Diagnostic::at(node, "", message).with_help("such as `<<: *anchor` or `<<: [*a, *b]`")
+    };
+    let bases = match bases.value {
+        Value::List(list) => list,
+        _ => vec![bases],
+    };
+    let mut inherited: IndexMap<String, Entry> = IndexMap::new();
+    for base in bases {
+        let Value::Map(entries) = base.value else {
+            return Err(refused(&base));
+        };
+        for (key, entry) in entries {
+            if !map.contains_key(&key) {
+                inherited.entry(key).or_insert(entry);
+            }
+        }
+    }
+    let mut own = map.into_iter();
+    let mut all: IndexMap<String, Entry> = own.by_ref().take(index).collect();
+    all.extend(inherited);
+    all.extend(own);
+    Ok(all)
+}
