@@ -147,7 +147,9 @@ fn absolute(
     let mut terms = c.abs() * rate.abs() + b.abs().transpose() * force.abs() + dashpots.abs();
     let mut total = dashpots - c * rate - b.transpose() * force;
     for (body, (name, _)) in train.bodies.iter().enumerate() {
-        total[body] += train.loads[name].series.value(phase);
+        let load = train.loads[name].series.value(phase);
+        total[body] += load;
+        terms[body] += load.abs();
         total[body] /= m[body];
         terms[body] /= m[body];
     }
