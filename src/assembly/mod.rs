@@ -1,5 +1,31 @@
 //! From a model in SI units to the nondimensional system in relative coordinates, and back.
+//!
+//! With B (e x n_b) one row of lever arms a connection, M the inertias, K and c the stiffnesses and dashpots:
+//!
+//! 1. `coupling`: P (the first independent rows of B), W with B = W P, N with B N = 0;
+//! 2. `modes`: elastic modes in full contact, M^(-1/2) B^T K B M^(-1/2);
+//! 3. `damping`: C, and C P^+ without forming P^+;
+//! 4. `scaling`: omega_c, l_j, and with them kappa, Gam, W*, Q;
+//! 5. `anchor`: absolute accelerations after the fact, Rook & Singh (1995), eq. (6a).
+//!
+//! `reduced` is the nondimensional front door.
 
+mod anchor;
+mod coupling;
+mod damping;
+mod modes;
+mod reduced;
+mod scaling;
+mod summary;
+
+pub use anchor::{Anchor, Instant};
+pub use coupling::couple;
+pub use damping::{body_damping, refuse_damped_rigid_body};
+pub use modes::{ElasticModes, elastic_modes};
+pub use summary::summary;
+
+use crate::error::{Diagnostic, SolveError};
+use crate::model::{Model, Structure, Train};
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 
@@ -42,8 +68,129 @@ pub struct Assembly {
     pub scales: Scales,
     /// The coupling; `None` for reduced systems.
     pub coupling: Option<Coupling>,
+    /// The way back to absolute accelerations; `None` for reduced systems.
+    pub anchor: Option<Anchor>,
     /// Natural frequencies in full contact over omega_c, ascending, elastic modes only: eigenvalues of (kappa W)^(1/2).
     pub natural_frequencies: DVector<f64>,
     /// What the user must know.
     pub warnings: Vec<String>,
+}
+
+/// Coordinates from which modal damping, which fills Gam, is worth a warning: solvers then take the dense path.
+const LONG_CHAIN: usize = 32;
+
+/// The nondimensional system of a model.
+///
+/// # Errors
+/// Everything about the model as a whole that its single numbers do not show: a loop that nearly closes, damped rigid-body
+/// motion, a wrong number of modal ratios, a characteristic frequency that is not a positive number. Paths are those of the model file.
+pub fn assemble(model: &Model) -> Result<Assembly, Vec<Diagnostic>> {
+    let mut assembly = match &model.structure {
+        Structure::Train(train) => assemble_train(train)?,
+        Structure::Reduced(system) => reduced::assemble(system)?,
+    };
+    assembly.warnings.splice(0..0, model.warnings.clone());
+    Ok(assembly)
+}
+
+fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
+    refuse_impossible(train)?;
+    let coupling = couple(train)?;
+    let modes = elastic_modes(train, &coupling)?;
+    let ratios = damping::ratios(&train.damping, modes.eigenvalues.len())?;
+    let bodies: Vec<String> = train.bodies.keys().cloned().collect();
+    let inertia = inertias(train);
+    let c = body_damping(train, &coupling, &modes, ratios.as_deref());
+    refuse_damped_rigid_body(&c, &inertia, &coupling.rigid_body, &bodies)?;
+    let rates = damping::rate_map(train, &coupling, &modes, ratios.as_deref());
+    let scales = scaling::scales(train, &modes)?;
+    let system = scaling::system(train, &coupling, &rates, &scales).map_err(refused)?;
+    let natural_frequencies = modes.eigenvalues.map(|x| x.sqrt() / scales.frequency);
+    let connections: Vec<String> = train.connections.keys().cloned().collect();
+    let coordinates = (coupling.coordinates.iter())
+        .map(|k| connections[*k].clone())
+        .collect();
+    Ok(Assembly {
+        warnings: warnings(train, &coupling, system.dof()),
+        anchor: Some(Anchor::new(train, &coupling, rates)),
+        system,
+        connections,
+        coordinates,
+        scales,
+        coupling: Some(coupling),
+        natural_frequencies,
+    })
+}
+
+/// What no later step could survive: programs that build models by hand meet it, readers of files have refused it before.
+fn refuse_impossible(train: &Train) -> Result<(), Vec<Diagnostic>> {
+    let mut list = Vec::new();
+    if train.connections.is_empty() {
+        list.push(mistake("connections", "none: nothing can deform", None));
+    }
+    for (name, body) in &train.bodies {
+        if !(body.inertia > 0.0 && body.inertia.is_finite()) {
+            let message = format!("found {}, must be > 0 and finite", body.inertia);
+            list.push(mistake(format!("bodies.{name}.inertia"), message, None));
+        }
+    }
+    for (name, c) in &train.connections {
+        let path = format!("connections.{name}");
+        if !(c.stiffness > 0.0 && c.stiffness.is_finite()) {
+            let message = format!("found {}, must be > 0 and finite", c.stiffness);
+            list.push(mistake(format!("{path}.stiffness"), message, None));
+        }
+        let mut distinct: Vec<usize> = c.arms.iter().map(|(body, _)| *body).collect();
+        distinct.sort_unstable();
+        distinct.dedup();
+        let sound = |(body, arm): &(usize, f64)| {
+            *body < train.bodies.len() && arm.is_finite() && *arm != 0.0
+        };
+        if c.arms.is_empty() || !c.arms.iter().all(sound) || distinct.len() != c.arms.len() {
+            let message = "lever arms must be finite, not zero, and act on distinct known bodies";
+            list.push(mistake(path, message, None));
+        }
+    }
+    if list.is_empty() { Ok(()) } else { Err(list) }
+}
+
+fn inertias(train: &Train) -> DVector<f64> {
+    DVector::from_iterator(train.bodies.len(), train.bodies.values().map(|b| b.inertia))
+}
+
+fn warnings(train: &Train, coupling: &Coupling, n: usize) -> Vec<String> {
+    let mut list = Vec::new();
+    list.extend(anchor::unbalanced_mean_load(train, coupling));
+    if train.damping.modal.is_some() {
+        list.extend(full_damping(n));
+    }
+    list
+}
+
+/// A warning for long trains with modal damping.
+fn full_damping(n: usize) -> Option<String> {
+    (n >= LONG_CHAIN).then(|| {
+        format!(
+            "modal damping couples all {n} relative coordinates: Gam is a full matrix and the solvers take the dense path; \
+             damping: {{stiffness_proportional: ..}} keeps the pattern of the train"
+        )
+    })
+}
+
+fn mistake(
+    path: impl Into<String>,
+    message: impl Into<String>,
+    help: Option<String>,
+) -> Diagnostic {
+    Diagnostic {
+        location: None,
+        path: path.into(),
+        message: message.into(),
+        help,
+    }
+}
+
+fn refused(error: SolveError) -> Vec<Diagnostic> {
+    let help = "look for quantities whose ratio leaves the range of a 64-bit number";
+    vec![mistake("", error.to_string(), Some(help.into()))]
 }

@@ -1,0 +1,67 @@
+//! Elastic modes of a train in full contact.
+
+use super::{Coupling, inertias, mistake};
+use crate::error::Diagnostic;
+use crate::model::Train;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+/// Elastic modes in full contact, without damping.
+///
+///     B^T K B U = M U Lam,    U^T M U = I
+#[derive(Debug, Clone)]
+pub struct ElasticModes {
+    /// Squares of the natural frequencies [rad^2/s^2], ascending, n values.
+    pub eigenvalues: DVector<f64>,
+    /// U, n_b x n: motions of the bodies.
+    pub shapes: DMatrix<f64>,
+}
+
+/// Elastic modes of a train from the symmetric matrix M^(-1/2) B^T K B M^(-1/2).
+///
+/// The n_b - n rigid-body modes are left out: their number is known from the coupling, so no threshold decides. Eigenvalues of
+/// elastic modes below n eps max(Lam) are rounding and become 0.
+///
+/// # Errors
+/// Matrices that overflow.
+pub fn elastic_modes(train: &Train, coupling: &Coupling) -> Result<ElasticModes, Vec<Diagnostic>> {
+    let root = inertias(train).map(|m| m.sqrt());
+    let mut a = coupling.incidence.clone();
+    for (mut column, root) in a.column_iter_mut().zip(root.iter()) {
+        column /= *root;
+    }
+    let mut ka = a.clone();
+    for (mut row, connection) in ka.row_iter_mut().zip(train.connections.values()) {
+        row *= connection.stiffness;
+    }
+    let (squares, vectors) = symmetric_eigen(a.tr_mul(&ka)).ok_or_else(out_of_range)?;
+    let (n_b, n) = (root.len(), coupling.coordinates.len());
+    let shapes = DMatrix::from_fn(n_b, n, |i, j| vectors[(i, n_b - n + j)] / root[i]);
+    Ok(ElasticModes {
+        eigenvalues: DVector::from_iterator(n, squares.iter().skip(n_b - n).copied()),
+        shapes,
+    })
+}
+
+fn out_of_range() -> Vec<Diagnostic> {
+    let message = "stiffness times arm squared over inertia leaves the range of a 64-bit number";
+    vec![mistake("connections", message, None)]
+}
+
+/// Eigenvalues, ascending and clipped below n eps of the largest, and eigenvectors of a symmetric positive matrix; `None` where a
+/// number is not finite.
+pub(super) fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let n = matrix.nrows();
+    if matrix.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, 1000 + 100 * n)?;
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    let floor = n as f64 * f64::EPSILON * eigen.eigenvalues.amax();
+    let values = order.iter().map(|k| {
+        let x = eigen.eigenvalues[*k];
+        if x.abs() < floor { 0.0 } else { x }
+    });
+    let values = DVector::from_iterator(n, values);
+    Some((values, eigen.eigenvectors.select_columns(&order)))
+}

@@ -1,0 +1,152 @@
+//! Characteristic values, and the nondimensional matrices and loads.
+
+use super::{Coupling, ElasticModes, Scales, mistake};
+use crate::element::{Units, nondimensional};
+use crate::error::{Diagnostic, SolveError};
+use crate::model::{Connection, FrequencyScale, Scaling, Train};
+use crate::system::{LoadKind, LoadSource, Mount, System};
+use nalgebra::{DMatrix, DVector};
+
+/// omega_c and one displacement scale a connection.
+///
+/// # Errors
+/// Scales that are not positive and finite.
+pub(super) fn scales(train: &Train, modes: &ElasticModes) -> Result<Scales, Vec<Diagnostic>> {
+    let frequency = match train.scaling.frequency {
+        FrequencyScale::FirstMode => modes.eigenvalues[0].sqrt(),
+        FrequencyScale::FirstConnection => train.connections.values().next().map_or(0.0, |c| {
+            let share = |(body, arm): &(usize, f64)| arm * arm / train.bodies[*body].inertia;
+            (c.stiffness * c.arms.iter().map(share).sum::<f64>()).sqrt()
+        }),
+        FrequencyScale::Value(value) => value,
+    };
+    let is_scale = |x: f64| x > 0.0 && x.is_finite();
+    let mut list = Vec::new();
+    if !is_scale(frequency) {
+        let message = format!("found {frequency} rad/s, must be > 0 and finite");
+        list.push(mistake("scaling.frequency", message, None));
+    }
+    let mut displacement = Vec::with_capacity(train.connections.len());
+    for (name, connection) in &train.connections {
+        let l = length(connection, &train.scaling);
+        if !is_scale(l) {
+            let message = format!("displacement scale {l}, must be > 0 and finite");
+            list.push(mistake(format!("connections.{name}.length"), message, None));
+        }
+        displacement.push(l);
+    }
+    if !list.is_empty() {
+        return Err(list);
+    }
+    let stiffness = train.connections.values().map(|c| c.stiffness).collect();
+    Ok(Scales {
+        frequency,
+        displacement,
+        stiffness,
+    })
+}
+
+/// l: own `length`, else that of the train, else the first nonzero breakpoint of the law, else 1.
+fn length(connection: &Connection, scaling: &Scaling) -> f64 {
+    let breakpoint = || {
+        let list = connection.element.breakpoints();
+        list.into_iter().map(f64::abs).find(|b| *b > 0.0)
+    };
+    let own = connection.length.or(scaling.length);
+    own.or_else(breakpoint).unwrap_or(1.0)
+}
+
+/// The system of a train, nondimensional.
+///
+///     kappa = omega_c^-2 D_r^-1 P M^-1 B^T diag(K) D      (n x e)
+///     Gam   = omega_c^-1 D_r^-1 P M^-1 C P^+ D_r          (n x n)
+///     W*    = D^-1 W D_r                                  (e x n)
+///     Q     = omega_c^-2 D_r^-1 P M^-1 F
+///
+/// D = diag(l_j), D_r its rows of the accepted connections. `rates`: C P^+, n_b x n. A dashpot c_j parallel to a transmission error
+/// e adds omega_c^-1 D_r^-1 P M^-1 B_j^T c_j de/dT to Q. Rook & Singh (1995), eq. (4b-e); loops and several scales beyond it.
+pub(super) fn system(
+    train: &Train,
+    coupling: &Coupling,
+    rates: &DMatrix<f64>,
+    scales: &Scales,
+) -> Result<System, SolveError> {
+    let w_c = scales.frequency;
+    let l = &scales.displacement;
+    let l_r: Vec<f64> = coupling.coordinates.iter().map(|k| l[*k]).collect();
+    let mut mobility = coupling.transform.clone();
+    for (mut column, body) in mobility.column_iter_mut().zip(train.bodies.values()) {
+        column /= body.inertia;
+    }
+    for (mut row, l) in mobility.row_iter_mut().zip(&l_r) {
+        row /= *l;
+    }
+    let drive = &mobility * coupling.incidence.transpose();
+    let mut kappa = drive.clone();
+    for (k, mut column) in kappa.column_iter_mut().enumerate() {
+        column *= scales.stiffness[k] * l[k] / (w_c * w_c);
+    }
+    let mut gamma = &mobility * rates;
+    for (mut column, l) in gamma.column_iter_mut().zip(&l_r) {
+        column *= *l / w_c;
+    }
+    let w = DMatrix::from_fn(l.len(), l_r.len(), |k, i| {
+        // The quotient first: accepted connections keep an exact 1.
+        coupling.element_map[(k, i)] * (l_r[i] / l[k])
+    });
+    let mounts = train.connections.values().enumerate();
+    let mounts = mounts.map(|(k, c)| mount(c, w_c, l[k])).collect();
+    System::new(
+        gamma,
+        kappa,
+        w,
+        mounts,
+        loads(train, &mobility, &drive, scales),
+    )
+}
+
+fn mount(connection: &Connection, w_c: f64, l: f64) -> Mount {
+    let units = Units {
+        displacement: l,
+        frequency: w_c,
+        force: connection.stiffness * l,
+    };
+    let error = connection.transmission_error.as_ref();
+    Mount {
+        element: nondimensional(connection.element.as_ref(), &units),
+        stiffness_variation: connection.stiffness_variation.clone(),
+        transmission_error: error.map(|e| e.scaled(1.0 / l)),
+    }
+}
+
+/// `mobility`: D_r^-1 P M^-1, n x n_b; `drive`: D_r^-1 P M^-1 B^T, n x e.
+fn loads(
+    train: &Train,
+    mobility: &DMatrix<f64>,
+    drive: &DMatrix<f64>,
+    scales: &Scales,
+) -> Vec<LoadSource> {
+    let w_c = scales.frequency;
+    let mut list = Vec::new();
+    for (name, load) in &train.loads {
+        let Some(body) = train.bodies.get_index_of(name) else {
+            continue;
+        };
+        let direction: DVector<f64> = mobility.column(body) / (w_c * w_c);
+        list.push(LoadSource {
+            direction,
+            series: load.series.clone(),
+            kind: LoadKind::Value,
+        });
+    }
+    for (k, connection) in train.connections.values().enumerate() {
+        if let (Some(error), true) = (&connection.transmission_error, connection.damping > 0.0) {
+            list.push(LoadSource {
+                direction: drive.column(k) * (connection.damping / w_c),
+                series: error.clone(),
+                kind: LoadKind::Rate,
+            });
+        }
+    }
+    list
+}
