@@ -1,0 +1,314 @@
+//! A study: a model file, its analyses checked before anything runs, and their results on disk.
+
+use crate::analysis::{self, Analysis, Control, Setting};
+use crate::assembly::{Assembly, assemble};
+use crate::error::{Diagnostic, Error, did_you_mean};
+use crate::model::{self, Model};
+use crate::output::{self, FigureFormat, RunOptions};
+use crate::report::Report;
+use crate::yaml::{self, Document, Entry, Node};
+use indexmap::IndexMap;
+use rayon::prelude::*;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// A model file ready to run.
+#[derive(Debug)]
+pub struct Study {
+    /// The merged document.
+    pub document: Document,
+    /// The model as written, without any analysis's own settings.
+    pub model: Model,
+    /// Its assembly.
+    pub assembly: Assembly,
+    /// Analyses in the order of the file.
+    pub runs: Vec<Run>,
+}
+
+/// One analysis with the model under which it runs.
+#[derive(Debug)]
+pub struct Run {
+    /// Name in the file.
+    pub name: String,
+    kind: String,
+    texts: Texts,
+    analysis: Box<dyn Analysis>,
+    /// The model and its assembly with the analysis's own `set:`; `None` when it has none.
+    own: Option<(Model, Assembly)>,
+}
+
+/// Keys that every analysis takes besides its own.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct Texts {
+    title: Option<String>,
+    caption: Option<String>,
+    assumed: Vec<String>,
+}
+
+const COMMON_KEYS: [&str; 4] = ["set", "title", "caption", "assumed"];
+
+/// What to write and where.
+#[derive(Debug, Clone)]
+pub struct RunSettings {
+    /// Folder of the results.
+    pub out: PathBuf,
+    /// Formats of the static figures.
+    pub figures: Vec<FigureFormat>,
+    /// Threads.
+    pub jobs: usize,
+}
+
+/// What became of the analyses.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Reports in the order of the file; analyses that an interruption kept from starting are missing.
+    pub reports: Vec<Report>,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+    /// Whether the user interrupted the run.
+    pub interrupted: bool,
+}
+
+impl Study {
+    /// Loads, validates and assembles a model file and checks its analyses, all of them or those named in `only`.
+    ///
+    /// # Errors
+    /// Every mistake that could be found in one go; nothing has run and nothing is written then.
+    pub fn load(path: &Path, overrides: &[String], only: &[String]) -> Result<Study, Error> {
+        let document = yaml::load(path, overrides)?;
+        let mut faults = Vec::new();
+        let base = build(&document.root).map_err(|list| faults.extend(list)).ok();
+        let mut runs = Vec::new();
+        for (name, entry) in analyses(&document.root, only).unwrap_or_else(|list| {
+            faults.extend(list);
+            Vec::new()
+        }) {
+            match load_run(&document.root, name, entry, base.as_ref()) {
+                Ok(run) => runs.push(run),
+                Err(list) => faults.extend(list),
+            }
+        }
+        match base {
+            Some((model, assembly)) if faults.is_empty() => Ok(Study { document, model, assembly, runs }),
+            _ => Err(Error::Input(without_repetition(faults))),
+        }
+    }
+
+    /// Runs the analyses side by side and writes each one's files as soon as it ends, then the page and the manifest.
+    ///
+    /// # Errors
+    /// A file that cannot be written; finished results stay.
+    pub fn run(&self, settings: &RunSettings, control: &dyn Control) -> Result<Outcome, Error> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.jobs).build().map_err(|error| Error::File {
+            action: "start threads for",
+            path: settings.out.clone(),
+            source: std::io::Error::other(error),
+        })?;
+        let files = Mutex::new(vec![Vec::new(); self.runs.len()]);
+        let one = |(index, run): (usize, &Run)| -> Result<Option<Report>, Error> {
+            if control.is_interrupted() {
+                return Ok(None);
+            }
+            let report = self.report(run, control)?;
+            let written = output::write_report(&settings.out, &report, &settings.figures)?;
+            if let Ok(mut files) = files.lock() {
+                files[index] = written;
+            }
+            Ok(Some(report))
+        };
+        let reports: Result<Vec<Option<Report>>, Error> =
+            pool.install(|| self.runs.par_iter().enumerate().map(one).collect());
+        let reports: Vec<Report> = reports?.into_iter().flatten().collect();
+        let mut files: Vec<PathBuf> = files.into_inner().unwrap_or_default().into_iter().flatten().collect();
+        let options = RunOptions {
+            model: self.model.name.clone(),
+            figures: settings.figures.clone(),
+            inputs: self.inputs(),
+            settings: self.settings(),
+        };
+        files.extend(output::write_summary(&settings.out, &reports, &options, &files)?);
+        Ok(Outcome { reports, files, interrupted: control.is_interrupted() })
+    }
+
+    fn report(&self, run: &Run, control: &dyn Control) -> Result<Report, Error> {
+        let (model, assembly) = match &run.own {
+            Some((model, assembly)) => (model, assembly),
+            None => (&self.model, &self.assembly),
+        };
+        let setting = Setting { name: &run.name, model, assembly, control };
+        let mut report = run.analysis.run(&setting)?;
+        report.name = run.name.clone();
+        report.kind = run.kind.clone();
+        report.title = run.texts.title.clone().unwrap_or_else(|| run.name.clone());
+        let own = run.texts.caption.clone().unwrap_or_default();
+        let parts = [own, std::mem::take(&mut report.caption)];
+        report.caption = parts.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(" ");
+        report.assumed = run.texts.assumed.clone();
+        let mut warnings: Vec<String> = model.warnings.iter().chain(&assembly.warnings).cloned().collect();
+        warnings.append(&mut report.warnings);
+        report.warnings = warnings;
+        if let Some(figure) = &mut report.figure {
+            figure.title = report.title.clone();
+        }
+        report.summary.insert("scales".into(), scales(assembly));
+        Ok(report)
+    }
+
+    fn inputs(&self) -> Vec<(String, Vec<u8>)> {
+        self.document.sources.iter().map(|s| (s.name.clone(), s.text.clone().into_bytes())).collect()
+    }
+
+    fn settings(&self) -> Map<String, Value> {
+        let analysis = |run: &Run| (run.name.clone(), serde_json::to_value(&run.analysis).unwrap_or(Value::Null));
+        self.runs.iter().map(analysis).collect()
+    }
+}
+
+fn scales(assembly: &Assembly) -> Value {
+    let scales = &assembly.scales;
+    let displacement: Map<String, Value> =
+        assembly.connections.iter().zip(&scales.displacement).map(|(name, l)| (name.clone(), json!(l))).collect();
+    json!({ "omega_c": scales.frequency, "displacement": displacement })
+}
+
+/// Reads and assembles the model of a document; mistakes of the assembly get the place of their path.
+fn build(root: &Node) -> Result<(Model, Assembly), Vec<Diagnostic>> {
+    let model = model::read(root)?;
+    let assembly = assemble(&model).map_err(|list| list.into_iter().map(|d| located(d, root)).collect::<Vec<_>>())?;
+    Ok((model, assembly))
+}
+
+/// Gives a mistake the place of the longest part of its path that the document has.
+fn located(mut diagnostic: Diagnostic, root: &Node) -> Diagnostic {
+    let mut path = diagnostic.path.as_str();
+    while diagnostic.location.is_none() {
+        let node = if path.is_empty() { Some(root) } else { root.at(path) };
+        diagnostic.location = node.and_then(|n| n.location.clone());
+        match path.rsplit_once('.') {
+            Some((parent, _)) => path = parent,
+            None if path.is_empty() => break,
+            None => path = "",
+        }
+    }
+    diagnostic
+}
+
+/// The chosen entries of `analyses:`, in the order of the file.
+fn analyses<'a>(root: &'a Node, only: &[String]) -> Result<Vec<(&'a String, &'a Entry)>, Vec<Diagnostic>> {
+    let empty = IndexMap::new();
+    let map = match root.get("analyses") {
+        None => None,
+        Some(node) if node.is_null() => None,
+        Some(node) => Some(node.as_map("analyses").map_err(|d| vec![d])?),
+    };
+    let known: Vec<&str> = map.unwrap_or(&empty).keys().map(String::as_str).collect();
+    let unknown: Vec<Diagnostic> = only
+        .iter()
+        .filter(|name| !known.contains(&name.as_str()))
+        .map(|name| Diagnostic {
+            location: None,
+            path: "--only".into(),
+            message: format!("no analysis is called `{name}`"),
+            help: Some(did_you_mean(name, known.iter().copied())),
+        })
+        .collect();
+    if !unknown.is_empty() {
+        return Err(unknown);
+    }
+    Ok(map.into_iter().flatten().filter(|(name, _)| only.is_empty() || only.contains(name)).collect())
+}
+
+/// Reads one analysis and checks it against its model.
+fn load_run(root: &Node, name: &str, entry: &Entry, base: Option<&(Model, Assembly)>) -> Result<Run, Vec<Diagnostic>> {
+    let path = yaml::join("analyses", name);
+    if !model::is_name(name) {
+        let message = "the name of an analysis must match [A-Za-z_][A-Za-z0-9_-]*";
+        return Err(vec![Diagnostic::at_key(entry, &path, message)]);
+    }
+    let node = &entry.node;
+    let own = own_model(root, node, &path);
+    let (texts, kind, analysis) = read_analysis(node, &path).map_err(|mut list| {
+        // Mistakes in `set:` and in the other keys are independent.
+        list.extend(own.as_ref().err().into_iter().flatten().cloned());
+        list
+    })?;
+    let own = own?;
+    let Some((model, assembly)) = own.as_ref().or(base) else { return Err(Vec::new()) };
+    let setting = Setting { name, model, assembly, control: &Unattended };
+    let faults = analysis.check(&setting);
+    if faults.is_empty() {
+        return Ok(Run { name: name.to_string(), kind, texts, analysis, own });
+    }
+    let diagnostic = |fault: analysis::Fault| {
+        let at = if fault.key.is_empty() { path.clone() } else { yaml::join(&path, &fault.key) };
+        located(Diagnostic { location: None, path: at, message: fault.message, help: None }, root)
+    };
+    Err(faults.into_iter().map(diagnostic).collect())
+}
+
+/// The model with the analysis's own `set:`, if it has one.
+fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<(Model, Assembly)>, Vec<Diagnostic>> {
+    let Some(set) = node.get("set").filter(|set| !set.is_null()) else { return Ok(None) };
+    let path = yaml::join(path, "set");
+    let map = set.as_map(&path).map_err(|d| vec![d])?;
+    let mut changed = root.clone();
+    let mut faults = Vec::new();
+    for (target, entry) in map {
+        if let Err(mut fault) = changed.set(target, entry.node.clone()) {
+            fault.location = entry.key_location.clone();
+            faults.push(fault);
+        }
+    }
+    if faults.is_empty() { build(&changed).map(Some) } else { Err(faults) }
+}
+
+type Read = (Texts, String, Box<dyn Analysis>);
+
+fn read_analysis(node: &Node, path: &str) -> Result<Read, Vec<Diagnostic>> {
+    let map = node.as_map(path).map_err(|d| vec![d])?;
+    let Some(kind) = map.get("type") else {
+        let known: Vec<&str> = analysis::TYPES.iter().map(|t| t.0).collect();
+        let help = format!("one of {}", known.join(", "));
+        return Err(vec![Diagnostic::at(node, path, "an analysis needs a `type`").with_help(help)]);
+    };
+    let type_path = yaml::join(path, "type");
+    let kind = kind.node.as_text(&type_path).map_err(|d| vec![d])?;
+    if !analysis::TYPES.iter().any(|t| t.0 == kind) {
+        let message = format!("no analysis type is called `{kind}`");
+        let help = did_you_mean(kind, analysis::TYPES.iter().map(|t| t.0));
+        return Err(vec![Diagnostic::at(&map["type"].node, &type_path, message).with_help(help)]);
+    }
+    let (mut common, mut own) = (IndexMap::new(), IndexMap::new());
+    for (key, entry) in map {
+        let part = if COMMON_KEYS.contains(&key.as_str()) { &mut common } else { &mut own };
+        if key != "set" {
+            part.insert(key.clone(), entry.clone());
+        }
+    }
+    let with = |map| Node { value: yaml::Value::Map(map), location: node.location.clone() };
+    let texts = with(common).read::<Texts>(path);
+    let analysis = with(own).read::<Box<dyn Analysis>>(path);
+    match (texts, analysis) {
+        (Ok(texts), Ok(analysis)) => Ok((texts, kind.to_string(), analysis)),
+        (texts, analysis) => Err(texts.err().into_iter().chain(analysis.err()).collect()),
+    }
+}
+
+/// The same mistake, found in the model and again under an analysis's settings, is reported once.
+fn without_repetition(list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let mut kept: Vec<Diagnostic> = Vec::new();
+    for diagnostic in list {
+        if !kept.contains(&diagnostic) {
+            kept.push(diagnostic);
+        }
+    }
+    kept
+}
+
+/// Control of checks, where nothing runs.
+struct Unattended;
+
+impl Control for Unattended {}
