@@ -5,6 +5,7 @@
 
 pub mod analysis;
 pub mod assembly;
+pub mod cli;
 pub mod element;
 pub mod error;
 pub mod model;
@@ -14,6 +15,7 @@ pub mod postprocess;
 pub mod quantity;
 pub mod report;
 pub mod solve;
+pub mod study;
 pub mod system;
 pub mod yaml;
 

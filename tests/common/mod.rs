@@ -2,9 +2,16 @@
 
 #![allow(dead_code)] // every test binary uses a part of it
 
-use gearlash::element::Backlash;
-use gearlash::element::ImpactDampingLaw;
+use gearlash::element::{Backlash, ImpactDampingLaw};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
+use gearlash::postprocess::measures::Meter;
+use gearlash::solve::branch::{self, Branch, Recorder, TraceOptions};
+use gearlash::solve::continuation::ContinuationOptions;
+use gearlash::solve::family::FrequencyFamily;
+use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
+use gearlash::solve::newton::NewtonOptions;
+use gearlash::solve::orbit::Orbit;
+use gearlash::solve::start::{self, Start, StartMode};
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
@@ -70,4 +77,50 @@ pub fn system(record: &Value) -> System {
         .map(|i| load(gamma.nrows(), i, mean[i], cos[i]))
         .collect();
     System::new(gamma, kappa, w, mounts, loads).unwrap()
+}
+
+/// A branch traced with the settings of an analysis: start, Galerkin, continuation.
+pub fn trace(
+    system: &System,
+    range: (f64, f64),
+    harmonics: usize,
+    samples: Option<usize>,
+    marks: &[f64],
+) -> Branch {
+    let samples = samples.unwrap_or(GalerkinOptions::default_samples(harmonics, system.subharmonic()));
+    let size = GalerkinOptions { harmonics, samples };
+    let newton = NewtonOptions::default();
+    let u = match start::find(system, range.0, size, StartMode::Auto, newton).unwrap() {
+        Start::Found { u, .. } => u,
+        Start::Failed(reasons) => panic!("no start: {reasons:?}"),
+    };
+    let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
+    let continuation = ContinuationOptions {
+        range,
+        step: 0.02,
+        min_step: 1e-8,
+        max_step: 0.1,
+        max_points: 10_000,
+        weight: 1.0 / system.dof() as f64,
+        newton,
+    };
+    let options = TraceOptions { continuation, marks: marks.to_vec(), stability: true };
+    branch::trace(&mut problem, u, &options, &mut RecordMeasures { meter: Meter::new(samples) }).unwrap().unwrap()
+}
+
+/// Columns of [`RecordMeasures`] a connection.
+pub const MEASURES: usize = 8;
+
+/// Records mean, rms, rms velocity, k_a, k_dc, contact ratio, impacts and mean force of every connection.
+pub struct RecordMeasures {
+    pub meter: Meter,
+}
+
+impl Recorder for RecordMeasures {
+    fn record(&mut self, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
+        for m in self.meter.measure(system, orbit) {
+            let [k_a, k_dc] = [m.effective_stiffness, m.effective_stiffness_dc].map(|k| k.unwrap_or(f64::NAN));
+            values.extend([m.mean, m.rms, m.rms_velocity, k_a, k_dc, m.contact_ratio, m.impacts, m.force_mean]);
+        }
+    }
 }

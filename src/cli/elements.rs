@@ -1,0 +1,81 @@
+//! `gearlash elements`.
+
+use crate::element::{Dimension, ElementInfo, ParameterKind, registered};
+use serde_json::{Value, json};
+
+/// Every registered law as text or JSON.
+pub fn list(as_json: bool) -> String {
+    let laws = registered();
+    if as_json {
+        let list: Vec<Value> = laws.iter().map(|law| as_value(law)).collect();
+        return format!("{:#}\n", Value::Array(list));
+    }
+    laws.iter().map(|law| as_text(law)).collect::<Vec<_>>().join("\n")
+}
+
+fn as_text(law: &ElementInfo) -> String {
+    let mut text = format!("{}\n    {}\n", law.tag, law.doc);
+    for p in law.parameters {
+        let default = p.default.map_or("required".to_string(), |d| format!("default {d}"));
+        let unit = unit(p.dimension).map_or(String::new(), |u| format!(" [{u}]"));
+        let choice = match p.kind {
+            ParameterKind::Choice(words) => format!(" ({})", words.join(" | ")),
+            ParameterKind::List => " (list)".to_string(),
+            _ => String::new(),
+        };
+        text.push_str(&format!("    {}{unit}{choice}: {}; {default}\n", p.name, p.doc));
+    }
+    text.push_str(&format!("    example: {}\n", law.example));
+    text
+}
+
+fn as_value(law: &ElementInfo) -> Value {
+    let parameters: Vec<Value> = law
+        .parameters
+        .iter()
+        .map(|p| {
+            let choices = match p.kind {
+                ParameterKind::Choice(words) => json!(words),
+                _ => Value::Null,
+            };
+            json!({
+                "name": p.name,
+                "description": p.doc,
+                "kind": kind(p.kind),
+                "choices": choices,
+                "unit": unit(p.dimension),
+                "default": p.default,
+            })
+        })
+        .collect();
+    json!({ "tag": law.tag, "description": law.doc, "parameters": parameters, "example": law.example })
+}
+
+fn kind(kind: ParameterKind) -> &'static str {
+    match kind {
+        ParameterKind::Number => "number",
+        ParameterKind::List => "list",
+        ParameterKind::Choice(_) => "choice",
+        ParameterKind::Text => "text",
+        ParameterKind::Map => "map",
+    }
+}
+
+/// `displacement`, `time/displacement`, ...; `None` for pure numbers. Displacement is m for meshes and rad for shafts, force
+/// N or N m.
+fn unit(dimension: Dimension) -> Option<String> {
+    let parts = [("displacement", dimension.displacement), ("time", dimension.time), ("force", dimension.force)];
+    let power = |(name, halves): (&str, i8)| match halves.abs() {
+        2 => name.to_string(),
+        even if even % 2 == 0 => format!("{name}^{}", even / 2),
+        odd => format!("{name}^({odd}/2)"),
+    };
+    let above: Vec<String> = parts.into_iter().filter(|p| p.1 > 0).map(power).collect();
+    let below: Vec<String> = parts.into_iter().filter(|p| p.1 < 0).map(power).collect();
+    match (above.is_empty(), below.is_empty()) {
+        (true, true) => None,
+        (false, true) => Some(above.join(" ")),
+        (true, false) => Some(format!("1/{}", below.join("/"))),
+        (false, false) => Some(format!("{}/{}", above.join(" "), below.join("/"))),
+    }
+}

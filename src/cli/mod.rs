@@ -1,0 +1,147 @@
+//! The whole command line, also for binaries that add laws of their own: `gearlash::cli::main()`.
+
+mod check;
+mod elements;
+mod progress;
+mod run;
+
+use crate::element::duplicate_tags;
+use crate::error::{Colour, Error, render};
+use crate::output::FigureFormat;
+use clap::{CommandFactory, Parser, Subcommand};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Nonlinear dynamics of gear trains with clearances.
+#[derive(Debug, Parser)]
+#[command(name = "gearlash", version, about, long_about = None, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the analyses of a model file and write tables, figures and a report.
+    Run(RunArguments),
+    /// Parse and validate a model file; print the coupled and scaled system.
+    Check(CheckArguments),
+    /// List every registered law, with parameters, units and defaults.
+    Elements {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print shell completions.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+struct RunArguments {
+    /// Model file.
+    file: PathBuf,
+    /// Only the analysis of this name (may be repeated).
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Replace a value of the file, such as connections.mesh_1.element.half_gap="5 um" (may be repeated).
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<String>,
+    /// Folder of the results [default: results/<file stem>].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Formats of the static figures.
+    #[arg(long, value_delimiter = ',', default_value = "svg", value_parser = figure_format)]
+    figures: Vec<FigureFormat>,
+    /// Threads [default: the machine's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Print nothing but warnings and errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct CheckArguments {
+    /// Model file.
+    file: PathBuf,
+    /// Replace a value of the file (may be repeated).
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<String>,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Exit status: some analysis ended early.
+const ENDED_EARLY: u8 = 1;
+/// Exit status: bad input, or a file that cannot be read or written.
+const BAD_INPUT: u8 = 2;
+/// Exit status: interrupted by the user.
+const INTERRUPTED: u8 = 130;
+
+/// Runs the program on the arguments of the process.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let status = if error.use_stderr() { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS };
+            // A closed pipe is the reader's business.
+            let _ = error.print();
+            return status;
+        }
+    };
+    let twice = duplicate_tags();
+    if !twice.is_empty() {
+        eprintln!("error: laws registered more than once: {}; rename all but one of each", twice.join(", "));
+        return ExitCode::from(BAD_INPUT);
+    }
+    let result = match arguments.command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check(arguments) => check::check(&arguments).map(|()| ExitCode::SUCCESS),
+        Command::Elements { json } => print(&elements::list(json)),
+        Command::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "gearlash", &mut text);
+            print(&String::from_utf8_lossy(&text))
+        }
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("{}", describe(&error));
+        ExitCode::from(BAD_INPUT)
+    })
+}
+
+/// A word of `--figures`.
+fn figure_format(word: &str) -> Result<FigureFormat, String> {
+    let known = FigureFormat::ALL;
+    known.into_iter().find(|f| f.extension() == word).ok_or_else(|| {
+        let list: Vec<&str> = known.iter().map(|f| f.extension()).collect();
+        format!("wanted one of {}", list.join(", "))
+    })
+}
+
+/// An error as text for the terminal, with the places in the model file.
+fn describe(error: &Error) -> String {
+    match error {
+        Error::Input(list) => {
+            let colour = if std::io::stderr().is_terminal() { Colour::Ansi } else { Colour::Plain };
+            render(list, colour)
+        }
+        other => format!("error: {other}"),
+    }
+}
+
+/// Prints to standard output; a reader that closes the pipe early is no mistake.
+fn print(text: &str) -> Result<ExitCode, Error> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::File { action: "write", path: "standard output".into(), source: error })
+        }
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
