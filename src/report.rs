@@ -79,7 +79,9 @@ pub enum CurveStyle {
     Crosses,
     /// Small dots, such as a Poincaré map.
     Dots,
-    /// Event markers; the column named here holds the kind, one marker shape and legend entry a kind.
+    /// Event markers; the column named here holds the kind, one marker shape and legend entry a kind. When the table has
+    /// no column `y`, the ordinate is interpolated in the main table, between the points `after_point` and the next one
+    /// of the event's `branch`.
     Events {
         /// Column with the kind of the event.
         kind: String,

@@ -53,6 +53,19 @@ fn a_run_is_written_whole_and_listed_with_hashes() {
 }
 
 #[test]
+fn figures_are_drawn_as_pixels_and_pages() {
+    let dir = tempfile::tempdir().unwrap();
+    let formats = [FigureFormat::Png, FigureFormat::Pdf];
+    write_report(dir.path(), &synthetic::bifurcation(), &formats).unwrap();
+    let png = std::fs::read(dir.path().join("diagram.png")).unwrap();
+    // Width in the header of a PNG: 680 pixels of the figure at 300 dots an inch.
+    assert_eq!(&png[16..20], 2125u32.to_be_bytes());
+    let pdf = std::fs::read(dir.path().join("diagram.pdf")).unwrap();
+    assert!(pdf.starts_with(b"%PDF-"));
+    assert!(!dir.path().join("diagram.svg").exists());
+}
+
+#[test]
 fn numbers_in_a_table_read_back_the_same() {
     let dir = tempfile::tempdir().unwrap();
     let report = synthetic::resonance();

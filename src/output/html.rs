@@ -250,9 +250,9 @@ fn short(value: f64) -> String {
 fn settings(page: &mut String, report: &Report) {
     for key in ["options", "scales"] {
         if let Some(value) = report.summary.get(key).filter(|v| !v.is_null()) {
-            let _ = write!(
+            let _ = writeln!(
                 page,
-                "<details><summary>{key}</summary><pre>{}</pre></details>\n",
+                "<details><summary>{key}</summary><pre>{}</pre></details>",
                 escape(&format!("{value:#}"))
             );
         }

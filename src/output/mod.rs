@@ -5,6 +5,7 @@
 
 pub mod csv;
 pub mod html;
+pub mod image;
 pub mod json;
 pub mod manifest;
 pub mod svg;
@@ -28,6 +29,10 @@ use crate::report::{Report, Table};
 pub enum FigureFormat {
     /// Scalable vector graphics, `NAME.svg`.
     Svg,
+    /// Pixels, 300 dots an inch, `NAME.png`.
+    Png,
+    /// One page, `NAME.pdf`.
+    Pdf,
 }
 
 impl FigureFormat {
@@ -35,6 +40,8 @@ impl FigureFormat {
     pub fn extension(self) -> &'static str {
         match self {
             FigureFormat::Svg => "svg",
+            FigureFormat::Png => "png",
+            FigureFormat::Pdf => "pdf",
         }
     }
 }
@@ -93,11 +100,17 @@ pub fn write_report(
     write_json(&path, &json::value(report))?;
     files.push(path);
     if let Some(figure) = &report.figure {
+        let svg = svg::render(figure, report)?;
         for format in figures {
-            let FigureFormat::Svg = format;
-            let path = out_dir.join(format!("{}.svg", report.name));
-            let text = svg::render(figure, report)?;
-            write_file(&path, |out| out.write_all(text.as_bytes()))?;
+            let path = out_dir.join(format!("{}.{}", report.name, format.extension()));
+            let bytes = match format {
+                FigureFormat::Svg => Ok(svg.clone().into_bytes()),
+                FigureFormat::Png => image::png(&svg),
+                FigureFormat::Pdf => image::pdf(&svg),
+            };
+            let bytes = bytes
+                .map_err(|message| file_error("draw", &path, std::io::Error::other(message)))?;
+            write_file(&path, |out| out.write_all(&bytes))?;
             files.push(path);
         }
     }
