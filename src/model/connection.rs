@@ -4,7 +4,7 @@ use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar, number
 use super::law::{LawUnits, law};
 use super::series::{base_order, stiffness_variation, transmission_error};
 use super::{Body, Connection, DeformationUnit, Motion};
-use crate::error::{Diagnostic, did_you_mean};
+use crate::error::{Diagnostic, did_you_mean, nearest};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::Node;
 use indexmap::IndexMap;
@@ -136,7 +136,14 @@ impl Finder<'_> {
         let found = self.bodies.get_index_of(name);
         match found {
             Some(body) => self.held[body] = true,
-            None => mistakes.add(unknown_body(name, self.bodies, at)),
+            None => {
+                // The body that was probably meant is not reported as unheld on top.
+                let meant = nearest(name, self.bodies.keys());
+                if let Some(body) = meant.and_then(|name| self.bodies.get_index_of(name)) {
+                    self.held[body] = true;
+                }
+                mistakes.add(unknown_body(name, self.bodies, at));
+            }
         }
         found
     }

@@ -108,16 +108,9 @@ fn connections(
     list.into_iter().collect()
 }
 
+/// Bodies that no connection acts on; silent when no connection could be read, which says it better.
 fn refuse_unheld(root: &Fields<'_>, bodies: &Bodies, held: &[bool], mistakes: &mut Mistakes) {
-    // Without connections every body is unheld, which the missing connections say better.
-    let is_empty = |node: &Node| {
-        node.as_map("")
-            .is_ok_and(|map| map.len() > MOST_CONNECTIONS)
-    };
-    let Some(connections) = root.get("connections") else {
-        return;
-    };
-    if is_empty(connections) || !held.iter().any(|h| *h) {
+    if !held.iter().any(|h| *h) {
         return;
     }
     let unheld = (bodies.keys().zip(held)).filter(|(_, held)| !**held);
