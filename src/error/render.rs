@@ -79,14 +79,12 @@ fn window(at: &Location) -> Option<(String, std::ops::Range<usize>)> {
     };
     let mut text = String::from(if start > 0 { "…" } else { "" });
     let mut caret = None;
-    let mut index = start;
     let mut shown = line.chars().skip(start);
-    for c in shown.by_ref().take(WINDOW) {
+    for (index, c) in (start..).zip(shown.by_ref().take(WINDOW)) {
         if index == column {
             caret = Some(text.len()..text.len() + c.len_utf8());
         }
         text.push(c);
-        index += 1;
     }
     let caret = caret.unwrap_or(text.len()..text.len());
     if shown.next().is_some() {

@@ -3,17 +3,16 @@
 //! typetag passes errors of the inner deserializer on as strings. The first failure is therefore noted, with its place,
 //! where it happens; outer layers only learn that there was one.
 
+mod access;
 mod failure;
 
-use super::{Entry, Node, Value, join, scalar};
+use super::{Node, Value, join, scalar};
 use crate::error::{Diagnostic, Location};
+use access::{EnumReader, ListReader, MapReader};
 use failure::Failure;
 pub(super) use failure::cropped;
 use scalar::Number;
-use serde::de::{
-    self, Deserialize, DeserializeSeed, Deserializer, Error as _, Expected, IntoDeserializer,
-    Unexpected, Visitor,
-};
+use serde::de::{Deserialize, Deserializer, Error as _, Expected, Unexpected, Visitor};
 use std::cell::OnceCell;
 
 impl Node {
@@ -318,169 +317,5 @@ impl<'de> Deserializer<'de> for NodeReader<'de, '_> {
 
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
         visitor.visit_unit()
-    }
-}
-
-struct ListReader<'de, 't> {
-    reader: NodeReader<'de, 't>,
-    list: &'de [Node],
-    next: usize,
-}
-
-impl<'de> de::SeqAccess<'de> for &mut ListReader<'de, '_> {
-    type Error = Failure;
-
-    fn next_element_seed<T: DeserializeSeed<'de>>(
-        &mut self,
-        seed: T,
-    ) -> Result<Option<T::Value>, Failure> {
-        let Some(node) = self.list.get(self.next) else {
-            return Ok(None);
-        };
-        let trail = Trail::Index(self.reader.trail, self.next);
-        self.next += 1;
-        let reader = NodeReader {
-            node,
-            trail: &trail,
-            first: self.reader.first,
-        };
-        reader.noted(seed.deserialize(reader)).map(Some)
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.list.len() - self.next)
-    }
-}
-
-struct MapReader<'de, 't> {
-    reader: NodeReader<'de, 't>,
-    /// The tag of a trait object, read before the rest.
-    first: Option<(&'de str, &'de Entry)>,
-    rest: indexmap::map::Iter<'de, String, Entry>,
-    skip_tag: bool,
-    current: Option<(&'de str, &'de Entry)>,
-}
-
-impl<'de> de::MapAccess<'de> for MapReader<'de, '_> {
-    type Error = Failure;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, Failure> {
-        let skip = self.skip_tag;
-        let mut rest = self
-            .rest
-            .by_ref()
-            .map(|(key, entry)| (key.as_str(), entry))
-            .filter(|(key, _)| !skip || *key != "type");
-        self.current = self.first.take().or_else(|| rest.next());
-        let Some((key, entry)) = self.current else {
-            return Ok(None);
-        };
-        let trail = Trail::Key(self.reader.trail, key);
-        let result = seed.deserialize(de::value::BorrowedStrDeserializer::new(key));
-        let place = entry.key_location.as_ref().or(entry.node.location.as_ref());
-        note(result, self.reader.first, place, &trail).map(Some)
-    }
-
-    fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Failure> {
-        let Some((key, entry)) = self.current.take() else {
-            return Err(Failure::custom("a value was asked for before its key"));
-        };
-        let trail = Trail::Key(self.reader.trail, key);
-        let reader = NodeReader {
-            node: &entry.node,
-            trail: &trail,
-            first: self.reader.first,
-        };
-        reader.noted(seed.deserialize(reader))
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.rest.len())
-    }
-}
-
-/// A variant: a word, or the only key of a map with its value.
-struct EnumReader<'de, 't> {
-    reader: NodeReader<'de, 't>,
-    entry: Option<(&'de str, &'de Entry)>,
-}
-
-impl<'de, 't> de::EnumAccess<'de> for EnumReader<'de, 't> {
-    type Error = Failure;
-    type Variant = EnumReader<'de, 't>;
-
-    fn variant_seed<V: DeserializeSeed<'de>>(
-        self,
-        seed: V,
-    ) -> Result<(V::Value, Self::Variant), Failure> {
-        let value = match (self.entry, &self.reader.node.value) {
-            (Some((key, entry)), _) => {
-                let result = seed.deserialize(key.into_deserializer());
-                let trail = Trail::Key(self.reader.trail, key);
-                note(
-                    result,
-                    self.reader.first,
-                    entry.key_location.as_ref(),
-                    &trail,
-                )?
-            }
-            (None, Value::Scalar { text, .. }) => {
-                let result = seed.deserialize(text.as_str().into_deserializer());
-                self.reader.noted(result)?
-            }
-            (None, _) => return self.reader.refused(&"a word"),
-        };
-        Ok((value, self))
-    }
-}
-
-impl<'de> EnumReader<'de, '_> {
-    /// Hands the value of the only key on.
-    fn with_value<T>(
-        self,
-        visit: impl FnOnce(NodeReader<'de, '_>) -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
-        let Some((key, entry)) = self.entry else {
-            return self.reader.noted(Err(Failure::custom(format!(
-                "found {} alone, wanted it as a key with a value",
-                self.reader.node.describe()
-            ))));
-        };
-        let trail = Trail::Key(self.reader.trail, key);
-        visit(NodeReader {
-            node: &entry.node,
-            trail: &trail,
-            first: self.reader.first,
-        })
-    }
-}
-
-impl<'de> de::VariantAccess<'de> for EnumReader<'de, '_> {
-    type Error = Failure;
-
-    fn unit_variant(self) -> Result<(), Failure> {
-        match self.entry {
-            None => Ok(()),
-            Some(_) => self.with_value(|reader| de::Deserialize::deserialize(reader)),
-        }
-    }
-
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Failure> {
-        self.with_value(|reader| reader.noted(seed.deserialize(reader)))
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _len: usize, visitor: V) -> Result<V::Value, Failure> {
-        self.with_value(|reader| reader.visit_list(visitor))
-    }
-
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Failure> {
-        self.with_value(|reader| reader.visit_entries(visitor))
     }
 }
