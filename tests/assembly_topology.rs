@@ -36,6 +36,7 @@ fn a_loop_that_closes_is_dependent_and_one_that_nearly_closes_is_refused() {
             "{text}"
         );
         assert!(text.contains("exactly"), "{text}");
+        assert_eq!(text.lines().count(), 1, "{text}");
     }
     // A train that does not close by far is locked, on purpose: four coordinates.
     let locked = assembled(&ring(0.02));

@@ -48,6 +48,9 @@ pub fn couple(train: &Train) -> Result<Coupling, Vec<Diagnostic>> {
             dependent.push((k, basis.combination(&share)));
         }
     }
+    if !list.is_empty() {
+        return Err(list);
+    }
     let element_map = element_map(&balanced, &coordinates, dependent);
     let transform = incidence.select_rows(&coordinates);
     let scatter = &element_map * &transform - &incidence;
