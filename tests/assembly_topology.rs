@@ -36,6 +36,7 @@ fn a_loop_that_closes_is_dependent_and_one_that_nearly_closes_is_refused() {
             "{text}"
         );
         assert!(text.contains("exactly"), "{text}");
+        assert_eq!(text.lines().count(), 1, "{text}");
     }
     // A train that does not close by far is locked, on purpose: four coordinates.
     let locked = assembled(&ring(0.02));
@@ -265,4 +266,23 @@ fn summary_lists_what_check_needs() {
     let w = numbers(&s["natural_frequencies_rad_s"]);
     assert_relative_eq!(w[0], s["omega_c"].as_f64().unwrap(), max_relative = 1e-15);
     assert!(s["static_displacement"].is_null());
+}
+
+#[test]
+fn long_trains_are_assembled_in_reasonable_time() {
+    let gear = |i| spring(&[(i, 0.05), (i + 1, 0.05)], 1e8);
+    let start = std::time::Instant::now();
+    let mut t = train(&[1e-3; 401], (0..400).map(gear).collect());
+    t.damping.stiffness_proportional = 1e-6;
+    let a = assembled(&t);
+    // Free chain of equal masses: omega_k^2 = 4 K R^2/I sin^2(pi k / (2 n_b)).
+    let wanted =
+        |k: f64| (std::f64::consts::PI * k / 802.0).sin() * 2.0 * (2.5e5_f64 / 1e-3).sqrt();
+    for k in [1, 2, 200, 400] {
+        let found = a.natural_frequencies[k - 1] * a.scales.frequency;
+        assert_relative_eq!(found, wanted(k as f64), max_relative = 1e-8);
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    println!("400 meshes in {seconds:.2} s");
+    assert!(seconds < 20.0, "{seconds} s");
 }

@@ -48,24 +48,10 @@ pub fn couple(train: &Train) -> Result<Coupling, Vec<Diagnostic>> {
             dependent.push((k, basis.combination(&share)));
         }
     }
-    let n = coordinates.len();
-    let mut element_map = DMatrix::zeros(e, n);
-    for (i, k) in coordinates.iter().enumerate() {
-        element_map[(*k, i)] = 1.0;
+    if !list.is_empty() {
+        return Err(list);
     }
-    for (k, w) in dependent {
-        let largest = w.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        for (i, x) in w.into_iter().enumerate() {
-            let x = if x.abs() <= ROUNDING * largest {
-                0.0
-            } else {
-                x
-            };
-            let x = x * balanced.size[k] / balanced.size[coordinates[i]];
-            let is_one = (x.abs() - 1.0).abs() <= ROUNDING;
-            element_map[(k, i)] = if is_one { x.signum() } else { x };
-        }
-    }
+    let element_map = element_map(&balanced, &coordinates, dependent);
     let transform = incidence.select_rows(&coordinates);
     let scatter = &element_map * &transform - &incidence;
     for (k, row) in scatter.row_iter().enumerate() {
@@ -87,6 +73,32 @@ pub fn couple(train: &Train) -> Result<Coupling, Vec<Diagnostic>> {
         rigid_body,
         coordinates,
     })
+}
+
+/// W, e x n, from the combinations of the dependent rows; rounding is cleaned away.
+fn element_map(
+    balanced: &Balanced,
+    coordinates: &[usize],
+    dependent: Vec<(usize, Vec<f64>)>,
+) -> DMatrix<f64> {
+    let mut map = DMatrix::zeros(balanced.size.len(), coordinates.len());
+    for (i, k) in coordinates.iter().enumerate() {
+        map[(*k, i)] = 1.0;
+    }
+    for (k, w) in dependent {
+        let largest = w.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for (i, x) in w.into_iter().enumerate() {
+            let x = if x.abs() <= ROUNDING * largest {
+                0.0
+            } else {
+                x
+            };
+            let x = x * balanced.size[k] / balanced.size[coordinates[i]];
+            let is_one = (x.abs() - 1.0).abs() <= ROUNDING;
+            map[(k, i)] = if is_one { x.signum() } else { x };
+        }
+    }
+    map
 }
 
 /// B, e x n_b: one row of lever arms a connection.

@@ -1,7 +1,18 @@
 //! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
 
+mod connection;
+mod fields;
+mod law;
+mod read;
+mod reduced;
+mod series;
+mod train;
+
+pub use read::{SCHEMA, locate, read};
+
 use crate::element::Element;
 use crate::numeric::periodic::Periodic;
+use crate::quantity::UnitDimension;
 use indexmap::IndexMap;
 use nalgebra::DMatrix;
 
@@ -91,6 +102,40 @@ pub enum DeformationUnit {
     Metre,
     /// rad; moment in N m, stiffness in N m/rad.
     Radian,
+}
+
+impl DeformationUnit {
+    /// Unit of a deformation between bodies of that motion with lever arms 1.
+    pub fn of(motion: Motion) -> DeformationUnit {
+        match motion {
+            Motion::Rotation => DeformationUnit::Radian,
+            Motion::Translation => DeformationUnit::Metre,
+        }
+    }
+
+    /// Of the deformation: m or rad.
+    pub fn dimension(self) -> UnitDimension {
+        match self {
+            DeformationUnit::Metre => UnitDimension::LENGTH,
+            DeformationUnit::Radian => UnitDimension::ANGLE,
+        }
+    }
+
+    /// Of the stiffness: N/m or N m/rad.
+    pub fn stiffness(self) -> UnitDimension {
+        match self {
+            DeformationUnit::Metre => UnitDimension::STIFFNESS,
+            DeformationUnit::Radian => UnitDimension::TORSIONAL_STIFFNESS,
+        }
+    }
+
+    /// Of a dashpot: N s/m or N m s/rad.
+    pub fn damping(self) -> UnitDimension {
+        match self {
+            DeformationUnit::Metre => UnitDimension::DAMPING,
+            DeformationUnit::Radian => UnitDimension::TORSIONAL_DAMPING,
+        }
+    }
 }
 
 /// A compliant connection: one row of lever arms, a stiffness and a law.

@@ -1,0 +1,254 @@
+//! Reading maps key by key and collecting the mistakes.
+
+use crate::error::{Diagnostic, did_you_mean};
+use crate::quantity::{Quantity, UnitDimension};
+use crate::yaml::{Entry, Node, Value, join, unknown_keys};
+use indexmap::IndexMap;
+
+/// Mistakes found so far.
+#[derive(Default)]
+pub(super) struct Mistakes {
+    list: Vec<Diagnostic>,
+}
+
+impl Mistakes {
+    /// The value, or nothing and one mistake more.
+    pub(super) fn note<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
+        result.map_err(|mistake| self.list.push(mistake)).ok()
+    }
+
+    pub(super) fn add(&mut self, mistake: Diagnostic) {
+        self.list.push(mistake);
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.list.len()
+    }
+
+    /// The value if there is one and nothing was wrong.
+    pub(super) fn conclude<T>(self, value: Option<T>) -> Result<T, Vec<Diagnostic>> {
+        match value {
+            Some(value) if self.list.is_empty() => Ok(value),
+            _ => Err(self.list),
+        }
+    }
+}
+
+/// What a number measures.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Measure {
+    /// SI units; a quantity with a unit is converted.
+    Si(UnitDimension),
+    /// A nondimensional number: a unit is a mistake.
+    Bare,
+}
+
+/// Range of a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Range {
+    /// Any finite number.
+    Any,
+    /// > 0.
+    Positive,
+    /// >= 0.
+    NotNegative,
+}
+
+/// A finite number of a scalar node.
+pub(super) fn number(
+    node: &Node,
+    path: &str,
+    measure: Measure,
+    range: Range,
+) -> Result<f64, Diagnostic> {
+    let quantity = Quantity::from_node(node, path)?;
+    let value = match measure {
+        Measure::Si(dimension) => quantity
+            .si(dimension)
+            .map_err(|message| Diagnostic::at(node, path, message))?,
+        Measure::Bare => bare(&quantity).map_err(|message| {
+            Diagnostic::at(node, path, message).with_help(
+                "reduced systems are nondimensional; use bodies and connections for SI units",
+            )
+        })?,
+    };
+    let wanted = match range {
+        Range::Positive if value <= 0.0 => "> 0",
+        Range::NotNegative if value < 0.0 => ">= 0",
+        _ => return Ok(value),
+    };
+    let message = format!("found {}, must be {wanted}", node.describe());
+    Err(Diagnostic::at(node, path, message))
+}
+
+fn bare(quantity: &Quantity) -> Result<f64, String> {
+    match quantity.dimension {
+        Some(dimension) if dimension != UnitDimension::NUMBER => Err(format!(
+            "`{}` has a unit, wanted a bare number",
+            quantity.text
+        )),
+        _ => Ok(quantity.value),
+    }
+}
+
+/// A whole number of a scalar node, at least 1 and at most `most`.
+pub(super) fn count(node: &Node, path: &str, most: usize) -> Result<usize, Diagnostic> {
+    let value: Result<u64, Diagnostic> = node.read(path);
+    match value.map(usize::try_from) {
+        Ok(Ok(value)) if value >= 1 && value <= most => Ok(value),
+        _ => Err(Diagnostic::at(
+            node,
+            path,
+            format!(
+                "found {}, wanted a whole number from 1 to {most}",
+                node.describe()
+            ),
+        )),
+    }
+}
+
+/// A map with its path. Empty values (null) count as absent.
+pub(super) struct Fields<'n> {
+    /// The map's own node.
+    pub(super) node: &'n Node,
+    /// Its dotted path.
+    pub(super) path: String,
+    map: &'n IndexMap<String, Entry>,
+}
+
+impl<'n> Fields<'n> {
+    /// The map of a node, any keys.
+    pub(super) fn open(node: &'n Node, path: &str, mistakes: &mut Mistakes) -> Option<Fields<'n>> {
+        let map = mistakes.note(node.as_map(path))?;
+        let path = path.to_owned();
+        Some(Fields { node, path, map })
+    }
+
+    /// The map of a node; keys that are not known are mistakes.
+    pub(super) fn known(
+        node: &'n Node,
+        path: &str,
+        keys: &[&str],
+        mistakes: &mut Mistakes,
+    ) -> Option<Fields<'n>> {
+        let fields = Fields::open(node, path, mistakes)?;
+        for mistake in unknown_keys(fields.map, keys, path) {
+            mistakes.add(mistake);
+        }
+        Some(fields)
+    }
+
+    pub(super) fn entries(&self) -> impl Iterator<Item = (&'n str, &'n Entry)> + use<'n> {
+        self.map.iter().map(|(key, entry)| (key.as_str(), entry))
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.map.len()
+    }
+
+    pub(super) fn path_of(&self, key: &str) -> String {
+        join(&self.path, key)
+    }
+
+    pub(super) fn get(&self, key: &str) -> Option<&'n Node> {
+        let node = self.map.get(key).map(|entry| &entry.node);
+        node.filter(|node| !node.is_null())
+    }
+
+    /// A key that must be there.
+    pub(super) fn required(
+        &self,
+        key: &str,
+        wanted: &str,
+        mistakes: &mut Mistakes,
+    ) -> Option<&'n Node> {
+        let found = self.get(key);
+        if found.is_none() {
+            let message = format!("`{key}` is missing: wanted {wanted}");
+            mistakes.add(Diagnostic::at(self.node, &self.path, message));
+        }
+        found
+    }
+
+    /// The number of a key; `None` when it is absent or wrong.
+    pub(super) fn number(
+        &self,
+        key: &str,
+        measure: Measure,
+        range: Range,
+        mistakes: &mut Mistakes,
+    ) -> Option<f64> {
+        let node = self.get(key)?;
+        mistakes.note(number(node, &self.path_of(key), measure, range))
+    }
+
+    /// The whole number of a key, from 1; 1 when it is absent.
+    pub(super) fn count(&self, key: &str, most: usize, mistakes: &mut Mistakes) -> usize {
+        let node = self.get(key);
+        node.and_then(|node| mistakes.note(count(node, &self.path_of(key), most)))
+            .unwrap_or(1)
+    }
+
+    /// The one of several keys that is given; none or more than one is a mistake.
+    pub(super) fn exactly_one(
+        &self,
+        keys: &[&'static str],
+        what: &str,
+        mistakes: &mut Mistakes,
+    ) -> Option<(&'static str, &'n Node)> {
+        let given: Vec<_> = (keys.iter())
+            .filter_map(|key| Some((*key, self.get(key)?)))
+            .collect();
+        if let [one] = given.as_slice() {
+            return Some(*one);
+        }
+        let found = match given.len() {
+            0 => "none".to_owned(),
+            _ => given.iter().map(|g| g.0).collect::<Vec<_>>().join(" and "),
+        };
+        let message = format!(
+            "{what}: found {found}, wanted exactly one of {}",
+            keys.join(", ")
+        );
+        mistakes.add(Diagnostic::at(self.node, &self.path, message));
+        None
+    }
+}
+
+/// The list of a node with the path of every entry.
+pub(super) fn entries<'n>(
+    node: &'n Node,
+    path: &str,
+    mistakes: &mut Mistakes,
+) -> Vec<(String, &'n Node)> {
+    let list = mistakes.note(node.as_list(path)).unwrap_or_default();
+    let numbered = list.iter().enumerate();
+    numbered.map(|(k, node)| (join(path, k), node)).collect()
+}
+
+/// One of the known words.
+pub(super) fn word<'w>(node: &Node, path: &str, words: &[&'w str]) -> Result<&'w str, Diagnostic> {
+    let text = node.as_text(path)?;
+    let found = words.iter().find(|word| **word == text);
+    found.copied().ok_or_else(|| {
+        let message = format!("found {}, wanted {}", node.describe(), words.join(" or "));
+        Diagnostic::at(node, path, message).with_help(did_you_mean(text, words.iter().copied()))
+    })
+}
+
+/// Checks a name that the user gives: `[A-Za-z_][A-Za-z0-9_-]*`.
+pub(super) fn check_name(entry: &Entry, name: &str, path: &str) -> Result<(), Diagnostic> {
+    let mut letters = name.chars();
+    let is_start = |c: char| c.is_ascii_alphabetic() || c == '_';
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if letters.next().is_some_and(is_start) && letters.all(is_part) {
+        return Ok(());
+    }
+    let message = "names start with a letter or _ and go on with letters, digits, _ or -";
+    Err(Diagnostic::at_key(entry, path, message))
+}
+
+/// Whether a node is a scalar.
+pub(super) fn is_scalar(node: &Node) -> bool {
+    matches!(node.value, Value::Scalar { .. })
+}

@@ -1,0 +1,176 @@
+//! Laws in a model file: units first, then typetag.
+
+use super::DeformationUnit;
+use super::fields::{Fields, Measure, Mistakes, Range, entries, number, word};
+use crate::element::{
+    Element, InvalidParameter, Linear, ParameterInfo, ParameterKind, find, registered,
+};
+use crate::error::{Diagnostic, did_you_mean};
+use crate::quantity::UnitDimension;
+use crate::yaml::{Entry, Node, Value};
+use indexmap::IndexMap;
+
+/// Units of a law's parameters.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum LawUnits {
+    /// SI, displacements in the unit of the connection.
+    Si(DeformationUnit),
+    /// Nondimensional: bare numbers only.
+    Bare,
+}
+
+impl LawUnits {
+    fn measure(self, parameter: &ParameterInfo) -> Measure {
+        let LawUnits::Si(unit) = self else {
+            return Measure::Bare;
+        };
+        let d = parameter.dimension;
+        let displacement = unit.dimension();
+        Measure::Si(UnitDimension::of_law(
+            d.displacement,
+            d.time,
+            d.force,
+            displacement,
+        ))
+    }
+
+    /// A displacement.
+    pub(super) fn displacement(self) -> Measure {
+        match self {
+            LawUnits::Si(unit) => Measure::Si(unit.dimension()),
+            LawUnits::Bare => Measure::Bare,
+        }
+    }
+}
+
+/// The law of a node; the linear one without a node. Keys in `aside` belong to somebody else.
+pub(super) fn law(
+    node: Option<&Node>,
+    path: &str,
+    units: LawUnits,
+    aside: &[&str],
+    mistakes: &mut Mistakes,
+) -> Option<Box<dyn Element>> {
+    let Some(node) = node else {
+        return Some(Box::new(Linear {}));
+    };
+    let fields = Fields::open(node, path, mistakes)?;
+    let wanted = "the tag of a law, such as `type: backlash`";
+    let tag_node = fields.required("type", wanted, mistakes)?;
+    let tag = mistakes.note(tag_node.as_text(&fields.path_of("type")))?;
+    let Some(info) = find(tag) else {
+        let tags: Vec<&str> = registered().iter().map(|info| info.tag).collect();
+        let message = format!(
+            "unknown law {}; known: {}",
+            tag_node.describe(),
+            tags.join(", ")
+        );
+        let mistake = Diagnostic::at(tag_node, &fields.path_of("type"), message);
+        mistakes.add(mistake.with_help(did_you_mean(tag, tags)));
+        return None;
+    };
+    let before = mistakes.count();
+    let mut plain = IndexMap::new();
+    for (key, entry) in fields.entries().filter(|(key, _)| !aside.contains(key)) {
+        let path = fields.path_of(key);
+        let value = if key == "type" {
+            Some(entry.node.clone())
+        } else if let Some(parameter) = info.parameters.iter().find(|p| p.name == key) {
+            in_si(&entry.node, &path, parameter, units, mistakes)
+        } else {
+            mistakes.add(unknown_parameter(
+                entry,
+                key,
+                &path,
+                info.tag,
+                info.parameters,
+            ));
+            None
+        };
+        if let Some(node) = value {
+            let key_location = entry.key_location.clone();
+            plain.insert(key.to_owned(), Entry { key_location, node });
+        }
+    }
+    if mistakes.count() > before {
+        return None;
+    }
+    let plain = Node {
+        value: Value::Map(plain),
+        location: node.location.clone(),
+    };
+    let element: Box<dyn Element> = mistakes.note(plain.read(path))?;
+    let checked = element.validate();
+    mistakes.note(checked.map_err(|invalid| out_of_range(&fields, &invalid)))?;
+    Some(element)
+}
+
+fn unknown_parameter(
+    entry: &Entry,
+    key: &str,
+    path: &str,
+    tag: &str,
+    parameters: &[ParameterInfo],
+) -> Diagnostic {
+    let known: Vec<&str> = parameters.iter().map(|p| p.name).collect();
+    let list = match known.as_slice() {
+        [] => "none".to_owned(),
+        list => list.join(", "),
+    };
+    let message = format!("law `{tag}` has no parameter `{key}`; it has: {list}");
+    Diagnostic::at_key(entry, path, message).with_help(did_you_mean(key, known))
+}
+
+/// The node with every number in SI units.
+fn in_si(
+    node: &Node,
+    path: &str,
+    parameter: &ParameterInfo,
+    units: LawUnits,
+    mistakes: &mut Mistakes,
+) -> Option<Node> {
+    let measure = units.measure(parameter);
+    let converted = |node: &Node, path: &str, mistakes: &mut Mistakes| {
+        let value = mistakes.note(number(node, path, measure, Range::Any))?;
+        Some(Node {
+            location: node.location.clone(),
+            ..Node::number(value)
+        })
+    };
+    let value = match parameter.kind {
+        ParameterKind::Number => return converted(node, path, mistakes),
+        ParameterKind::Text => return Some(node.clone()),
+        ParameterKind::Choice(words) => {
+            mistakes.note(word(node, path, words))?;
+            return Some(node.clone());
+        }
+        ParameterKind::List => Value::List(
+            entries(node, path, mistakes)
+                .into_iter()
+                .filter_map(|(path, node)| converted(node, &path, mistakes))
+                .collect(),
+        ),
+        ParameterKind::Map => {
+            let fields = Fields::open(node, path, mistakes)?;
+            let mut map = IndexMap::new();
+            for (key, entry) in fields.entries() {
+                if let Some(node) = converted(&entry.node, &fields.path_of(key), mistakes) {
+                    let key_location = entry.key_location.clone();
+                    map.insert(key.to_owned(), Entry { key_location, node });
+                }
+            }
+            Value::Map(map)
+        }
+    };
+    let location = node.location.clone();
+    Some(Node { value, location })
+}
+
+/// A parameter that the law itself refuses, at the key that the user wrote.
+fn out_of_range(fields: &Fields<'_>, invalid: &InvalidParameter) -> Diagnostic {
+    let key = invalid.name.split('[').next().unwrap_or_default();
+    match fields.get(key) {
+        Some(node) => Diagnostic::at(node, &fields.path_of(key), invalid.to_string()),
+        None => Diagnostic::at(fields.node, &fields.path, invalid.to_string()),
+    }
+}

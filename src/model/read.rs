@@ -1,0 +1,116 @@
+//! The top level of a model file.
+
+use super::fields::{Fields, Mistakes, count, word};
+use super::reduced::reduced;
+use super::train::{self, train};
+use super::{Model, ReportUnits, Structure};
+use crate::error::{Diagnostic, did_you_mean};
+use crate::yaml::Node;
+
+/// Version of the model file that this reader understands.
+pub const SCHEMA: usize = 1;
+
+const KEYS: [&str; 10] = [
+    "schema",
+    "name",
+    "bodies",
+    "connections",
+    "damping",
+    "loads",
+    "scaling",
+    "reduced",
+    "report",
+    "analyses",
+];
+
+/// The model of a merged document, SI units; keys that start with `x-` are skipped, `analyses` belongs to somebody else.
+///
+/// # Errors
+/// Every independent mistake, with path, place, what was found, what was wanted and the nearest known name.
+pub fn read(root: &Node) -> Result<Model, Vec<Diagnostic>> {
+    let mut mistakes = Mistakes::default();
+    let model = model(root, &mut mistakes);
+    mistakes.conclude(model)
+}
+
+/// Gives diagnostics of later stages the place of their path, or of the nearest part of the path that the document has.
+pub fn locate(root: &Node, list: &mut [Diagnostic]) {
+    for mistake in list.iter_mut().filter(|m| m.location.is_none()) {
+        let mut path = mistake.path.as_str();
+        while !path.is_empty() {
+            if let Some(node) = root.at(path) {
+                mistake.location.clone_from(&node.location);
+                break;
+            }
+            path = path.rsplit_once('.').map_or("", |(front, _)| front);
+        }
+    }
+}
+
+fn model(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
+    let fields = Fields::open(root, "", mistakes)?;
+    for (key, entry) in fields.entries() {
+        if !KEYS.contains(&key) && !key.starts_with("x-") {
+            let mistake = Diagnostic::at_key(entry, key, format!("unknown key `{key}`"));
+            mistakes.add(mistake.with_help(did_you_mean(key, KEYS)));
+        }
+    }
+    if let Some(node) = fields.get("schema") {
+        mistakes.note(schema(node));
+    }
+    let name = fields.get("name");
+    let name = name.and_then(|node| mistakes.note(node.as_text("name")));
+    let report_units = fields.get("report").and_then(|node| units(node, mistakes));
+    let (structure, warnings) = structure(&fields, mistakes)?;
+    Some(Model {
+        name: name.unwrap_or_default().to_owned(),
+        structure,
+        report_units: report_units.unwrap_or(ReportUnits::Nondimensional),
+        warnings,
+    })
+}
+
+fn schema(node: &Node) -> Result<(), Diagnostic> {
+    match count(node, "schema", usize::MAX) {
+        Ok(SCHEMA) => Ok(()),
+        _ => {
+            let message = format!("found {}, wanted {SCHEMA}", node.describe());
+            let help = "this program reads version 1 of the model file";
+            Err(Diagnostic::at(node, "schema", message).with_help(help))
+        }
+    }
+}
+
+fn units(node: &Node, mistakes: &mut Mistakes) -> Option<ReportUnits> {
+    let fields = Fields::known(node, "report", &["units"], mistakes)?;
+    let node = fields.get("units")?;
+    let found = word(node, "report.units", &["nondimensional", "si"]);
+    Some(match mistakes.note(found)? {
+        "si" => ReportUnits::Si,
+        _ => ReportUnits::Nondimensional,
+    })
+}
+
+fn structure(fields: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Structure, Vec<String>)> {
+    let given: Vec<&str> = (train::KEYS.into_iter())
+        .filter(|key| fields.get(key).is_some())
+        .collect();
+    let Some(node) = fields.get("reduced") else {
+        if fields.get("bodies").is_none() && fields.get("connections").is_none() {
+            let message = "nothing to compute: wanted bodies and connections, or reduced";
+            mistakes.add(Diagnostic::at(fields.node, "", message));
+            return None;
+        }
+        let (train, warnings) = train(fields, mistakes)?;
+        return Some((Structure::Train(train), warnings));
+    };
+    if !given.is_empty() {
+        let message = format!(
+            "stands beside {}: wanted either reduced or a train of bodies and connections",
+            given.join(", ")
+        );
+        mistakes.add(Diagnostic::at(node, "reduced", message));
+    }
+    let reduced = reduced(node, mistakes)?;
+    Some((Structure::Reduced(reduced), Vec::new()))
+}
