@@ -80,7 +80,9 @@ impl Study {
     pub fn load(path: &Path, overrides: &[String], only: &[String]) -> Result<Study, Error> {
         let document = yaml::load(path, overrides)?;
         let mut faults = Vec::new();
-        let base = build(&document.root).map_err(|list| faults.extend(list)).ok();
+        let base = build(&document.root)
+            .map_err(|list| faults.extend(list))
+            .ok();
         let mut runs = Vec::new();
         for (name, entry) in analyses(&document.root, only).unwrap_or_else(|list| {
             faults.extend(list);
@@ -92,7 +94,12 @@ impl Study {
             }
         }
         match base {
-            Some((model, assembly)) if faults.is_empty() => Ok(Study { document, model, assembly, runs }),
+            Some((model, assembly)) if faults.is_empty() => Ok(Study {
+                document,
+                model,
+                assembly,
+                runs,
+            }),
             _ => Err(Error::Input(without_repetition(faults))),
         }
     }
@@ -102,11 +109,14 @@ impl Study {
     /// # Errors
     /// A file that cannot be written; finished results stay.
     pub fn run(&self, settings: &RunSettings, control: &dyn Control) -> Result<Outcome, Error> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.jobs).build().map_err(|error| Error::File {
-            action: "start threads for",
-            path: settings.out.clone(),
-            source: std::io::Error::other(error),
-        })?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(settings.jobs)
+            .build()
+            .map_err(|error| Error::File {
+                action: "start threads for",
+                path: settings.out.clone(),
+                source: std::io::Error::other(error),
+            })?;
         let files = Mutex::new(vec![Vec::new(); self.runs.len()]);
         let one = |(index, run): (usize, &Run)| -> Result<Option<Report>, Error> {
             if control.is_interrupted() {
@@ -122,15 +132,29 @@ impl Study {
         let reports: Result<Vec<Option<Report>>, Error> =
             pool.install(|| self.runs.par_iter().enumerate().map(one).collect());
         let reports: Vec<Report> = reports?.into_iter().flatten().collect();
-        let mut files: Vec<PathBuf> = files.into_inner().unwrap_or_default().into_iter().flatten().collect();
+        let mut files: Vec<PathBuf> = files
+            .into_inner()
+            .unwrap_or_default()
+            .into_iter()
+            .flatten()
+            .collect();
         let options = RunOptions {
             model: self.model.name.clone(),
             figures: settings.figures.clone(),
             inputs: self.inputs(),
             settings: self.settings(),
         };
-        files.extend(output::write_summary(&settings.out, &reports, &options, &files)?);
-        Ok(Outcome { reports, files, interrupted: control.is_interrupted() })
+        files.extend(output::write_summary(
+            &settings.out,
+            &reports,
+            &options,
+            &files,
+        )?);
+        Ok(Outcome {
+            reports,
+            files,
+            interrupted: control.is_interrupted(),
+        })
     }
 
     fn report(&self, run: &Run, control: &dyn Control) -> Result<Report, Error> {
@@ -138,16 +162,30 @@ impl Study {
             Some((model, assembly)) => (model, assembly),
             None => (&self.model, &self.assembly),
         };
-        let setting = Setting { name: &run.name, model, assembly, control };
+        let setting = Setting {
+            name: &run.name,
+            model,
+            assembly,
+            control,
+        };
         let mut report = run.analysis.run(&setting)?;
         report.name = run.name.clone();
         report.kind = run.kind.clone();
         report.title = run.texts.title.clone().unwrap_or_else(|| run.name.clone());
         let own = run.texts.caption.clone().unwrap_or_default();
         let parts = [own, std::mem::take(&mut report.caption)];
-        report.caption = parts.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(" ");
+        report.caption = parts
+            .into_iter()
+            .filter(|text| !text.is_empty())
+            .collect::<Vec<_>>()
+            .join(" ");
         report.assumed = run.texts.assumed.clone();
-        let mut warnings: Vec<String> = model.warnings.iter().chain(&assembly.warnings).cloned().collect();
+        let mut warnings: Vec<String> = model
+            .warnings
+            .iter()
+            .chain(&assembly.warnings)
+            .cloned()
+            .collect();
         warnings.append(&mut report.warnings);
         report.warnings = warnings;
         if let Some(figure) = &mut report.figure {
@@ -158,46 +196,53 @@ impl Study {
     }
 
     fn inputs(&self) -> Vec<(String, Vec<u8>)> {
-        self.document.sources.iter().map(|s| (s.name.clone(), s.text.clone().into_bytes())).collect()
+        self.document
+            .sources
+            .iter()
+            .map(|s| (s.name.clone(), s.text.clone().into_bytes()))
+            .collect()
     }
 
     fn settings(&self) -> Map<String, Value> {
-        let analysis = |run: &Run| (run.name.clone(), serde_json::to_value(&run.analysis).unwrap_or(Value::Null));
+        let analysis = |run: &Run| {
+            (
+                run.name.clone(),
+                serde_json::to_value(&run.analysis).unwrap_or(Value::Null),
+            )
+        };
         self.runs.iter().map(analysis).collect()
     }
 }
 
 fn scales(assembly: &Assembly) -> Value {
     let scales = &assembly.scales;
-    let displacement: Map<String, Value> =
-        assembly.connections.iter().zip(&scales.displacement).map(|(name, l)| (name.clone(), json!(l))).collect();
+    let displacement: Map<String, Value> = assembly
+        .connections
+        .iter()
+        .zip(&scales.displacement)
+        .map(|(name, l)| (name.clone(), json!(l)))
+        .collect();
     json!({ "omega_c": scales.frequency, "displacement": displacement })
 }
 
 /// Reads and assembles the model of a document; mistakes of the assembly get the place of their path.
 fn build(root: &Node) -> Result<(Model, Assembly), Vec<Diagnostic>> {
     let model = model::read(root)?;
-    let assembly = assemble(&model).map_err(|list| list.into_iter().map(|d| located(d, root)).collect::<Vec<_>>())?;
+    let assembly = assemble(&model).map_err(|list| located(root, list))?;
     Ok((model, assembly))
 }
 
-/// Gives a mistake the place of the longest part of its path that the document has.
-fn located(mut diagnostic: Diagnostic, root: &Node) -> Diagnostic {
-    let mut path = diagnostic.path.as_str();
-    while diagnostic.location.is_none() {
-        let node = if path.is_empty() { Some(root) } else { root.at(path) };
-        diagnostic.location = node.and_then(|n| n.location.clone());
-        match path.rsplit_once('.') {
-            Some((parent, _)) => path = parent,
-            None if path.is_empty() => break,
-            None => path = "",
-        }
-    }
-    diagnostic
+/// Gives mistakes of later stages the place of their path.
+fn located(root: &Node, mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    model::locate(root, &mut list);
+    list
 }
 
 /// The chosen entries of `analyses:`, in the order of the file.
-fn analyses<'a>(root: &'a Node, only: &[String]) -> Result<Vec<(&'a String, &'a Entry)>, Vec<Diagnostic>> {
+fn analyses<'a>(
+    root: &'a Node,
+    only: &[String],
+) -> Result<Vec<(&'a String, &'a Entry)>, Vec<Diagnostic>> {
     let empty = IndexMap::new();
     let map = match root.get("analyses") {
         None => None,
@@ -218,14 +263,26 @@ fn analyses<'a>(root: &'a Node, only: &[String]) -> Result<Vec<(&'a String, &'a 
     if !unknown.is_empty() {
         return Err(unknown);
     }
-    Ok(map.into_iter().flatten().filter(|(name, _)| only.is_empty() || only.contains(name)).collect())
+    Ok(map
+        .into_iter()
+        .flatten()
+        .filter(|(name, _)| only.is_empty() || only.contains(name))
+        .collect())
 }
 
 /// Reads one analysis and checks it against its model.
-fn load_run(root: &Node, name: &str, entry: &Entry, base: Option<&(Model, Assembly)>) -> Result<Run, Vec<Diagnostic>> {
+fn load_run(
+    root: &Node,
+    name: &str,
+    entry: &Entry,
+    base: Option<&(Model, Assembly)>,
+) -> Result<Run, Vec<Diagnostic>> {
     let path = yaml::join("analyses", name);
-    if !model::is_name(name) {
-        let message = "the name of an analysis must match [A-Za-z_][A-Za-z0-9_-]*";
+    model::check_name(entry, name, &path).map_err(|d| vec![d])?;
+    if name == "manifest" || name == "report" {
+        let message = format!(
+            "an analysis called `{name}` would overwrite the files of that name; choose another name"
+        );
         return Err(vec![Diagnostic::at_key(entry, &path, message)]);
     }
     let node = &entry.node;
@@ -236,22 +293,50 @@ fn load_run(root: &Node, name: &str, entry: &Entry, base: Option<&(Model, Assemb
         list
     })?;
     let own = own?;
-    let Some((model, assembly)) = own.as_ref().or(base) else { return Err(Vec::new()) };
-    let setting = Setting { name, model, assembly, control: &Unattended };
+    let Some((model, assembly)) = own.as_ref().or(base) else {
+        return Err(Vec::new());
+    };
+    let setting = Setting {
+        name,
+        model,
+        assembly,
+        control: &Unattended,
+    };
     let faults = analysis.check(&setting);
     if faults.is_empty() {
-        return Ok(Run { name: name.to_string(), kind, texts, analysis, own });
+        return Ok(Run {
+            name: name.to_string(),
+            kind,
+            texts,
+            analysis,
+            own,
+        });
     }
     let diagnostic = |fault: analysis::Fault| {
-        let at = if fault.key.is_empty() { path.clone() } else { yaml::join(&path, &fault.key) };
-        located(Diagnostic { location: None, path: at, message: fault.message, help: None }, root)
+        let at = if fault.key.is_empty() {
+            path.clone()
+        } else {
+            yaml::join(&path, &fault.key)
+        };
+        Diagnostic {
+            location: None,
+            path: at,
+            message: fault.message,
+            help: None,
+        }
     };
-    Err(faults.into_iter().map(diagnostic).collect())
+    Err(located(root, faults.into_iter().map(diagnostic).collect()))
 }
 
 /// The model with the analysis's own `set:`, if it has one.
-fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<(Model, Assembly)>, Vec<Diagnostic>> {
-    let Some(set) = node.get("set").filter(|set| !set.is_null()) else { return Ok(None) };
+fn own_model(
+    root: &Node,
+    node: &Node,
+    path: &str,
+) -> Result<Option<(Model, Assembly)>, Vec<Diagnostic>> {
+    let Some(set) = node.get("set").filter(|set| !set.is_null()) else {
+        return Ok(None);
+    };
     let path = yaml::join(path, "set");
     let map = set.as_map(&path).map_err(|d| vec![d])?;
     let mut changed = root.clone();
@@ -262,7 +347,11 @@ fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<(Model, Asse
             faults.push(fault);
         }
     }
-    if faults.is_empty() { build(&changed).map(Some) } else { Err(faults) }
+    if faults.is_empty() {
+        build(&changed).map(Some)
+    } else {
+        Err(faults)
+    }
 }
 
 type Read = (Texts, String, Box<dyn Analysis>);
@@ -272,23 +361,34 @@ fn read_analysis(node: &Node, path: &str) -> Result<Read, Vec<Diagnostic>> {
     let Some(kind) = map.get("type") else {
         let known: Vec<&str> = analysis::TYPES.iter().map(|t| t.0).collect();
         let help = format!("one of {}", known.join(", "));
-        return Err(vec![Diagnostic::at(node, path, "an analysis needs a `type`").with_help(help)]);
+        return Err(vec![
+            Diagnostic::at(node, path, "an analysis needs a `type`").with_help(help),
+        ]);
     };
     let type_path = yaml::join(path, "type");
     let kind = kind.node.as_text(&type_path).map_err(|d| vec![d])?;
     if !analysis::TYPES.iter().any(|t| t.0 == kind) {
         let message = format!("no analysis type is called `{kind}`");
         let help = did_you_mean(kind, analysis::TYPES.iter().map(|t| t.0));
-        return Err(vec![Diagnostic::at(&map["type"].node, &type_path, message).with_help(help)]);
+        return Err(vec![
+            Diagnostic::at(&map["type"].node, &type_path, message).with_help(help),
+        ]);
     }
     let (mut common, mut own) = (IndexMap::new(), IndexMap::new());
     for (key, entry) in map {
-        let part = if COMMON_KEYS.contains(&key.as_str()) { &mut common } else { &mut own };
+        let part = if COMMON_KEYS.contains(&key.as_str()) {
+            &mut common
+        } else {
+            &mut own
+        };
         if key != "set" {
             part.insert(key.clone(), entry.clone());
         }
     }
-    let with = |map| Node { value: yaml::Value::Map(map), location: node.location.clone() };
+    let with = |map| Node {
+        value: yaml::Value::Map(map),
+        location: node.location.clone(),
+    };
     let texts = with(common).read::<Texts>(path);
     let analysis = with(own).read::<Box<dyn Analysis>>(path);
     match (texts, analysis) {

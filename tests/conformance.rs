@@ -2,7 +2,8 @@
 
 use gearlash::element::conformance::{check, check_registered};
 use gearlash::element::{
-    Backlash, Cubic, Dimension, Element, ImpactDampingLaw, Linear, OneSided, Parameter, PiecewiseLinear, Response, Side,
+    Backlash, Cubic, Dimension, Element, ImpactDampingLaw, Linear, OneSided, Parameter,
+    PiecewiseLinear, Response, Side,
 };
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,11 @@ fn registered_laws() {
 
 #[test]
 fn laws_with_unusual_parameters() {
-    let backlash = |half_gap, impact_damping, impact_damping_law| Backlash { half_gap, impact_damping, impact_damping_law };
+    let backlash = |half_gap, impact_damping, impact_damping_law| Backlash {
+        half_gap,
+        impact_damping,
+        impact_damping_law,
+    };
     let laws: Vec<Box<dyn Element>> = vec![
         Box::new(Linear {}),
         Box::new(backlash(0.0, 0.0, ImpactDampingLaw::Dissipative)),
@@ -23,11 +28,26 @@ fn laws_with_unusual_parameters() {
         Box::new(backlash(0.7, 0.0, ImpactDampingLaw::Literal)),
         Box::new(backlash(0.7, 0.2, ImpactDampingLaw::Literal)),
         Box::new(backlash(0.7, 0.2, ImpactDampingLaw::Dissipative)),
-        Box::new(OneSided { gap: 0.0, side: Side::Positive }),
-        Box::new(OneSided { gap: 0.8, side: Side::Negative }),
-        Box::new(PiecewiseLinear { breakpoints: vec![], slopes: vec![2.0] }),
-        Box::new(PiecewiseLinear { breakpoints: vec![-2.0, -1.0], slopes: vec![3.0, 1.0, 0.5] }),
-        Box::new(PiecewiseLinear { breakpoints: vec![-1.0, 0.5, 1.0], slopes: vec![1.0, 0.0, 0.2, 1.0] }),
+        Box::new(OneSided {
+            gap: 0.0,
+            side: Side::Positive,
+        }),
+        Box::new(OneSided {
+            gap: 0.8,
+            side: Side::Negative,
+        }),
+        Box::new(PiecewiseLinear {
+            breakpoints: vec![],
+            slopes: vec![2.0],
+        }),
+        Box::new(PiecewiseLinear {
+            breakpoints: vec![-2.0, -1.0],
+            slopes: vec![3.0, 1.0, 0.5],
+        }),
+        Box::new(PiecewiseLinear {
+            breakpoints: vec![-1.0, 0.5, 1.0],
+            slopes: vec![1.0, 0.0, 0.2, 1.0],
+        }),
         Box::new(Cubic { cubic: -0.01 }),
     ];
     for law in laws {
@@ -57,12 +77,25 @@ impl Element for Faulty {
             "kink" if q > self.size => 2.0,
             _ => 1.0,
         };
-        Response { f, df_dq, df_dv: 0.0 }
+        Response {
+            f,
+            df_dq,
+            df_dv: 0.0,
+        }
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {
-        let dimension = if self.fault == "dimension" { Dimension::NONE } else { Dimension::DISPLACEMENT };
-        visit(Parameter { name: "size", index: None, dimension, value: &mut self.size });
+        let dimension = if self.fault == "dimension" {
+            Dimension::NONE
+        } else {
+            Dimension::DISPLACEMENT
+        };
+        visit(Parameter {
+            name: "size",
+            index: None,
+            dimension,
+            value: &mut self.size,
+        });
     }
 
     fn clone_box(&self) -> Box<dyn Element> {
@@ -70,11 +103,19 @@ impl Element for Faulty {
     }
 
     fn breakpoints(&self) -> Vec<f64> {
-        if self.fault == "jump" { vec![self.size] } else { Vec::new() }
+        if self.fault == "jump" {
+            vec![self.size]
+        } else {
+            Vec::new()
+        }
     }
 
     fn flank(&self, q: f64) -> i8 {
-        if self.fault == "flank" && q < 0.0 { 0 } else { 1 }
+        if self.fault == "flank" && q < 0.0 {
+            0
+        } else {
+            1
+        }
     }
 
     fn is_piecewise_affine(&self) -> bool {
@@ -91,9 +132,16 @@ fn faults_are_noticed() {
         ("dimension", "dimension is wrong"),
         ("flank", "flank changes"),
     ] {
-        let law = Faulty { fault: fault.into(), size: 0.5 };
+        let law = Faulty {
+            fault: fault.into(),
+            size: 0.5,
+        };
         let error = check(&law).expect_err(fault).to_string();
         assert!(error.contains(says), "{fault}: {error}");
     }
-    check(&Faulty { fault: "none".into(), size: 0.5 }).unwrap();
+    check(&Faulty {
+        fault: "none".into(),
+        size: 0.5,
+    })
+    .unwrap();
 }

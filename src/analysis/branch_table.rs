@@ -25,7 +25,13 @@ impl<'a> MeasureRecorder<'a> {
     /// A recorder for orbits of so many samples.
     pub fn new(setting: &'a Setting<'a>, samples: usize, range: (f64, f64)) -> Self {
         let pulling = vec![false; setting.assembly.connections.len()];
-        MeasureRecorder { meter: Meter::new(samples), setting, range, points: 0, pulling }
+        MeasureRecorder {
+            meter: Meter::new(samples),
+            setting,
+            range,
+            points: 0,
+            pulling,
+        }
     }
 }
 
@@ -34,11 +40,27 @@ impl Recorder for MeasureRecorder<'_> {
         let measures = self.meter.measure(system, orbit);
         let mut slopes = Vec::with_capacity(measures.len());
         for (m, pulling) in measures.iter().zip(&mut self.pulling) {
-            let Measures { mean, rms, min, max, rms_velocity, contact_ratio, impacts, .. } = *m;
-            let stiffness = [m.effective_stiffness, m.effective_stiffness_dc].map(|k| k.unwrap_or(f64::NAN));
+            let Measures {
+                mean,
+                rms,
+                min,
+                max,
+                rms_velocity,
+                contact_ratio,
+                impacts,
+                ..
+            } = *m;
+            let stiffness =
+                [m.effective_stiffness, m.effective_stiffness_dc].map(|k| k.unwrap_or(f64::NAN));
             values.extend([mean, rms, min, max, rms_velocity]);
             values.extend(stiffness);
-            values.extend([contact_ratio, impacts, m.force_mean, m.force_max, m.force_std]);
+            values.extend([
+                contact_ratio,
+                impacts,
+                m.force_mean,
+                m.force_max,
+                m.force_std,
+            ]);
             slopes.push(m.effective_stiffness.unwrap_or(m.mean_slope));
             *pulling |= m.pulls;
         }
@@ -50,7 +72,9 @@ impl Recorder for MeasureRecorder<'_> {
         let (from, to) = self.range;
         let share = ((point.lambda - from) / (to - from)).clamp(0.0, 1.0);
         let words = format!("point {} at {:.4}", self.points, point.lambda);
-        self.setting.control.progress(self.setting.name, share, &words);
+        self.setting
+            .control
+            .progress(self.setting.name, share, &words);
         !self.setting.control.is_interrupted()
     }
 }
@@ -69,7 +93,11 @@ fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
     let mut list = Vec::new();
     for (e, connection) in setting.assembly.connections.iter().enumerate() {
         let (x, force) = setting.model.units_of(e);
-        let (l, w, k) = (scales.displacement[e], scales.frequency, scales.stiffness[e]);
+        let (l, w, k) = (
+            scales.displacement[e],
+            scales.frequency,
+            scales.stiffness[e],
+        );
         for (name, unit, factor) in [
             ("mean", x.to_string(), l),
             ("rms", x.to_string(), l),
@@ -85,13 +113,32 @@ fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
             ("force_std", force.to_string(), k * l),
         ] {
             let name = format!("{name}.{connection}");
-            list.push(if is_si { Recorded { name, unit, factor } } else { Recorded { name, unit: String::new(), factor: 1.0 } });
+            list.push(if is_si {
+                Recorded { name, unit, factor }
+            } else {
+                Recorded {
+                    name,
+                    unit: String::new(),
+                    factor: 1.0,
+                }
+            });
         }
     }
-    debug_assert_eq!(list.len(), PER_CONNECTION * setting.assembly.connections.len());
+    debug_assert_eq!(
+        list.len(),
+        PER_CONNECTION * setting.assembly.connections.len()
+    );
     for i in 1..=setting.assembly.system.dof() {
-        let (unit, factor) = if is_si { ("Hz", scales.frequency / std::f64::consts::TAU) } else { ("", 1.0) };
-        list.push(Recorded { name: format!("effective_frequency.{i}"), unit: unit.into(), factor });
+        let (unit, factor) = if is_si {
+            ("Hz", scales.frequency / std::f64::consts::TAU)
+        } else {
+            ("", 1.0)
+        };
+        list.push(Recorded {
+            name: format!("effective_frequency.{i}"),
+            unit: unit.into(),
+            factor,
+        });
     }
     list
 }
@@ -113,15 +160,27 @@ pub struct Swept {
 }
 
 fn float(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Column {
-    Column { name: name.into(), unit: unit.into(), values: Values::Float(values) }
+    Column {
+        name: name.into(),
+        unit: unit.into(),
+        values: Values::Float(values),
+    }
 }
 
 fn integer(name: &str, values: Vec<i64>) -> Column {
-    Column { name: name.into(), unit: String::new(), values: Values::Integer(values) }
+    Column {
+        name: name.into(),
+        unit: String::new(),
+        values: Values::Integer(values),
+    }
 }
 
 fn text(name: &str, values: Vec<String>) -> Column {
-    Column { name: name.into(), unit: String::new(), values: Values::Text(values) }
+    Column {
+        name: name.into(),
+        unit: String::new(),
+        values: Values::Text(values),
+    }
 }
 
 /// The main table: one row a point.
@@ -129,10 +188,17 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
     let rows: Vec<(usize, usize, &Traced<'_>, &BranchPoint)> = traced
         .iter()
         .enumerate()
-        .flat_map(|(b, t)| t.branch.points.iter().enumerate().map(move |(p, point)| (b, p, t, point)))
+        .flat_map(|(b, t)| {
+            t.branch
+                .points
+                .iter()
+                .enumerate()
+                .map(move |(p, point)| (b, p, t, point))
+        })
         .collect();
     let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;
-    let of = |f: &dyn Fn(&BranchPoint) -> f64| rows.iter().map(|row| f(row.3)).collect::<Vec<f64>>();
+    let of =
+        |f: &dyn Fn(&BranchPoint) -> f64| rows.iter().map(|row| f(row.3)).collect::<Vec<f64>>();
     let stable = |p: &BranchPoint| match p.stability {
         Stability::Stable => 1.0,
         Stability::Unstable => 0.0,
@@ -141,27 +207,51 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
     let mut columns = vec![
         integer("branch", rows.iter().map(|r| r.0 as i64).collect()),
         integer("point", rows.iter().map(|r| r.1 as i64).collect()),
-        integer("mark", rows.iter().map(|r| i64::from(r.3.is_mark)).collect()),
-        text("method", rows.iter().map(|r| r.2.method.to_string()).collect()),
+        integer(
+            "mark",
+            rows.iter().map(|r| i64::from(r.3.is_mark)).collect(),
+        ),
+        text(
+            "method",
+            rows.iter().map(|r| r.2.method.to_string()).collect(),
+        ),
         float("omega", "", of(&|p| p.frequency)),
     ];
     if setting.is_si() {
         columns.push(float("frequency_hz", "Hz", of(&|p| p.frequency * hertz)));
     }
-    columns.push(float("parameter", &swept.unit, of(&|p| p.lambda * swept.factor)));
+    columns.push(float(
+        "parameter",
+        &swept.unit,
+        of(&|p| p.lambda * swept.factor),
+    ));
     columns.push(float("stable", "", of(&stable)));
-    columns.push(float("multiplier_modulus", "", of(&|p| p.multipliers.first().map_or(f64::NAN, |mu| mu.norm()))));
-    columns.push(integer("iterations", rows.iter().map(|r| r.3.newton.iterations as i64).collect()));
+    columns.push(float(
+        "multiplier_modulus",
+        "",
+        of(&|p| p.multipliers.first().map_or(f64::NAN, |mu| mu.norm())),
+    ));
+    columns.push(integer(
+        "iterations",
+        rows.iter().map(|r| r.3.newton.iterations as i64).collect(),
+    ));
     columns.push(float("residual", "", of(&|p| p.newton.residual_norm)));
     for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
         columns.push(float(name, unit, of(&|p| p.recorded[k] * factor)));
     }
-    Table { name: String::new(), columns }
+    Table {
+        name: String::new(),
+        columns,
+    }
 }
 
 /// All multipliers, by falling modulus; `None` when stability was not asked for.
 pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
-    let count = traced.iter().flat_map(|t| &t.branch.points).map(|p| p.multipliers.len()).max()?;
+    let count = traced
+        .iter()
+        .flat_map(|t| &t.branch.points)
+        .map(|p| p.multipliers.len())
+        .max()?;
     if count == 0 {
         return None;
     }
@@ -183,39 +273,75 @@ pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
         let part = if k % 2 == 0 { "re" } else { "im" };
         float(format!("{part}.{}", k / 2 + 1), "", values)
     }));
-    Some(Table { name: "multipliers".into(), columns })
+    Some(Table {
+        name: "multipliers".into(),
+        columns,
+    })
 }
 
 /// Located events, with the r.m.s. deformation of every connection for the plots.
 pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Table {
-    let rows: Vec<_> =
-        traced.iter().enumerate().flat_map(|(b, t)| t.branch.events.iter().map(move |e| (b, e))).collect();
+    let rows: Vec<_> = traced
+        .iter()
+        .enumerate()
+        .flat_map(|(b, t)| t.branch.events.iter().map(move |e| (b, e)))
+        .collect();
     let of = |f: &dyn Fn(f64, f64, f64) -> f64| {
-        rows.iter().map(|(_, e)| f(e.lambda, e.bracket.0, e.bracket.1)).collect::<Vec<f64>>()
+        rows.iter()
+            .map(|(_, e)| f(e.lambda, e.bracket.0, e.bracket.1))
+            .collect::<Vec<f64>>()
     };
     let factor = swept.factor;
     let mut columns = vec![
-        text("kind", rows.iter().map(|(_, e)| e.kind.word().to_string()).collect()),
+        text(
+            "kind",
+            rows.iter()
+                .map(|(_, e)| e.kind.word().to_string())
+                .collect(),
+        ),
         float("omega", "", of(&|lambda, _, _| lambda)),
-        float("parameter", &swept.unit, of(&|lambda, _, _| lambda * factor)),
-        integer("located", rows.iter().map(|(_, e)| i64::from(e.located)).collect()),
+        float(
+            "parameter",
+            &swept.unit,
+            of(&|lambda, _, _| lambda * factor),
+        ),
+        integer(
+            "located",
+            rows.iter().map(|(_, e)| i64::from(e.located)).collect(),
+        ),
         float("bracket_low", &swept.unit, of(&|_, low, _| low * factor)),
         float("bracket_high", &swept.unit, of(&|_, _, high| high * factor)),
         integer("branch", rows.iter().map(|(b, _)| *b as i64).collect()),
-        integer("after_point", rows.iter().map(|(_, e)| e.after_point as i64).collect()),
+        integer(
+            "after_point",
+            rows.iter().map(|(_, e)| e.after_point as i64).collect(),
+        ),
         text("connection", rows.iter().map(|_| String::new()).collect()),
     ];
     for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
         if name.starts_with("rms.") {
-            let value = |e: &crate::solve::events::BifurcationEvent| e.recorded.get(k).map_or(f64::NAN, |x| x * factor);
-            columns.push(float(name, unit, rows.iter().map(|(_, e)| value(e)).collect()));
+            let value = |e: &crate::solve::events::BifurcationEvent| {
+                e.recorded.get(k).map_or(f64::NAN, |x| x * factor)
+            };
+            columns.push(float(
+                name,
+                unit,
+                rows.iter().map(|(_, e)| value(e)).collect(),
+            ));
         }
     }
     if setting.is_si() {
         let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;
-        columns.push(float("frequency_hz", "Hz", of(&|lambda, _, _| lambda * hertz)));
+        columns.push(float(
+            "frequency_hz",
+            "Hz",
+            of(&|lambda, _, _| lambda * hertz),
+        ));
     }
-    Table { name: "events".into(), columns }
+    Table {
+        name: "events".into(),
+        columns,
+    }
 }
 
 /// Panels drawn at most; the table has every connection.
@@ -224,27 +350,71 @@ pub const MAX_PANELS: usize = 4;
 /// R.m.s. deformation of each connection against the frequency, stable solid and unstable dashed, with the backbone:
 /// the response-variant natural frequencies at the same deformation.
 pub fn figure(setting: &Setting<'_>) -> Figure {
-    let abscissa = if setting.is_si() { "frequency_hz" } else { "omega" };
-    let x_label = if setting.is_si() { "excitation frequency [Hz]" } else { "excitation frequency \u{3c9}/\u{3c9}c" };
+    let abscissa = if setting.is_si() {
+        "frequency_hz"
+    } else {
+        "omega"
+    };
+    let x_label = if setting.is_si() {
+        "excitation frequency [Hz]"
+    } else {
+        "excitation frequency \u{3c9}/\u{3c9}c"
+    };
     let panel = |(e, connection): (usize, &String)| {
         let ordinate = format!("rms.{connection}");
         let curve = |x: &str, label: String, style| Curve {
-            table: if matches!(style, CurveStyle::Events { .. }) { "events".into() } else { String::new() },
+            table: if matches!(style, CurveStyle::Events { .. }) {
+                "events".into()
+            } else {
+                String::new()
+            },
             x: x.into(),
             y: ordinate.clone(),
             label,
             style,
         };
-        let branch = CurveStyle::Branch { branch: "branch".into(), stable: "stable".into() };
+        let branch = CurveStyle::Branch {
+            branch: "branch".into(),
+            stable: "stable".into(),
+        };
         let mut curves = vec![curve(abscissa, connection.clone(), branch)];
         for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
             let label = format!("backbone, mode {i}");
-            curves.push(curve(&format!("effective_frequency.{i}"), label, CurveStyle::Crosses));
+            curves.push(curve(
+                &format!("effective_frequency.{i}"),
+                label,
+                CurveStyle::Crosses,
+            ));
         }
-        curves.push(curve(abscissa, "events".into(), CurveStyle::Events { kind: "kind".into() }));
-        let unit = if setting.is_si() { format!(" [{}]", setting.model.units_of(e).0) } else { String::new() };
-        Panel { x_label: x_label.into(), y_label: format!("r.m.s. of {connection}{unit}"), x_range: None, curves }
+        curves.push(curve(
+            abscissa,
+            "events".into(),
+            CurveStyle::Events {
+                kind: "kind".into(),
+            },
+        ));
+        let unit = if setting.is_si() {
+            format!(" [{}]", setting.model.units_of(e).0)
+        } else {
+            String::new()
+        };
+        Panel {
+            x_label: x_label.into(),
+            y_label: format!("r.m.s. of {connection}{unit}"),
+            x_range: None,
+            curves,
+        }
     };
-    let panels = setting.assembly.connections.iter().enumerate().take(MAX_PANELS).map(panel).collect();
-    Figure { title: String::new(), panels }
+    let panels = setting
+        .assembly
+        .connections
+        .iter()
+        .enumerate()
+        .take(MAX_PANELS)
+        .map(panel)
+        .collect();
+    Figure {
+        title: String::new(),
+        panels,
+    }
 }

@@ -159,13 +159,20 @@ impl Analysis for FrequencyResponse {
         };
         let from = frequency("from".into(), &self.from);
         let to = frequency("to".into(), &self.to);
-        let marks: Vec<_> =
-            self.marks.iter().enumerate().map(|(k, mark)| frequency(format!("marks.{k}"), mark)).collect();
+        let marks: Vec<_> = self
+            .marks
+            .iter()
+            .enumerate()
+            .map(|(k, mark)| frequency(format!("marks.{k}"), mark))
+            .collect();
         if let (Some(from), Some(to)) = (from, to) {
             let (low, high) = (from.min(to), from.max(to));
             for (k, mark) in marks.iter().enumerate() {
                 if mark.is_some_and(|m| m < low || m > high) {
-                    let message = format!("{} lies outside the range from {} to {}", self.marks[k].text, self.from.text, self.to.text);
+                    let message = format!(
+                        "{} lies outside the range from {} to {}",
+                        self.marks[k].text, self.from.text, self.to.text
+                    );
                     faults.push(Fault::new(format!("marks.{k}"), message));
                 }
             }
@@ -181,15 +188,23 @@ impl Analysis for FrequencyResponse {
         let began = Instant::now();
         let frequency = |q: &Quantity| setting.frequency(q).map_err(|m| input(setting, m));
         let range = (frequency(&self.from)?, frequency(&self.to)?);
-        let marks = self.marks.iter().map(frequency).collect::<Result<Vec<f64>, Error>>()?;
+        let marks = self
+            .marks
+            .iter()
+            .map(frequency)
+            .collect::<Result<Vec<f64>, Error>>()?;
         let mut system = setting.assembly.system.clone();
         system.set_subharmonic(self.subharmonic);
         let mut recorder = MeasureRecorder::new(setting, self.size().samples, range);
         let mut warnings = Vec::new();
         let found = start::find(&system, range.0, self.size(), self.start, self.newton())?;
-        let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, self.size())?;
+        let mut problem =
+            Galerkin::new(FrequencyFamily::new(system.clone()), range.0, self.size())?;
         let (branch, failure) = match found {
-            Start::Failed(reasons) => (None, Some(format!("no first solution: {}", reasons.join("; ")))),
+            Start::Failed(reasons) => (
+                None,
+                Some(format!("no first solution: {}", reasons.join("; "))),
+            ),
             Start::Found { u, how } => {
                 if how != start::LINEAR {
                     warnings.push(format!("the first solution was found by {how}"));
@@ -201,33 +216,69 @@ impl Analysis for FrequencyResponse {
                 };
                 match branch::trace(&mut problem, u, &options, &mut recorder)? {
                     Ok(branch) => (Some(branch), None),
-                    Err(outcome) => (None, Some(format!("the first point cannot be corrected: {}", outcome.status))),
+                    Err(outcome) => (
+                        None,
+                        Some(format!(
+                            "the first point cannot be corrected: {}",
+                            outcome.status
+                        )),
+                    ),
                 }
             }
         };
-        let branch = branch.unwrap_or(Branch { points: Vec::new(), events: Vec::new(), end: PathEnd::MaxPoints });
+        let branch = branch.unwrap_or(Branch {
+            points: Vec::new(),
+            events: Vec::new(),
+            end: PathEnd::MaxPoints,
+        });
         let failure = failure.or_else(|| early_end(&branch));
         warnings.extend(self.warnings(setting, &branch, &recorder.pulling));
         let mut report = self.report(setting, &branch, &mut problem, failure)?;
         report.warnings = warnings;
-        report.summary.insert("timings".into(), json!({ "seconds": began.elapsed().as_secs_f64() }));
+        report.summary.insert(
+            "timings".into(),
+            json!({ "seconds": began.elapsed().as_secs_f64() }),
+        );
         Ok(report)
     }
 }
 
 impl FrequencyResponse {
     fn size(&self) -> GalerkinOptions {
-        let samples = self.samples.unwrap_or(GalerkinOptions::default_samples(self.harmonics, self.subharmonic));
-        GalerkinOptions { harmonics: self.harmonics, samples }
+        let samples = self.samples.unwrap_or(GalerkinOptions::default_samples(
+            self.harmonics,
+            self.subharmonic,
+        ));
+        GalerkinOptions {
+            harmonics: self.harmonics,
+            samples,
+        }
     }
 
     fn newton(&self) -> NewtonOptions {
-        NewtonOptions { tolerance: self.tolerance, ..NewtonOptions::default() }
+        NewtonOptions {
+            tolerance: self.tolerance,
+            ..NewtonOptions::default()
+        }
     }
 
     fn continuation(&self, range: (f64, f64), weight: f64) -> ContinuationOptions {
-        let FrequencyResponse { step, min_step, max_step, max_points, .. } = *self;
-        ContinuationOptions { range, step, min_step, max_step, max_points, weight, newton: self.newton() }
+        let FrequencyResponse {
+            step,
+            min_step,
+            max_step,
+            max_points,
+            ..
+        } = *self;
+        ContinuationOptions {
+            range,
+            step,
+            min_step,
+            max_step,
+            max_points,
+            weight,
+            newton: self.newton(),
+        }
     }
 
     fn check_size(&self, setting: &Setting<'_>) -> Vec<Fault> {
@@ -237,19 +288,28 @@ impl FrequencyResponse {
             return faults;
         }
         if self.harmonics == 0 || self.harmonics * self.subharmonic > 4096 {
-            let message = format!("{} must be at least 1, and at most 4096 with the subharmonic index", self.harmonics);
+            let message = format!(
+                "{} must be at least 1, and at most 4096 with the subharmonic index",
+                self.harmonics
+            );
             faults.push(Fault::new("harmonics", message));
             return faults;
         }
         if let Some(samples) = self.samples {
             let least = 16 * self.harmonics * self.subharmonic;
             if !samples.is_power_of_two() || samples < least || samples > 1 << 22 {
-                let message = format!("{samples} must be a power of two, at least {least} (16 a harmonic), at most {}", 1 << 22);
+                let message = format!(
+                    "{samples} must be a power of two, at least {least} (16 a harmonic), at most {}",
+                    1 << 22
+                );
                 faults.push(Fault::new("samples", message));
             }
         }
         if !(self.tolerance > 0.0 && self.tolerance < 1e-2) {
-            faults.push(Fault::new("tolerance", format!("{} must be between 0 and 0.01", self.tolerance)));
+            faults.push(Fault::new(
+                "tolerance",
+                format!("{} must be between 0 and 0.01", self.tolerance),
+            ));
         }
         if faults.is_empty() {
             let mut system = setting.assembly.system.clone();
@@ -272,11 +332,21 @@ impl FrequencyResponse {
         }
         for event in branch.events.iter().filter(|e| !e.located) {
             let (low, high) = event.bracket;
-            list.push(format!("a {} between {low} and {high} could not be located", event.kind.word()));
+            list.push(format!(
+                "a {} between {low} and {high} could not be located",
+                event.kind.word()
+            ));
         }
-        let passed = |mark: f64| branch.points.iter().any(|p| p.is_mark && (p.lambda - mark).abs() <= 1e-12 * mark);
+        let passed = |mark: f64| {
+            branch
+                .points
+                .iter()
+                .any(|p| p.is_mark && (p.lambda - mark).abs() <= 1e-12 * mark)
+        };
         for mark in &self.marks {
-            if setting.frequency(mark).is_ok_and(|m| !passed(m)) && branch.end == PathEnd::RangeReached {
+            if setting.frequency(mark).is_ok_and(|m| !passed(m))
+                && branch.end == PathEnd::RangeReached
+            {
                 list.push(format!("the mark {} could not be solved", mark.text));
             }
         }
@@ -292,15 +362,30 @@ impl FrequencyResponse {
     ) -> Result<Report, Error> {
         let scales = &setting.assembly.scales;
         let swept = match setting.is_si() {
-            true => Swept { unit: "rad/s".into(), factor: scales.frequency },
-            false => Swept { unit: String::new(), factor: 1.0 },
+            true => Swept {
+                unit: "rad/s".into(),
+                factor: scales.frequency,
+            },
+            false => Swept {
+                unit: String::new(),
+                factor: 1.0,
+            },
         };
-        let traced = [Traced { branch, method: "galerkin" }];
+        let traced = [Traced {
+            branch,
+            method: "galerkin",
+        }];
         let mut tables = vec![branch_table::points(setting, &swept, &traced)];
         tables.extend(branch_table::multipliers(&traced));
         let events = branch_table::events(setting, &swept, &traced);
-        let mut report = Report { figure: Some(branch_table::figure(setting)), ..Report::default() };
-        report.summary.insert("options".into(), serde_json::to_value(self).unwrap_or(Value::Null));
+        let mut report = Report {
+            figure: Some(branch_table::figure(setting)),
+            ..Report::default()
+        };
+        report.summary.insert(
+            "options".into(),
+            serde_json::to_value(self).unwrap_or(Value::Null),
+        );
         report.summary.insert(
             "branches".into(),
             json!([{
@@ -313,14 +398,18 @@ impl FrequencyResponse {
                 },
             }]),
         );
-        report.summary.insert("events".into(), rows_as_json(&events));
+        report
+            .summary
+            .insert("events".into(), rows_as_json(&events));
         tables.push(events);
         if self.orbits != Orbits::None {
             tables.push(self.orbit_table(setting, branch, problem)?);
         }
         let count = setting.assembly.connections.len();
         if count > MAX_PANELS {
-            report.caption = format!("Shown are the first {MAX_PANELS} of {count} connections; the table has all of them.");
+            report.caption = format!(
+                "Shown are the first {MAX_PANELS} of {count} connections; the table has all of them."
+            );
         }
         report.tables = tables;
         report.ended_early = failure;
@@ -367,39 +456,67 @@ fn orbit_columns(setting: &Setting<'_>, numbers: Vec<Vec<i64>>, series: Vec<Vec<
     let mut columns: Vec<Column> = ["branch", "point"]
         .into_iter()
         .zip(numbers)
-        .map(|(name, values)| Column { name: name.into(), unit: String::new(), values: Values::Integer(values) })
+        .map(|(name, values)| Column {
+            name: name.into(),
+            unit: String::new(),
+            values: Values::Integer(values),
+        })
         .collect();
     let mut described = vec![("tau".to_string(), "rad".to_string(), 1.0)];
     for kind in ["q", "v", "f"] {
         for (k, connection) in setting.assembly.connections.iter().enumerate() {
             let (x, force) = setting.model.units_of(k);
-            let (l, w, stiffness) = (scales.displacement[k], scales.frequency, scales.stiffness[k]);
+            let (l, w, stiffness) = (
+                scales.displacement[k],
+                scales.frequency,
+                scales.stiffness[k],
+            );
             let (unit, factor) = match kind {
                 "q" => (x.to_string(), l),
                 "v" => (format!("{x}/s"), l * w),
                 _ => (force.to_string(), stiffness * l),
             };
-            let (unit, factor) = if setting.is_si() { (unit, factor) } else { (String::new(), 1.0) };
+            let (unit, factor) = if setting.is_si() {
+                (unit, factor)
+            } else {
+                (String::new(), 1.0)
+            };
             described.push((format!("{kind}.{connection}"), unit, factor));
         }
     }
-    columns.extend(described.into_iter().zip(series).map(|((name, unit, factor), values)| Column {
-        name,
-        unit,
-        values: Values::Float(values.into_iter().map(|x| x * factor).collect()),
-    }));
-    Table { name: "orbits".into(), columns }
+    columns.extend(
+        described
+            .into_iter()
+            .zip(series)
+            .map(|((name, unit, factor), values)| Column {
+                name,
+                unit,
+                values: Values::Float(values.into_iter().map(|x| x * factor).collect()),
+            }),
+    );
+    Table {
+        name: "orbits".into(),
+        columns,
+    }
 }
 
 /// Weight of the unknowns in the arclength: a change of the deformations by their own size counts like a change of the
 /// frequency by omega_c.
 fn weight(system: &System) -> f64 {
     let rest = equilibrium(system);
-    let size = system.mounts().iter().enumerate().fold(0.0_f64, |size, (e, mount)| {
-        let breakpoint = mount.element.breakpoints().iter().fold(0.0_f64, |b, x| b.max(x.abs()));
-        let at_rest = rest.as_ref().map_or(0.0, |r| r.deformation[e].abs());
-        size.max(breakpoint).max(at_rest)
-    });
+    let size = system
+        .mounts()
+        .iter()
+        .enumerate()
+        .fold(0.0_f64, |size, (e, mount)| {
+            let breakpoint = mount
+                .element
+                .breakpoints()
+                .iter()
+                .fold(0.0_f64, |b, x| b.max(x.abs()));
+            let at_rest = rest.as_ref().map_or(0.0, |r| r.deformation[e].abs());
+            size.max(breakpoint).max(at_rest)
+        });
     let size = if size > 0.0 { size } else { 1.0 };
     1.0 / (system.dof() as f64 * size * size)
 }
@@ -409,7 +526,11 @@ fn early_end(branch: &Branch) -> Option<String> {
         PathEnd::RangeReached | PathEnd::Closed => None,
         end => {
             let last = branch.points.last().map_or(f64::NAN, |p| p.frequency);
-            Some(format!("{} at omega/omega_c = {last:.6} after {} points", end.message(), branch.points.len()))
+            Some(format!(
+                "{} at omega/omega_c = {last:.6} after {} points",
+                end.message(),
+                branch.points.len()
+            ))
         }
     }
 }
@@ -421,21 +542,34 @@ fn rows_as_json(table: &Table) -> Value {
         Values::Text(v) => json!(v[row]),
     };
     let row = |r: usize| -> Value {
-        Value::Object(table.columns.iter().map(|c| (c.name.clone(), cell(&c.values, r))).collect())
+        Value::Object(
+            table
+                .columns
+                .iter()
+                .map(|c| (c.name.clone(), cell(&c.values, r)))
+                .collect(),
+        )
     };
     Value::Array((0..table.rows()).map(row).collect())
 }
 
 fn fault_of(error: crate::error::SolveError) -> Fault {
     match error {
-        crate::error::SolveError::Option { name, found, wanted } => {
-            Fault::new(name, format!("{found} must be {wanted}"))
-        }
+        crate::error::SolveError::Option {
+            name,
+            found,
+            wanted,
+        } => Fault::new(name, format!("{found} must be {wanted}")),
         other => Fault::new("", other.to_string()),
     }
 }
 
 fn input(setting: &Setting<'_>, message: String) -> Error {
     let path = format!("analyses.{}", setting.name);
-    Error::Input(vec![crate::error::Diagnostic { location: None, path, message, help: None }])
+    Error::Input(vec![crate::error::Diagnostic {
+        location: None,
+        path,
+        message,
+        help: None,
+    }])
 }

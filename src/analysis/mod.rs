@@ -41,14 +41,23 @@ pub struct Fault {
 impl Fault {
     /// A fault of one key.
     pub fn new(key: impl Into<String>, message: impl Into<String>) -> Fault {
-        Fault { key: key.into(), message: message.into() }
+        Fault {
+            key: key.into(),
+            message: message.into(),
+        }
     }
 }
 
 /// The analysis types and what each is for.
 pub const TYPES: &[(&str, &str)] = &[
-    ("modes", "natural frequencies against the effective stiffness"),
-    ("frequency_response", "periodic responses against the excitation frequency, with stability"),
+    (
+        "modes",
+        "natural frequencies against the effective stiffness",
+    ),
+    (
+        "frequency_response",
+        "periodic responses against the excitation frequency, with stability",
+    ),
 ];
 
 /// The model under which an analysis runs, its own `set:` applied.
@@ -103,7 +112,10 @@ impl Setting<'_> {
             }
             None => quantity.value,
             Some(_) if is_reduced => {
-                return Err(format!("`{}` has a unit, but a reduced model is nondimensional; give omega/omega_c", quantity.text));
+                return Err(format!(
+                    "`{}` has a unit, but a reduced model is nondimensional; give omega/omega_c",
+                    quantity.text
+                ));
             }
             Some(_) => quantity.si(UnitDimension::FREQUENCY)? / self.assembly.scales.frequency,
         };

@@ -20,7 +20,11 @@ pub struct Modes {
 
 impl Default for Modes {
     fn default() -> Self {
-        Modes { effective_stiffness: [0.0, 1.0], points: 101, vary: None }
+        Modes {
+            effective_stiffness: [0.0, 1.0],
+            points: 101,
+            vary: None,
+        }
     }
 }
 
@@ -29,17 +33,26 @@ impl Analysis for Modes {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.points < 2 {
-            faults.push(Fault::new("points", format!("{} must be at least 2", self.points)));
+            faults.push(Fault::new(
+                "points",
+                format!("{} must be at least 2", self.points),
+            ));
         }
         for (k, value) in self.effective_stiffness.iter().enumerate() {
             if !(value.is_finite() && *value >= 0.0) {
-                faults.push(Fault::new(format!("effective_stiffness.{k}"), format!("{value} must be >= 0")));
+                faults.push(Fault::new(
+                    format!("effective_stiffness.{k}"),
+                    format!("{value} must be >= 0"),
+                ));
             }
         }
         for (k, name) in self.vary.iter().flatten().enumerate() {
             if !setting.assembly.connections.contains(name) {
                 let hint = crate::error::did_you_mean(name, &setting.assembly.connections);
-                faults.push(Fault::new(format!("vary.{k}"), format!("no connection is called `{name}`; {hint}")));
+                faults.push(Fault::new(
+                    format!("vary.{k}"),
+                    format!("no connection is called `{name}`; {hint}"),
+                ));
             }
         }
         faults
@@ -54,23 +67,40 @@ impl Analysis for Modes {
         let mut frequencies = vec![Vec::with_capacity(self.points); n];
         for k in 0..self.points {
             let value = from + (to - from) * k as f64 / (self.points - 1) as f64;
-            let slopes: Vec<f64> =
-                assembly.connections.iter().map(|name| if varies(name) { value } else { 1.0 }).collect();
+            let slopes: Vec<f64> = assembly
+                .connections
+                .iter()
+                .map(|name| if varies(name) { value } else { 1.0 })
+                .collect();
             stiffness.push(value);
             let list = natural_frequencies(&assembly.system, &slopes);
-            frequencies.iter_mut().zip(list).for_each(|(column, w)| column.push(w));
+            frequencies
+                .iter_mut()
+                .zip(list)
+                .for_each(|(column, w)| column.push(w));
         }
         let (unit, scale) = match setting.is_si() {
             true => ("Hz", assembly.scales.frequency / std::f64::consts::TAU),
             false => ("", 1.0),
         };
-        let float = |name: String, unit: &str, values| Column { name, unit: unit.into(), values: Values::Float(values) };
+        let float = |name: String, unit: &str, values| Column {
+            name,
+            unit: unit.into(),
+            values: Values::Float(values),
+        };
         let mut columns = vec![float("effective_stiffness".into(), "", stiffness)];
         columns.extend(frequencies.into_iter().enumerate().map(|(i, list)| {
-            float(format!("natural_frequency.{}", i + 1), unit, list.into_iter().map(|w| w * scale).collect())
+            float(
+                format!("natural_frequency.{}", i + 1),
+                unit,
+                list.into_iter().map(|w| w * scale).collect(),
+            )
         }));
         Ok(Report {
-            tables: vec![Table { name: String::new(), columns }],
+            tables: vec![Table {
+                name: String::new(),
+                columns,
+            }],
             figure: Some(figure(n, unit)),
             ..Report::default()
         })
@@ -85,12 +115,19 @@ fn figure(n: usize, unit: &str) -> Figure {
         label: format!("mode {}", i + 1),
         style: CurveStyle::Line,
     };
-    let y_label = if unit.is_empty() { "natural frequency \u{3c9}/\u{3c9}c".into() } else { format!("natural frequency [{unit}]") };
+    let y_label = if unit.is_empty() {
+        "natural frequency \u{3c9}/\u{3c9}c".into()
+    } else {
+        format!("natural frequency [{unit}]")
+    };
     let panel = Panel {
         x_label: "effective stiffness \u{3ba}".into(),
         y_label,
         x_range: None,
         curves: (0..n).map(curve).collect(),
     };
-    Figure { title: String::new(), panels: vec![panel] }
+    Figure {
+        title: String::new(),
+        panels: vec![panel],
+    }
 }

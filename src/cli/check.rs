@@ -27,7 +27,13 @@ pub fn check(arguments: &CheckArguments) -> Result<(), Error> {
 }
 
 fn warnings(study: &Study, rest: Option<&Equilibrium>) -> Vec<String> {
-    let mut list: Vec<String> = study.model.warnings.iter().chain(&study.assembly.warnings).cloned().collect();
+    let mut list: Vec<String> = study
+        .model
+        .warnings
+        .iter()
+        .chain(&study.assembly.warnings)
+        .cloned()
+        .collect();
     match rest {
         None => list.push("there is no static equilibrium under the mean load".into()),
         Some(rest) if !rest.is_unique => list.push(
@@ -43,8 +49,17 @@ fn warnings(study: &Study, rest: Option<&Equilibrium>) -> Vec<String> {
 /// Deformations at rest in the units of the report.
 fn at_rest(study: &Study, rest: &Equilibrium) -> Vec<f64> {
     let is_si = study.model.report_units == ReportUnits::Si;
-    let scales = study.assembly.scales.displacement.iter().map(|l| if is_si { *l } else { 1.0 });
-    rest.deformation.iter().zip(scales).map(|(x, l)| x * l).collect()
+    let scales = study
+        .assembly
+        .scales
+        .displacement
+        .iter()
+        .map(|l| if is_si { *l } else { 1.0 });
+    rest.deformation
+        .iter()
+        .zip(scales)
+        .map(|(x, l)| x * l)
+        .collect()
 }
 
 fn as_value(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> Value {
@@ -52,7 +67,13 @@ fn as_value(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> V
     value["static_displacement"] = json!(rest.map(|r| at_rest(study, r)));
     value["static_flank"] = json!(rest.map(|r| r.flank.clone()));
     value["static_is_unique"] = json!(rest.map(|r| r.is_unique));
-    value["analyses"] = json!(study.runs.iter().map(|r| r.name.clone()).collect::<Vec<_>>());
+    value["analyses"] = json!(
+        study
+            .runs
+            .iter()
+            .map(|r| r.name.clone())
+            .collect::<Vec<_>>()
+    );
     value["warnings"] = json!(warnings);
     value
 }
@@ -62,13 +83,25 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
     let data = summary(model, assembly);
     let mut text = format!("{}\n\n", model.name);
     if let Some(bodies) = data["bodies"].as_array().filter(|list| !list.is_empty()) {
-        let named = bodies.iter().zip(data["inertias"].as_array().into_iter().flatten());
-        let list: Vec<String> = named.map(|(b, i)| format!("{} ({i})", b.as_str().unwrap_or_default())).collect();
+        let named = bodies
+            .iter()
+            .zip(data["inertias"].as_array().into_iter().flatten());
+        let list: Vec<String> = named
+            .map(|(b, i)| format!("{} ({i})", b.as_str().unwrap_or_default()))
+            .collect();
         let _ = writeln!(text, "bodies (inertia):      {}", list.join(", "));
     }
-    let _ = writeln!(text, "relative coordinates:  {}", assembly.coordinates.join(", "));
+    let _ = writeln!(
+        text,
+        "relative coordinates:  {}",
+        assembly.coordinates.join(", ")
+    );
     let _ = writeln!(text, "rigid-body modes:      {}", data["rigid_body_modes"]);
-    let _ = writeln!(text, "omega_c:               {} rad/s\n", number(assembly.scales.frequency));
+    let _ = writeln!(
+        text,
+        "omega_c:               {} rad/s\n",
+        number(assembly.scales.frequency)
+    );
     let _ = writeln!(text, "{}\n", connections(study, rest));
     let _ = writeln!(text, "{}\n", frequencies(study));
     for (name, matrix) in [
@@ -79,7 +112,15 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
         let _ = writeln!(text, "{name}, nondimensional\n{}", as_rows(matrix));
     }
     let names: Vec<&str> = study.runs.iter().map(|r| r.name.as_str()).collect();
-    let _ = writeln!(text, "analyses: {}", if names.is_empty() { "none".to_string() } else { names.join(", ") });
+    let _ = writeln!(
+        text,
+        "analyses: {}",
+        if names.is_empty() {
+            "none".to_string()
+        } else {
+            names.join(", ")
+        }
+    );
     for warning in warnings {
         let _ = writeln!(text, "warning: {warning}");
     }
@@ -91,12 +132,21 @@ fn connections(study: &Study, rest: Option<&Equilibrium>) -> Table {
     let assembly = &study.assembly;
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
-    table.set_header(["connection", "law", "scale l", "stability by", "at rest", "rests on"]);
+    table.set_header([
+        "connection",
+        "law",
+        "scale l",
+        "stability by",
+        "at rest",
+        "rests on",
+    ]);
     let at_rest = rest.map(|r| at_rest(study, r));
     for (e, name) in assembly.connections.iter().enumerate() {
         let element = &assembly.system.mounts()[e].element;
         let (unit, _) = study.model.units_of(e);
-        let position = at_rest.as_ref().map_or("none".to_string(), |x| number(x[e]));
+        let position = at_rest
+            .as_ref()
+            .map_or("none".to_string(), |x| number(x[e]));
         let flank = match rest.map(|r| r.flank[e]) {
             None => "-",
             Some(0) => "open",
@@ -105,14 +155,25 @@ fn connections(study: &Study, rest: Option<&Equilibrium>) -> Table {
         };
         let scale = format!("{} {unit}", number(assembly.scales.displacement[e]));
         let flow = flow(element.as_ref());
-        table.add_row([name.clone(), element.typetag_name().to_string(), scale, flow.into(), position, flank.into()]);
+        table.add_row([
+            name.clone(),
+            element.typetag_name().to_string(),
+            scale,
+            flow.into(),
+            position,
+            flank.into(),
+        ]);
     }
     table
 }
 
 /// How the variational equation is integrated across a law.
 fn flow(element: &dyn Element) -> &'static str {
-    if element.is_piecewise_affine() { "exact exponentials" } else { "Magnus panels" }
+    if element.is_piecewise_affine() {
+        "exact exponentials"
+    } else {
+        "Magnus panels"
+    }
 }
 
 fn frequencies(study: &Study) -> Table {
@@ -123,7 +184,12 @@ fn frequencies(study: &Study) -> Table {
     for (k, w) in study.assembly.natural_frequencies.iter().enumerate() {
         let hertz = w * study.assembly.scales.frequency / TAU;
         let dimensional = |x: f64| if is_train { number(x) } else { "-".to_string() };
-        table.add_row([(k + 1).to_string(), number(*w), dimensional(hertz), dimensional(60.0 * hertz)]);
+        table.add_row([
+            (k + 1).to_string(),
+            number(*w),
+            dimensional(hertz),
+            dimensional(60.0 * hertz),
+        ]);
     }
     table
 }
@@ -131,9 +197,17 @@ fn frequencies(study: &Study) -> Table {
 fn as_rows(matrix: &DMatrix<f64>) -> String {
     const SHOWN: usize = 12;
     if matrix.nrows() > SHOWN || matrix.ncols() > SHOWN {
-        return format!("    {} x {}; --json prints all of it\n", matrix.nrows(), matrix.ncols());
+        return format!(
+            "    {} x {}; --json prints all of it\n",
+            matrix.nrows(),
+            matrix.ncols()
+        );
     }
-    let row = |r: usize| (0..matrix.ncols()).map(|c| format!("{:>14}", number(matrix[(r, c)]))).collect::<String>();
+    let row = |r: usize| {
+        (0..matrix.ncols())
+            .map(|c| format!("{:>14}", number(matrix[(r, c)])))
+            .collect::<String>()
+    };
     (0..matrix.nrows()).map(|r| row(r) + "\n").collect()
 }
 
@@ -143,5 +217,9 @@ fn number(x: f64) -> String {
         return "0".into();
     }
     let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
-    if (1e-4..1e7).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
+    if (1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
+    }
 }

@@ -10,20 +10,28 @@ pub fn list(as_json: bool) -> String {
         let list: Vec<Value> = laws.iter().map(|law| as_value(law)).collect();
         return format!("{:#}\n", Value::Array(list));
     }
-    laws.iter().map(|law| as_text(law)).collect::<Vec<_>>().join("\n")
+    laws.iter()
+        .map(|law| as_text(law))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 fn as_text(law: &ElementInfo) -> String {
     let mut text = format!("{}\n    {}\n", law.tag, law.doc);
     for p in law.parameters {
-        let default = p.default.map_or("required".to_string(), |d| format!("default {d}"));
+        let default = p
+            .default
+            .map_or("required".to_string(), |d| format!("default {d}"));
         let unit = unit(p.dimension).map_or(String::new(), |u| format!(" [{u}]"));
         let choice = match p.kind {
             ParameterKind::Choice(words) => format!(" ({})", words.join(" | ")),
             ParameterKind::List => " (list)".to_string(),
             _ => String::new(),
         };
-        text.push_str(&format!("    {}{unit}{choice}: {}; {default}\n", p.name, p.doc));
+        text.push_str(&format!(
+            "    {}{unit}{choice}: {}; {default}\n",
+            p.name, p.doc
+        ));
     }
     text.push_str(&format!("    example: {}\n", law.example));
     text
@@ -64,7 +72,11 @@ fn kind(kind: ParameterKind) -> &'static str {
 /// `displacement`, `time/displacement`, ...; `None` for pure numbers. Displacement is m for meshes and rad for shafts, force
 /// N or N m.
 fn unit(dimension: Dimension) -> Option<String> {
-    let parts = [("displacement", dimension.displacement), ("time", dimension.time), ("force", dimension.force)];
+    let parts = [
+        ("displacement", dimension.displacement),
+        ("time", dimension.time),
+        ("force", dimension.force),
+    ];
     let power = |(name, halves): (&str, i8)| match halves.abs() {
         2 => name.to_string(),
         even if even % 2 == 0 => format!("{name}^{}", even / 2),

@@ -88,7 +88,11 @@ pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
-            let status = if error.use_stderr() { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS };
+            let status = if error.use_stderr() {
+                ExitCode::from(BAD_INPUT)
+            } else {
+                ExitCode::SUCCESS
+            };
             // A closed pipe is the reader's business.
             let _ = error.print();
             return status;
@@ -96,7 +100,10 @@ pub fn main() -> ExitCode {
     };
     let twice = duplicate_tags();
     if !twice.is_empty() {
-        eprintln!("error: laws registered more than once: {}; rename all but one of each", twice.join(", "));
+        eprintln!(
+            "error: laws registered more than once: {}; rename all but one of each",
+            twice.join(", ")
+        );
         return ExitCode::from(BAD_INPUT);
     }
     let result = match arguments.command {
@@ -118,17 +125,24 @@ pub fn main() -> ExitCode {
 /// A word of `--figures`.
 fn figure_format(word: &str) -> Result<FigureFormat, String> {
     let known = FigureFormat::ALL;
-    known.into_iter().find(|f| f.extension() == word).ok_or_else(|| {
-        let list: Vec<&str> = known.iter().map(|f| f.extension()).collect();
-        format!("wanted one of {}", list.join(", "))
-    })
+    known
+        .into_iter()
+        .find(|f| f.extension() == word)
+        .ok_or_else(|| {
+            let list: Vec<&str> = known.iter().map(|f| f.extension()).collect();
+            format!("wanted one of {}", list.join(", "))
+        })
 }
 
 /// An error as text for the terminal, with the places in the model file.
 fn describe(error: &Error) -> String {
     match error {
         Error::Input(list) => {
-            let colour = if std::io::stderr().is_terminal() { Colour::Ansi } else { Colour::Plain };
+            let colour = if std::io::stderr().is_terminal() {
+                Colour::Ansi
+            } else {
+                Colour::Plain
+            };
             render(list, colour)
         }
         other => format!("error: {other}"),
@@ -139,9 +153,11 @@ fn describe(error: &Error) -> String {
 fn print(text: &str) -> Result<ExitCode, Error> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::File { action: "write", path: "standard output".into(), source: error })
-        }
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::File {
+            action: "write",
+            path: "standard output".into(),
+            source: error,
+        }),
         _ => Ok(ExitCode::SUCCESS),
     }
 }

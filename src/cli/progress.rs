@@ -4,8 +4,8 @@ use crate::analysis::Control;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
-use std::sync::Mutex;
 use std::sync::Arc;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -28,12 +28,20 @@ impl Terminal {
         let bar = ProgressBar::with_draw_target(Some(TICKS), ProgressDrawTarget::hidden());
         if !quiet && std::io::stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::stderr());
-            if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent}% {msg} ({eta} left)") {
+            if let Ok(style) =
+                ProgressStyle::with_template("{bar:30} {percent}% {msg} ({eta} left)")
+            {
                 bar.set_style(style);
             }
         }
         let interrupted = Arc::new(AtomicBool::new(false));
-        Terminal { interrupted, began: Instant::now(), bar, analyses, shares: Mutex::new(BTreeMap::new()) }
+        Terminal {
+            interrupted,
+            began: Instant::now(),
+            bar,
+            analyses,
+            shares: Mutex::new(BTreeMap::new()),
+        }
     }
 
     /// The first Ctrl-C asks the analyses to stop and to write what they have; the second ends the process.
@@ -43,7 +51,9 @@ impl Terminal {
             if flag.swap(true, Ordering::Relaxed) {
                 std::process::exit(i32::from(super::INTERRUPTED));
             }
-            eprintln!("\ninterrupted: writing what is finished; press Ctrl-C again to quit at once");
+            eprintln!(
+                "\ninterrupted: writing what is finished; press Ctrl-C again to quit at once"
+            );
         };
         if let Err(error) = ctrlc::set_handler(handler) {
             eprintln!("warning: Ctrl-C will end the run at once ({error})");
@@ -65,7 +75,9 @@ impl Control for Terminal {
         if self.bar.is_hidden() || self.began.elapsed() < PATIENCE {
             return;
         }
-        let Ok(mut shares) = self.shares.lock() else { return };
+        let Ok(mut shares) = self.shares.lock() else {
+            return;
+        };
         shares.insert(analysis.to_string(), share);
         let done = shares.values().sum::<f64>() / self.analyses.max(1) as f64;
         self.bar.set_position((done * TICKS as f64) as u64);

@@ -18,14 +18,20 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     );
     let mut figures = arguments.figures.clone();
     figures.dedup();
-    let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.file));
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| default_folder(&arguments.file));
     let settings = RunSettings { out, figures, jobs };
     let control = Terminal::new(study.runs.len(), arguments.quiet);
     control.watch_for_interrupts();
     let outcome = study.run(&settings, &control)?;
     control.clear();
     for report in &outcome.reports {
-        report.warnings.iter().for_each(|w| eprintln!("warning: {}: {w}", report.name));
+        report
+            .warnings
+            .iter()
+            .for_each(|w| eprintln!("warning: {}: {w}", report.name));
         if let Some(reason) = &report.ended_early {
             eprintln!("ended early: {}: {reason}", report.name);
         }
@@ -35,7 +41,11 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
         if study.runs.is_empty() {
             print("the file has no analyses\n")?;
         }
-        print(&format!("{} files in {}\n", outcome.files.len(), settings.out.display()))?;
+        print(&format!(
+            "{} files in {}\n",
+            outcome.files.len(),
+            settings.out.display()
+        ))?;
     }
     let ended_early = outcome.reports.iter().any(|r| r.ended_early.is_some());
     Ok(match () {
@@ -61,7 +71,13 @@ fn summary(reports: &[Report]) -> String {
             Some(_) => "ended early",
             None => "complete",
         };
-        table.add_row([report.name.clone(), report.kind.clone(), rows.to_string(), events(report), end.to_string()]);
+        table.add_row([
+            report.name.clone(),
+            report.kind.clone(),
+            rows.to_string(),
+            events(report),
+            end.to_string(),
+        ]);
     }
     format!("{table}\n")
 }
@@ -69,7 +85,9 @@ fn summary(reports: &[Report]) -> String {
 /// `2 fold, 4 period_doubling`.
 fn events(report: &Report) -> String {
     let kinds = report.table("events").and_then(|t| t.column("kind"));
-    let Some(Values::Text(kinds)) = kinds.map(|c| &c.values) else { return String::new() };
+    let Some(Values::Text(kinds)) = kinds.map(|c| &c.values) else {
+        return String::new();
+    };
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for kind in kinds {
         match counts.iter_mut().find(|(word, _)| word == kind) {
@@ -77,5 +95,9 @@ fn events(report: &Report) -> String {
             None => counts.push((kind, 1)),
         }
     }
-    counts.iter().map(|(word, count)| format!("{count} {word}")).collect::<Vec<_>>().join(", ")
+    counts
+        .iter()
+        .map(|(word, count)| format!("{count} {word}"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }

@@ -3,7 +3,9 @@
 use super::{Dimension, Element, Units, nondimensional};
 
 /// Displacements, velocities and phases of the grid.
-const DISPLACEMENTS: [f64; 13] = [-50.0, -3.1, -1.7, -0.93, -0.41, -0.13, 0.0, 0.11, 0.37, 0.89, 1.3, 2.9, 60.0];
+const DISPLACEMENTS: [f64; 13] = [
+    -50.0, -3.1, -1.7, -0.93, -0.41, -0.13, 0.0, 0.11, 0.37, 0.89, 1.3, 2.9, 60.0,
+];
 const VELOCITIES: [f64; 5] = [-7.0, -0.6, 0.0, 0.45, 5.0];
 const PHASES: [f64; 3] = [0.0, 1.0, 4.4];
 /// Difference step of the derivative test; central differences of smooth laws then agree to about 1e-9.
@@ -39,14 +41,30 @@ pub fn check(element: &dyn Element) -> Result<(), Violations> {
     responses(element, &mut found);
     flanks(element, &mut found);
     for units in [
-        Units { displacement: 0.37, frequency: 1.0, force: 0.37 },
-        Units { displacement: 1.0, frequency: 12.5, force: 1.0 },
-        Units { displacement: 4.1e-3, frequency: 0.2, force: 4.1e-3 },
+        Units {
+            displacement: 0.37,
+            frequency: 1.0,
+            force: 0.37,
+        },
+        Units {
+            displacement: 1.0,
+            frequency: 12.5,
+            force: 1.0,
+        },
+        Units {
+            displacement: 4.1e-3,
+            frequency: 0.2,
+            force: 4.1e-3,
+        },
     ] {
         covariance(element, &units, &mut found);
     }
     round_trip(element, &mut found);
-    if found.is_empty() { Ok(()) } else { Err(Violations(found)) }
+    if found.is_empty() {
+        Ok(())
+    } else {
+        Err(Violations(found))
+    }
 }
 
 /// Checks every registered law, plugins included, on its documented example, and that the tags are unique.
@@ -54,8 +72,10 @@ pub fn check(element: &dyn Element) -> Result<(), Violations> {
 /// # Errors
 /// All violations found, with the tag in front.
 pub fn check_registered() -> Result<(), Violations> {
-    let mut found: Vec<String> =
-        super::duplicate_tags().iter().map(|tag| format!("{tag}: registered more than once")).collect();
+    let mut found: Vec<String> = super::duplicate_tags()
+        .iter()
+        .map(|tag| format!("{tag}: registered more than once"))
+        .collect();
     for info in super::registered() {
         let mut say = |what: String| found.push(format!("{}: {what}", info.tag));
         let node = crate::yaml::parse(info.example, info.tag).map_err(|e| e.to_string());
@@ -68,25 +88,42 @@ pub fn check_registered() -> Result<(), Violations> {
             }
         };
         if element.typetag_name() != info.tag {
-            say(format!("typetag knows the law as {}", element.typetag_name()));
+            say(format!(
+                "typetag knows the law as {}",
+                element.typetag_name()
+            ));
         }
         if let Err(violations) = check(element.as_ref()) {
             violations.0.into_iter().for_each(&mut say);
         }
         let mut copy = element.clone_box();
         copy.visit_parameters(&mut |p| {
-            let documented = info.parameters.iter().find(|i| i.name == p.name).map(|i| i.dimension);
+            let documented = info
+                .parameters
+                .iter()
+                .find(|i| i.name == p.name)
+                .map(|i| i.dimension);
             // A law may keep a parameter in another form than it is written in; the name then is not documented.
             if documented.is_some_and(|d: Dimension| d != p.dimension) {
-                say(format!("{}: the documented dimension is not the visited one", p.name));
+                say(format!(
+                    "{}: the documented dimension is not the visited one",
+                    p.name
+                ));
             }
         });
     }
-    if found.is_empty() { Ok(()) } else { Err(Violations(found)) }
+    if found.is_empty() {
+        Ok(())
+    } else {
+        Err(Violations(found))
+    }
 }
 
 fn is_near_breakpoint(element: &dyn Element, q: f64) -> bool {
-    element.breakpoints().iter().any(|b| (q - b).abs() <= 3.0 * STEP)
+    element
+        .breakpoints()
+        .iter()
+        .any(|b| (q - b).abs() <= 3.0 * STEP)
 }
 
 fn breakpoints(element: &dyn Element, found: &mut Vec<String>) {
@@ -97,7 +134,10 @@ fn breakpoints(element: &dyn Element, found: &mut Vec<String>) {
     for b in list {
         let offset = 1e-9 * (1.0 + b.abs());
         for v in VELOCITIES {
-            let (left, right) = (element.eval(b - offset, v, 0.3), element.eval(b + offset, v, 0.3));
+            let (left, right) = (
+                element.eval(b - offset, v, 0.3),
+                element.eval(b + offset, v, 0.3),
+            );
             let jump = (left.f - right.f).abs();
             let allowed = 4.0 * offset * (left.df_dq.abs() + right.df_dq.abs()) + 1e-12;
             if jump > allowed && !element.is_discontinuous() {
@@ -113,11 +153,15 @@ fn responses(element: &dyn Element, found: &mut Vec<String>) {
             let at = |q: f64, v: f64| element.eval(q, v, phase);
             let r = at(q, v);
             if ![r.f, r.df_dq, r.df_dv].iter().all(|x| x.is_finite()) {
-                found.push(format!("not finite at q = {q}, v = {v}, phase = {phase}: {r:?}"));
+                found.push(format!(
+                    "not finite at q = {q}, v = {v}, phase = {phase}: {r:?}"
+                ));
                 continue;
             }
             if !element.depends_on_velocity() && (r.df_dv != 0.0 || at(q, v + 1.0).f != r.f) {
-                found.push(format!("depends on v at q = {q}, v = {v}, but depends_on_velocity is false"));
+                found.push(format!(
+                    "depends on v at q = {q}, v = {v}, but depends_on_velocity is false"
+                ));
             }
             if is_near_breakpoint(element, q) {
                 continue;
@@ -127,13 +171,22 @@ fn responses(element: &dyn Element, found: &mut Vec<String>) {
             let by_q = (at(q + h, v).f - at(q - h, v).f) / (2.0 * h);
             let by_v = (at(q, v + hv).f - at(q, v - hv).f) / (2.0 * hv);
             for (name, exact, difference) in [("df/dq", r.df_dq, by_q), ("df/dv", r.df_dv, by_v)] {
-                if (exact - difference).abs() > DERIVATIVE_TOLERANCE * (1.0 + exact.abs() + r.f.abs()) {
-                    found.push(format!("{name} at q = {q}, v = {v}, phase = {phase}: {exact} is not {difference}"));
+                if (exact - difference).abs()
+                    > DERIVATIVE_TOLERANCE * (1.0 + exact.abs() + r.f.abs())
+                {
+                    found.push(format!(
+                        "{name} at q = {q}, v = {v}, phase = {phase}: {exact} is not {difference}"
+                    ));
                 }
             }
-            let curved = (at(q + h, v).df_dq - r.df_dq).abs() > 1e-12 * (1.0 + r.df_dq.abs()) || r.df_dv != 0.0;
-            if element.is_piecewise_affine() && (curved || at(q, v).f != element.eval(q, v, phase + 0.7).f) {
-                found.push(format!("not affine around q = {q}, v = {v}, but is_piecewise_affine is true"));
+            let curved = (at(q + h, v).df_dq - r.df_dq).abs() > 1e-12 * (1.0 + r.df_dq.abs())
+                || r.df_dv != 0.0;
+            if element.is_piecewise_affine()
+                && (curved || at(q, v).f != element.eval(q, v, phase + 0.7).f)
+            {
+                found.push(format!(
+                    "not affine around q = {q}, v = {v}, but is_piecewise_affine is true"
+                ));
             }
         }
     }
@@ -144,7 +197,10 @@ fn flanks(element: &dyn Element, found: &mut Vec<String>) {
     for pair in DISPLACEMENTS.windows(2) {
         let separated = list.iter().any(|b| *b >= pair[0] && *b <= pair[1]);
         if element.flank(pair[0]) != element.flank(pair[1]) && !separated {
-            found.push(format!("flank changes between {} and {} without a breakpoint", pair[0], pair[1]));
+            found.push(format!(
+                "flank changes between {} and {} without a breakpoint",
+                pair[0], pair[1]
+            ));
         }
     }
     for q in DISPLACEMENTS {
@@ -157,13 +213,24 @@ fn flanks(element: &dyn Element, found: &mut Vec<String>) {
 
 fn covariance(element: &dyn Element, units: &Units, found: &mut Vec<String>) {
     let scaled = nondimensional(element, units);
-    for (q, v) in DISPLACEMENTS.iter().flat_map(|q| VELOCITIES.map(|v| (*q, v))) {
+    for (q, v) in DISPLACEMENTS
+        .iter()
+        .flat_map(|q| VELOCITIES.map(|v| (*q, v)))
+    {
         if is_near_breakpoint(element, q) {
             continue;
         }
         let expected = element.eval(q, v, 0.3).f / units.displacement;
-        let got = scaled.eval(q / units.displacement, v / (units.displacement * units.frequency), 0.3).f;
-        if (got - expected).abs() > COVARIANCE_TOLERANCE * (1.0 + expected.abs()) * (1.0 + v.abs() + q.abs()) {
+        let got = scaled
+            .eval(
+                q / units.displacement,
+                v / (units.displacement * units.frequency),
+                0.3,
+            )
+            .f;
+        if (got - expected).abs()
+            > COVARIANCE_TOLERANCE * (1.0 + expected.abs()) * (1.0 + v.abs() + q.abs())
+        {
             found.push(format!(
                 "scaling by {units:?} gives f = {got} at q = {q}, v = {v}, wanted {expected}: a parameter's dimension is wrong"
             ));

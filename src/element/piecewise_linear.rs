@@ -37,7 +37,11 @@ impl PiecewiseLinear {
     fn force(&self, q: f64) -> f64 {
         let kinks = self.breakpoints.iter().zip(self.slopes.windows(2));
         kinks.fold(self.slopes[self.region(0.0)] * q, |f, (b, s)| {
-            let beyond = if *b >= 0.0 { (q - b).max(0.0) } else { (b - q).max(0.0) };
+            let beyond = if *b >= 0.0 {
+                (q - b).max(0.0)
+            } else {
+                (b - q).max(0.0)
+            };
             f + (s[1] - s[0]) * beyond
         })
     }

@@ -237,7 +237,10 @@ pub(super) fn word<'w>(node: &Node, path: &str, words: &[&'w str]) -> Result<&'w
 }
 
 /// Checks a name that the user gives: `[A-Za-z_][A-Za-z0-9_-]*`.
-pub(super) fn check_name(entry: &Entry, name: &str, path: &str) -> Result<(), Diagnostic> {
+///
+/// # Errors
+/// The name with its place.
+pub fn check_name(entry: &Entry, name: &str, path: &str) -> Result<(), Diagnostic> {
     let mut letters = name.chars();
     let is_start = |c: char| c.is_ascii_alphabetic() || c == '_';
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';

@@ -36,6 +36,9 @@ pub enum FigureFormat {
 }
 
 impl FigureFormat {
+    /// Every format.
+    pub const ALL: [FigureFormat; 3] = [FigureFormat::Svg, FigureFormat::Png, FigureFormat::Pdf];
+
     /// Ending of the file name.
     pub fn extension(self) -> &'static str {
         match self {

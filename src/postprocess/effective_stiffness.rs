@@ -36,7 +36,11 @@ pub fn natural_frequencies(system: &System, slopes: &[f64]) -> Vec<f64> {
         column *= *k;
     }
     let matrix: DMatrix<f64> = scaled * system.element_map();
-    let mut list: Vec<f64> = matrix.complex_eigenvalues().iter().map(|x| x.re.max(0.0).sqrt()).collect();
+    let mut list: Vec<f64> = matrix
+        .complex_eigenvalues()
+        .iter()
+        .map(|x| x.re.max(0.0).sqrt())
+        .collect();
     list.sort_by(f64::total_cmp);
     list
 }

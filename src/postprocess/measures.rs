@@ -76,8 +76,13 @@ impl Meter {
     pub fn measure(&mut self, system: &System, orbit: &Orbit) -> Vec<Measures> {
         let samples = self.phase.len();
         let nu = orbit.subharmonic as f64;
-        self.phase.iter_mut().enumerate().for_each(|(j, x)| *x = nu * TAU * j as f64 / samples as f64);
-        (0..system.element_count()).map(|e| self.connection(system, orbit, e)).collect()
+        self.phase
+            .iter_mut()
+            .enumerate()
+            .for_each(|(j, x)| *x = nu * TAU * j as f64 / samples as f64);
+        (0..system.element_count())
+            .map(|e| self.connection(system, orbit, e))
+            .collect()
     }
 
     fn connection(&mut self, system: &System, orbit: &Orbit, e: usize) -> Measures {
@@ -91,7 +96,13 @@ impl Meter {
         let (contact_ratio, impacts) = contact(system, e, &crossings, a[0], nu_of(orbit));
         let mean_of = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
         let force_mean = c[0];
-        let variance = mean_of(&self.force.iter().map(|f| (f - force_mean).powi(2)).collect::<Vec<_>>());
+        let variance = mean_of(
+            &self
+                .force
+                .iter()
+                .map(|f| (f - force_mean).powi(2))
+                .collect::<Vec<_>>(),
+        );
         let derivative_square = trigonometric::mean_square_of_derivative(a);
         Measures {
             mean: a[0],
@@ -118,7 +129,8 @@ impl Meter {
         self.coefficients.resize(length, 0.0);
         self.force_coefficients.resize(length, 0.0);
         self.coefficients.copy_from_slice(&deformation.coefficients);
-        self.fourier.to_samples(&self.coefficients, &mut self.deformation);
+        self.fourier
+            .to_samples(&self.coefficients, &mut self.deformation);
         let mut derivative = vec![0.0; length];
         trigonometric::differentiate(&self.coefficients, &mut derivative);
         derivative.iter_mut().for_each(|d| *d *= orbit.omega);
@@ -129,10 +141,17 @@ impl Meter {
                 self.deformation[j] -= error.value(*phase);
                 self.rate[j] -= frequency * error.derivative(*phase);
             }
-            self.fourier.to_coefficients(&self.deformation, &mut self.coefficients);
+            self.fourier
+                .to_coefficients(&self.deformation, &mut self.coefficients);
         }
-        let out = ResponseSeries { f: &mut self.force, df_dq: &mut self.slope, df_dv: &mut self.damping };
-        mount.element.eval_many(&self.deformation, &self.rate, &self.phase, out);
+        let out = ResponseSeries {
+            f: &mut self.force,
+            df_dq: &mut self.slope,
+            df_dv: &mut self.damping,
+        };
+        mount
+            .element
+            .eval_many(&self.deformation, &self.rate, &self.phase, out);
         if let Some(variation) = &mount.stiffness_variation {
             for (j, phase) in self.phase.iter().enumerate() {
                 let s = variation.value(*phase);
@@ -140,7 +159,8 @@ impl Meter {
                 self.slope[j] *= s;
             }
         }
-        self.fourier.to_coefficients(&self.force, &mut self.force_coefficients);
+        self.fourier
+            .to_coefficients(&self.force, &mut self.force_coefficients);
     }
 
     /// Largest sampled force, refined between its neighbours, and the forces at the extrema of the deformation.
@@ -154,16 +174,28 @@ impl Meter {
     ) -> f64 {
         let force = |tau: f64| force_at(system, orbit, e, deformation, tau);
         let (best, sampled) =
-            self.force.iter().enumerate().fold((0, f64::NEG_INFINITY), |m, (j, f)| if *f > m.1 { (j, *f) } else { m });
+            self.force
+                .iter()
+                .enumerate()
+                .fold(
+                    (0, f64::NEG_INFINITY),
+                    |m, (j, f)| if *f > m.1 { (j, *f) } else { m },
+                );
         let at_extrema = extrema.iter().map(|x| force(x.0)).fold(sampled, f64::max);
-        if !system.mounts()[e].element.depends_on_velocity() && system.mounts()[e].stiffness_variation.is_none() {
+        if !system.mounts()[e].element.depends_on_velocity()
+            && system.mounts()[e].stiffness_variation.is_none()
+        {
             return at_extrema;
         }
         let cell = TAU / self.force.len() as f64;
         let (mut low, mut high) = ((best as f64 - 1.0) * cell, (best as f64 + 1.0) * cell);
         for _ in 0..40 {
             let (left, right) = (low + (high - low) * 0.382, high - (high - low) * 0.382);
-            if force(left) > force(right) { high = right } else { low = left }
+            if force(left) > force(right) {
+                high = right
+            } else {
+                low = left
+            }
         }
         at_extrema.max(force(0.5 * (low + high)))
     }
@@ -171,10 +203,17 @@ impl Meter {
     /// Whether the force points away from the flank somewhere: 1 + beta v < 0.
     fn pulls(&self, system: &System, e: usize) -> bool {
         let element = &system.mounts()[e].element;
-        let is_clearance = element.breakpoints().iter().any(|b| element.flank(b - 1e-9) == 0 || element.flank(b + 1e-9) == 0);
+        let is_clearance = element
+            .breakpoints()
+            .iter()
+            .any(|b| element.flank(b - 1e-9) == 0 || element.flank(b + 1e-9) == 0);
         is_clearance
             && element.depends_on_velocity()
-            && self.deformation.iter().zip(&self.force).any(|(x, f)| f64::from(element.flank(*x)) * f < 0.0)
+            && self
+                .deformation
+                .iter()
+                .zip(&self.force)
+                .any(|(x, f)| f64::from(element.flank(*x)) * f < 0.0)
     }
 }
 
@@ -182,11 +221,20 @@ fn nu_of(orbit: &Orbit) -> f64 {
     orbit.subharmonic as f64
 }
 
-fn force_at(system: &System, orbit: &Orbit, e: usize, deformation: &Deformation<'_>, tau: f64) -> f64 {
+fn force_at(
+    system: &System,
+    orbit: &Orbit,
+    e: usize,
+    deformation: &Deformation<'_>,
+    tau: f64,
+) -> f64 {
     let mount = &system.mounts()[e];
     let phase = nu_of(orbit) * tau;
     let [x, slope] = deformation.at(tau);
-    let s = mount.stiffness_variation.as_ref().map_or(1.0, |s| s.value(phase));
+    let s = mount
+        .stiffness_variation
+        .as_ref()
+        .map_or(1.0, |s| s.value(phase));
     s * mount.element.eval(x, orbit.omega * slope, phase).f
 }
 
@@ -198,10 +246,20 @@ fn contact(system: &System, e: usize, crossings: &[Crossing], mean: f64, nu: f64
     }
     let count = crossings.len();
     let duration = |k: usize| {
-        let next = if k + 1 < count { crossings[k + 1].tau } else { crossings[0].tau + TAU };
+        let next = if k + 1 < count {
+            crossings[k + 1].tau
+        } else {
+            crossings[0].tau + TAU
+        };
         next - crossings[k].tau
     };
-    let closed: f64 = (0..count).filter(|k| crossings[*k].to != 0).map(duration).sum();
-    let made = crossings.iter().filter(|c| c.from == 0 && c.to != 0).count();
+    let closed: f64 = (0..count)
+        .filter(|k| crossings[*k].to != 0)
+        .map(duration)
+        .sum();
+    let made = crossings
+        .iter()
+        .filter(|c| c.from == 0 && c.to != 0)
+        .count();
     (closed / TAU, made as f64 / nu)
 }

@@ -94,10 +94,7 @@ pub fn find(
     let mut u = guess;
     let outcome = solver.solve(&mut problem, &mut u, frequency)?;
     if outcome.is_converged() {
-        return Ok(Start::Found {
-            u,
-            how: LINEAR,
-        });
+        return Ok(Start::Found { u, how: LINEAR });
     }
     failures.push(format!(
         "Newton's iteration from the linear response: {}",

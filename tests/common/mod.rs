@@ -87,7 +87,10 @@ pub fn trace(
     samples: Option<usize>,
     marks: &[f64],
 ) -> Branch {
-    let samples = samples.unwrap_or(GalerkinOptions::default_samples(harmonics, system.subharmonic()));
+    let samples = samples.unwrap_or(GalerkinOptions::default_samples(
+        harmonics,
+        system.subharmonic(),
+    ));
     let size = GalerkinOptions { harmonics, samples };
     let newton = NewtonOptions::default();
     let u = match start::find(system, range.0, size, StartMode::Auto, newton).unwrap() {
@@ -104,8 +107,21 @@ pub fn trace(
         weight: 1.0 / system.dof() as f64,
         newton,
     };
-    let options = TraceOptions { continuation, marks: marks.to_vec(), stability: true };
-    branch::trace(&mut problem, u, &options, &mut RecordMeasures { meter: Meter::new(samples) }).unwrap().unwrap()
+    let options = TraceOptions {
+        continuation,
+        marks: marks.to_vec(),
+        stability: true,
+    };
+    branch::trace(
+        &mut problem,
+        u,
+        &options,
+        &mut RecordMeasures {
+            meter: Meter::new(samples),
+        },
+    )
+    .unwrap()
+    .unwrap()
 }
 
 /// Columns of [`RecordMeasures`] a connection.
@@ -119,8 +135,18 @@ pub struct RecordMeasures {
 impl Recorder for RecordMeasures {
     fn record(&mut self, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
         for m in self.meter.measure(system, orbit) {
-            let [k_a, k_dc] = [m.effective_stiffness, m.effective_stiffness_dc].map(|k| k.unwrap_or(f64::NAN));
-            values.extend([m.mean, m.rms, m.rms_velocity, k_a, k_dc, m.contact_ratio, m.impacts, m.force_mean]);
+            let [k_a, k_dc] =
+                [m.effective_stiffness, m.effective_stiffness_dc].map(|k| k.unwrap_or(f64::NAN));
+            values.extend([
+                m.mean,
+                m.rms,
+                m.rms_velocity,
+                k_a,
+                k_dc,
+                m.contact_ratio,
+                m.impacts,
+                m.force_mean,
+            ]);
         }
     }
 }
