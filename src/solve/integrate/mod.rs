@@ -1,8 +1,10 @@
 //! Integration in time: one contract, two integrators.
 
 mod dopri5;
+mod exact;
 
 pub use dopri5::{Dopri5, Dopri5Options};
+pub use exact::Exact;
 
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -85,12 +87,20 @@ pub struct Switch {
 pub trait Observer {
     /// A stretch has been accepted.
     fn segment(&mut self, _segment: &Segment<'_>) {}
+    /// Whether `segment` is to be called at all.
+    fn wants_segments(&self) -> bool {
+        true
+    }
     /// A switch has been located.
     fn switch(&mut self, _switch: &Switch) {}
 }
 
 /// Nobody watches.
-impl Observer for () {}
+impl Observer for () {
+    fn wants_segments(&self) -> bool {
+        false
+    }
+}
 
 /// Advances a state in time.
 ///
