@@ -60,6 +60,8 @@ pub struct Curve {
     pub label: String,
     /// How it is drawn.
     pub style: CurveStyle,
+    /// Rows drawn: a column of words or whole numbers and the value it must have; all rows when `None`.
+    pub only: Option<(String, String)>,
 }
 
 /// How a curve is drawn.

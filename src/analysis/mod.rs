@@ -10,7 +10,7 @@ pub use frequency_response::FrequencyResponse;
 pub use modes::Modes;
 
 use crate::assembly::Assembly;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::Report;
@@ -94,6 +94,16 @@ impl Setting<'_> {
     /// Whether results are in SI units.
     pub fn is_si(&self) -> bool {
         self.model.report_units == ReportUnits::Si
+    }
+
+    /// A solver's complaint with the connection's name in place of its number.
+    pub fn name_connection(&self, error: &SolveError) -> String {
+        match error {
+            SolveError::Unsupported { connection, reason } => {
+                format!("{}: {reason}", self.assembly.connections[*connection])
+            }
+            other => other.to_string(),
+        }
     }
 
     /// An excitation frequency over omega_c.

@@ -2,3 +2,4 @@
 
 pub mod effective_stiffness;
 pub mod measures;
+mod segment_measures;

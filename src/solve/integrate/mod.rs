@@ -6,6 +6,7 @@ mod exact;
 pub use dopri5::{Dopri5, Dopri5Options};
 pub use exact::Exact;
 
+use crate::error::SolveError;
 use crate::system::System;
 use nalgebra::DMatrix;
 
@@ -128,4 +129,64 @@ pub trait Integrator {
         phi: &mut DMatrix<f64>,
         observer: &mut dyn Observer,
     ) -> IntegrationEnd;
+}
+
+/// Which integrator to take.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IntegratorChoice {
+    /// The exact flow where every law allows it, DOPRI5 else; the result says which.
+    #[default]
+    Auto,
+    /// The exact flow; refused where a law does not allow it.
+    Exact,
+    /// Dormand and Prince's method.
+    Dopri5,
+}
+
+/// Switches allowed in one response period before the motion counts as chatter.
+pub const MAX_SWITCHES: usize = 10_000;
+
+/// An integrator for a system.
+///
+/// # Errors
+/// [`SolveError::Unsupported`] when the exact flow is asked for and a connection does not allow it.
+pub fn choose(
+    system: &System,
+    choice: IntegratorChoice,
+) -> Result<Box<dyn Integrator + Send>, SolveError> {
+    let dopri5 = || Box::new(Dopri5::new(system, Dopri5Options::default()));
+    match choice {
+        IntegratorChoice::Dopri5 => Ok(dopri5()),
+        IntegratorChoice::Exact => Ok(Box::new(Exact::new(system, MAX_SWITCHES)?)),
+        IntegratorChoice::Auto => match Exact::new(system, MAX_SWITCHES) {
+            Ok(exact) => Ok(Box::new(exact)),
+            Err(_) => Ok(dopri5()),
+        },
+    }
+}
+// TEMPORARY
+impl Integrator for Dopri5 {
+    fn name(&self) -> &'static str {
+        "dopri5"
+    }
+    fn advance(
+        &mut self,
+        system: &System,
+        tau: (f64, f64),
+        state: &mut [f64],
+        _o: &mut dyn Observer,
+    ) -> IntegrationEnd {
+        Dopri5::advance(self, system, tau, state)
+    }
+    fn advance_with_variation(
+        &mut self,
+        system: &System,
+        tau: (f64, f64),
+        state: &mut [f64],
+        _p: &mut DMatrix<f64>,
+        _o: &mut dyn Observer,
+    ) -> IntegrationEnd {
+        Dopri5::advance(self, system, tau, state)
+    }
 }
