@@ -4,7 +4,7 @@ use super::orbit::FourierOrbit;
 use crate::numeric::exponential::exponential;
 use crate::numeric::periodic::Periodic;
 use crate::system::{Scratch, System};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Schur};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 
@@ -51,9 +51,19 @@ pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
     phi
 }
 
-/// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first.
+/// QR sweeps allowed for the eigenvalues of a transition matrix.
+const MAX_SWEEPS: usize = 10_000;
+
+/// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first; none
+/// when the matrix has overflown or its eigenvalues do not converge.
 pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
-    let mut list: Vec<_> = phi
+    if phi.iter().any(|x| !x.is_finite()) {
+        return Vec::new();
+    }
+    let Some(schur) = Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS) else {
+        return Vec::new();
+    };
+    let mut list: Vec<_> = schur
         .complex_eigenvalues()
         .iter()
         .map(|mu| Complex::new(mu.re, mu.im))

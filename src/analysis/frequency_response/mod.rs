@@ -227,10 +227,10 @@ impl FrequencyResponse {
         if methods.is_empty() || repeated {
             faults.push(Fault::new("methods", "wanted a list of different methods"));
         }
-        if methods.contains(&Method::Shooting) {
-            if let Err(error) = choose(&setting.assembly.system, self.integrator) {
-                faults.push(Fault::new("integrator", setting.name_connection(&error)));
-            }
+        if methods.contains(&Method::Shooting)
+            && let Err(error) = choose(&setting.assembly.system, self.integrator)
+        {
+            faults.push(Fault::new("integrator", setting.name_connection(&error)));
         }
         faults
     }

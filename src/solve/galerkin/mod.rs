@@ -245,11 +245,11 @@ fn linear_terms(
     let (n, om, nu) = (system.dof(), system.omega(), system.subharmonic() as f64);
     for j in 0..n {
         let a = &u.as_slice()[j * c..(j + 1) * c];
-        for k in 1..c {
-            let square = -((k.div_ceil(2)) as f64).powi(2);
-            out.r[j * c + k] += om * om * square * a[k];
-            out.dr_dlambda[j * c + k] += 2.0 * om / nu * square * a[k];
-            out.dr_du[(j * c + k, j * c + k)] += om * om * square;
+        for (k, a) in a.iter().enumerate().skip(1) {
+            let (row, square) = (j * c + k, -(k.div_ceil(2) as f64).powi(2));
+            out.r[row] += om * om * square * a;
+            out.dr_dlambda[row] += 2.0 * om / nu * square * a;
+            out.dr_du[(row, row)] += om * om * square;
         }
         trigonometric::differentiate(a, derivative);
         for i in 0..n {
@@ -257,9 +257,9 @@ fn linear_terms(
             if gamma == 0.0 {
                 continue;
             }
-            for k in 1..c {
-                out.r[i * c + k] += om * gamma * derivative[k];
-                out.dr_dlambda[i * c + k] += gamma / nu * derivative[k];
+            for (k, d) in derivative.iter().enumerate().skip(1) {
+                out.r[i * c + k] += om * gamma * d;
+                out.dr_dlambda[i * c + k] += gamma / nu * d;
             }
             for k in 1..=c / 2 {
                 let entry = om * gamma * k as f64;
