@@ -39,13 +39,13 @@ fn unknown_keys_have_a_nearest_name() {
         (
             "stiffness:",
             "stifness:",
-            "m.yaml:8:5",
+            "m.yaml:9:5",
             "did you mean `stiffness`?",
         ),
         (
             "half_gap:",
             "halfgap:",
-            "m.yaml:9:31",
+            "m.yaml:10:31",
             "did you mean `half_gap`?",
         ),
         (
@@ -57,19 +57,19 @@ fn unknown_keys_have_a_nearest_name() {
         (
             "harmonics: 5",
             "harmonic: 5",
-            "m.yaml:17:70",
+            "m.yaml:17:66",
             "did you mean `harmonics`?",
         ),
         (
             "amplitude:",
             "amplitud:",
-            "m.yaml:13:47",
+            "m.yaml:13:45",
             "did you mean `amplitude`?",
         ),
     ];
     for (part, by, place, help) in cases {
         let key = by.split(':').next().unwrap();
-        refused(TRAIN, part, by, &["unknown key", key, place, help]);
+        refused(TRAIN, part, by, &[key, place, help]);
     }
 }
 
@@ -79,9 +79,9 @@ fn unknown_names_have_a_nearest_name() {
         TRAIN,
         "type: backlash",
         "type: backlsh",
-        &["m.yaml:9:21", "backlsh", "did you mean `backlash`?"],
+        &["m.yaml:10:21", "backlsh", "did you mean `backlash`?"],
     );
-    refused(TRAIN, "gear: {A", "gear: {C", &["m.yaml:7:12", "`C`"]);
+    refused(TRAIN, "gear: {A", "gear: {C", &["m.yaml:8:12", "`C`"]);
     refused(
         TRAIN,
         "  B: {mean: 100}",
@@ -119,7 +119,7 @@ fn duplicate_keys() {
         TRAIN,
         "half_gap: 50 um",
         "half_gap: 50 um, half_gap: 5 um",
-        &["m.yaml:9:", "half_gap"],
+        &["m.yaml:10:", "half_gap"],
     );
 }
 
@@ -130,7 +130,7 @@ fn numbers_that_are_none() {
             TRAIN,
             "2.4e8",
             word,
-            &["m.yaml:8:16", "connections.mesh.stiffness"],
+            &["m.yaml:9:16", "connections.mesh.stiffness"],
         );
         refused(
             REDUCED,
@@ -152,14 +152,14 @@ fn wrong_units_say_which_are_right() {
     refused(
         TRAIN,
         "1.0e-3 kg m^2",
-        "1.0e-3 kg",
-        &["m.yaml:5:", "bodies.B.inertia", "kg", "kg m^2"],
+        "1.0e-3 kg m",
+        &["m.yaml:5:", "bodies.B.inertia", "kg m", "kg m^2"],
     );
     refused(
         TRAIN,
         "50 um}",
         "50 deg}",
-        &["m.yaml:9:", "half_gap", "deg"],
+        &["m.yaml:10:", "half_gap", "deg"],
     );
     refused(
         TRAIN,
@@ -204,19 +204,19 @@ fn negative_values() {
         TRAIN,
         "inertia: 1.0e-3}",
         "inertia: -1.0e-3}",
-        &["m.yaml:4:16", "bodies.A.inertia", "-0.001", "> 0"],
+        &["m.yaml:4:16", "bodies.A.inertia", "found -1.0e-3", "> 0"],
     );
     refused(
         TRAIN,
         "half_gap: 50 um",
         "half_gap: -50 um",
-        &["m.yaml:9:", "half_gap", ">= 0"],
+        &["m.yaml:10:", "half_gap", ">= 0"],
     );
     refused(
         TRAIN,
         "2.4e8",
         "0",
-        &["m.yaml:8:16", "connections.mesh.stiffness", "> 0"],
+        &["m.yaml:9:16", "connections.mesh.stiffness", "> 0"],
     );
     refused(TRAIN, "9 kHz", "-9 kHz", &["m.yaml:17:", "from", "> 0"]);
 }
@@ -251,7 +251,7 @@ fn analyses_are_checked_before_anything_runs() {
         &[
             "m.yaml:10:",
             "analyses.response.marks.1",
-            "2.5 lies outside the range from 2.0 to 1.6",
+            "2.5 lies outside the range from 2 to 1.6",
         ],
     );
     refused(
@@ -327,10 +327,10 @@ fn independent_mistakes_are_reported_in_one_go() {
         &text,
         &[
             "m.yaml:4:16",
-            "m.yaml:7:12",
-            "m.yaml:9:31",
+            "m.yaml:8:12",
+            "m.yaml:10:31",
             "m.yaml:15:1",
-            "m.yaml:17:70",
+            "m.yaml:17:66",
             "did you mean `half_gap`?",
             "did you mean `report`?",
         ],
@@ -344,5 +344,5 @@ fn a_mistake_in_a_base_file_names_that_file() {
     place
         .run(&["run", "m.yaml"])
         .ends_with(2)
-        .says(&["base.yaml:8:16", "connections.mesh.stiffness"]);
+        .says(&["base.yaml:9:16", "connections.mesh.stiffness"]);
 }
