@@ -36,7 +36,11 @@ fn main() -> Result<(), Error> {
         );
         println!("ended early: {:?}", report.ended_early);
     }
-    println!("{} files in {}", outcome.files.len(), settings.out.display());
+    println!(
+        "{} files in {}",
+        outcome.files.len(),
+        settings.out.display()
+    );
     Ok(())
 }
 

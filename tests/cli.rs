@@ -495,3 +495,16 @@ fn the_manifest_names_every_file() {
     }
     assert!(text.contains(env!("CARGO_PKG_VERSION")) && text.contains("m.yaml"));
 }
+
+#[test]
+fn a_warning_is_given_once() {
+    let mixed = TRAIN.replace(
+        "damping:",
+        "  rest: {ground: A, stiffness: 1e5}\nscaling: {length: 50 um}\ndamping:",
+    );
+    let place = Place::with(&mixed);
+    let ended = place.run(&["check", "m.yaml"]).ends_with(0);
+    assert_eq!(ended.out.matches("also scales").count(), 1, "{}", ended.out);
+    let ended = place.run(&["run", "m.yaml", "--quiet"]).ends_with(0);
+    assert_eq!(ended.err.matches("also scales").count(), 1, "{}", ended.err);
+}

@@ -149,7 +149,7 @@ pub fn run_in(folder: &Path, arguments: &[&str]) -> Ended {
         .unwrap()
         .current_dir(folder)
         .args(arguments)
-        .timeout(std::time::Duration::from_secs(120))
+        .timeout(std::time::Duration::from_secs(30))
         .output()
         .unwrap();
     Ended {
