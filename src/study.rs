@@ -94,12 +94,21 @@ impl Study {
             }
         }
         match base {
-            Some((model, assembly)) if faults.is_empty() => Ok(Study {
-                document,
-                model,
-                assembly,
-                runs,
-            }),
+            Some((mut model, assembly)) if faults.is_empty() => {
+                if model.name.is_empty() {
+                    model.name = path
+                        .file_stem()
+                        .unwrap_or_default()
+                        .to_string_lossy()
+                        .into_owned();
+                }
+                Ok(Study {
+                    document,
+                    model,
+                    assembly,
+                    runs,
+                })
+            }
             _ => Err(Error::Input(without_repetition(faults))),
         }
     }

@@ -47,9 +47,9 @@ pub struct FrequencyResponse {
     /// Which orbits to keep.
     #[serde(default)]
     pub orbits: Orbits,
-    /// First step of the path, in arclength.
-    #[serde(default = "defaults::step")]
-    pub step: f64,
+    /// First step of the path, in arclength; 0.02, or max_step where that is smaller, when absent.
+    #[serde(default)]
+    pub step: Option<f64>,
     /// Smallest step before the branch is given up.
     #[serde(default = "defaults::min_step")]
     pub min_step: f64,
@@ -77,9 +77,6 @@ mod defaults {
     pub fn subharmonic() -> usize {
         1
     }
-    pub fn step() -> f64 {
-        0.02
-    }
     pub fn min_step() -> f64 {
         1e-8
     }
@@ -93,6 +90,9 @@ mod defaults {
         1e-10
     }
 }
+
+/// First step when none is given.
+const FIRST_STEP: f64 = 0.02;
 
 /// How periodic solutions are computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -264,7 +264,6 @@ impl FrequencyResponse {
 
     fn continuation(&self, range: (f64, f64), weight: f64) -> ContinuationOptions {
         let FrequencyResponse {
-            step,
             min_step,
             max_step,
             max_points,
@@ -272,7 +271,7 @@ impl FrequencyResponse {
         } = *self;
         ContinuationOptions {
             range,
-            step,
+            step: self.step.unwrap_or(FIRST_STEP.min(max_step)),
             min_step,
             max_step,
             max_points,

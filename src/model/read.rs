@@ -62,10 +62,20 @@ fn model(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
     let name = name.and_then(|node| mistakes.note(node.as_text("name")));
     let report_units = fields.get("report").and_then(|node| units(node, mistakes));
     let (structure, warnings) = structure(&fields, mistakes)?;
+    // Whoever writes kilograms wants metres; a reduced system has no units.
+    let usual = match &structure {
+        Structure::Train(_) => ReportUnits::Si,
+        Structure::Reduced(_) => ReportUnits::Nondimensional,
+    };
+    if usual == ReportUnits::Nondimensional && report_units == Some(ReportUnits::Si) {
+        let node = fields.get("report").and_then(|r| r.get("units"))?;
+        let message = "a reduced model is nondimensional; it has no SI units to report in";
+        mistakes.add(Diagnostic::at(node, "report.units", message));
+    }
     Some(Model {
         name: name.unwrap_or_default().to_owned(),
         structure,
-        report_units: report_units.unwrap_or(ReportUnits::Nondimensional),
+        report_units: report_units.unwrap_or(usual),
         warnings,
     })
 }

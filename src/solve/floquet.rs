@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// Panels a period and harmonic where A(tau) varies smoothly: the fourth-order rule then errs by about 1e-7.
 const PANELS_PER_HARMONIC: usize = 8;
 
-/// State-transition matrix over one response period, in (q, v), 2n x 2n.
+/// State-transition matrix over one response period, in (q, v), 2n x 2n; the system stands at the orbit's frequency.
 ///
 ///     dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]
 ///

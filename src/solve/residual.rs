@@ -32,7 +32,8 @@ impl Linearisation {
 
     /// Largest residual over the magnitude.
     pub fn norm(&self) -> f64 {
-        self.r.amax() / self.magnitude
+        // At rest without any load every term vanishes.
+        self.r.amax() / self.magnitude.max(f64::MIN_POSITIVE)
     }
 }
 

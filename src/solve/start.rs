@@ -230,9 +230,7 @@ fn integrate(
     let mut advance =
         |tau: (f64, f64), state: &mut [f64]| match integrator.advance(system, tau, state) {
             IntegrationEnd::Reached => Ok(()),
-            IntegrationEnd::StepTooSmall => Err("the step became too small".to_string()),
-            IntegrationEnd::MaxSteps => Err("too many steps".to_string()),
-            IntegrationEnd::Diverged => Err("the state is not finite".to_string()),
+            end => Err(end.message().to_string()),
         };
     for _ in 0..TRANSIENT_PERIODS {
         advance((0.0, TAU), &mut state)?;

@@ -1,5 +1,6 @@
 //! Dormand and Prince's Runge-Kutta method of order 5(4), for every system.
 
+use super::IntegrationEnd;
 use crate::system::{Scratch, System};
 
 /// Error control.
@@ -21,19 +22,6 @@ impl Default for Dopri5Options {
             max_steps: 10_000_000,
         }
     }
-}
-
-/// Why an integration stopped.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum IntegrationEnd {
-    /// The end of the interval.
-    Reached,
-    /// The step fell below the resolution of the time.
-    StepTooSmall,
-    /// As many steps as were allowed.
-    MaxSteps,
-    /// The state is not finite.
-    Diverged,
 }
 
 /// The scheme as data: nodes, stage weights, difference between the two solutions.

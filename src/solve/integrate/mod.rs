@@ -1,5 +1,131 @@
-//! Integration in time.
+//! Integration in time: one contract, two integrators.
 
 mod dopri5;
+mod exact;
 
-pub use dopri5::{Dopri5, Dopri5Options, IntegrationEnd};
+pub use dopri5::{Dopri5, Dopri5Options};
+pub use exact::Exact;
+
+use crate::system::System;
+use nalgebra::DMatrix;
+
+/// Why an integration stopped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum IntegrationEnd {
+    /// The end of the interval.
+    Reached,
+    /// The step fell below the resolution of the time.
+    StepTooSmall,
+    /// As many steps as were allowed.
+    MaxSteps,
+    /// More switches in one call than were allowed: chatter.
+    TooManySwitches,
+    /// The state is not finite.
+    Diverged,
+}
+
+impl IntegrationEnd {
+    /// A sentence for people.
+    pub fn message(self) -> &'static str {
+        match self {
+            IntegrationEnd::Reached => "the end was reached",
+            IntegrationEnd::StepTooSmall => "the step fell below the resolution of the time",
+            IntegrationEnd::MaxSteps => "too many steps",
+            IntegrationEnd::TooManySwitches => "too many switches in one period (chatter)",
+            IntegrationEnd::Diverged => "the state is not finite",
+        }
+    }
+}
+
+/// A stretch of time on which every coordinate is one polynomial, to the accuracy of the integrator. It never reaches
+/// across a breakpoint.
+#[derive(Debug, Clone, Copy)]
+pub struct Segment<'a> {
+    /// Phase of the response at its begin.
+    pub tau: f64,
+    /// Its length in tau; x = (tau - begin) / width runs from 0 to 1.
+    pub width: f64,
+    /// Coefficients of q_i in powers of x, coordinate by coordinate: `coefficients[i * count + k]` belongs to x^k.
+    pub coefficients: &'a [f64],
+    /// Coefficients a coordinate: degree + 1.
+    pub count: usize,
+}
+
+impl Segment<'_> {
+    /// State [q; v] at x in [0, 1], v = Om dq/dtau.
+    pub fn state(&self, x: f64, omega: f64, out: &mut [f64]) {
+        let n = out.len() / 2;
+        for (i, c) in self.coefficients.chunks_exact(self.count).enumerate() {
+            let (mut q, mut slope) = (0.0, 0.0);
+            for a in c.iter().rev() {
+                slope = slope * x + q;
+                q = q * x + a;
+            }
+            (out[i], out[n + i]) = (q, slope * omega / self.width);
+        }
+    }
+}
+
+/// A connection passes a breakpoint of its law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Switch {
+    /// Phase of the response.
+    pub tau: f64,
+    /// Connection.
+    pub connection: usize,
+    /// The breakpoint.
+    pub level: f64,
+    /// Flank before: -1, 0 (open) or 1.
+    pub from: i8,
+    /// Flank after.
+    pub to: i8,
+    /// Rate of the deformation, d/d(omega_c t): its sign is the direction.
+    pub velocity: f64,
+}
+
+/// Who watches an integration.
+pub trait Observer {
+    /// A stretch has been accepted.
+    fn segment(&mut self, _segment: &Segment<'_>) {}
+    /// Whether `segment` is to be called at all.
+    fn wants_segments(&self) -> bool {
+        true
+    }
+    /// A switch has been located.
+    fn switch(&mut self, _switch: &Switch) {}
+}
+
+/// Nobody watches.
+impl Observer for () {
+    fn wants_segments(&self) -> bool {
+        false
+    }
+}
+
+/// Advances a state in time.
+///
+/// Crossings are found on the half-open interval (tau.0, tau.1]: a state that starts on a breakpoint does not fire there. For
+/// a continuous force the variation needs no jump at a switch.
+pub trait Integrator {
+    /// `exact` or `dopri5`: the result says which integrator ran.
+    fn name(&self) -> &'static str;
+
+    /// Advances `state` = [q; v], 2n values, over (tau.0, tau.1] in phases of the response.
+    fn advance(
+        &mut self,
+        system: &System,
+        tau: (f64, f64),
+        state: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> IntegrationEnd;
+
+    /// The same, and `phi` <- Phi phi with the state-transition matrix Phi in (q, v), 2n x 2n. Rook & Singh (1995), eq. (18).
+    fn advance_with_variation(
+        &mut self,
+        system: &System,
+        tau: (f64, f64),
+        state: &mut [f64],
+        phi: &mut DMatrix<f64>,
+        observer: &mut dyn Observer,
+    ) -> IntegrationEnd;
+}

@@ -1,0 +1,69 @@
+//! Residual, Jacobian and Newton's iteration allocate nothing once they are warm.
+
+mod common;
+
+use gearlash::solve::family::FrequencyFamily;
+use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
+use gearlash::solve::newton::{Newton, NewtonOptions};
+use gearlash::solve::residual::{Linearisation, Residual};
+use nalgebra::DVector;
+use std::alloc::{GlobalAlloc, Layout, System as Heap};
+use std::cell::Cell;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The system's allocator, counting what this thread asks for.
+struct Counting;
+
+// The crate itself forbids unsafe code; a test allocator cannot be had without it.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+        unsafe { Heap.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { Heap.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn counted(work: impl FnOnce()) -> usize {
+    let before = COUNT.with(Cell::get);
+    work();
+    COUNT.with(Cell::get) - before
+}
+
+#[test]
+fn nothing_after_warm_up() {
+    assert!(
+        counted(|| drop(std::hint::black_box(vec![1.0; 3]))) > 0,
+        "the allocator counts"
+    );
+    let system = common::system(&common::reference("fig11_case1")["system"]);
+    for harmonics in [5, 40] {
+        let size = GalerkinOptions {
+            harmonics,
+            samples: 1024,
+        };
+        let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), 0.9, size).unwrap();
+        let guess = DVector::from_fn(problem.dim(), |k, _| (k as f64).cos() / (1.0 + k as f64));
+        let mut work = Linearisation::new(problem.dim());
+        problem.linearise(&guess, 0.9, &mut work).unwrap();
+        let linearise = counted(|| problem.linearise(&guess, 0.8, &mut work).unwrap());
+        assert_eq!(linearise, 0, "residual and Jacobian, {harmonics} harmonics");
+        let mut newton = Newton::new(problem.dim(), NewtonOptions::default());
+        let mut u = guess.clone();
+        newton.solve(&mut problem, &mut u, 0.8).unwrap();
+        u.copy_from(&guess);
+        let mut iterations = 0;
+        let solve =
+            counted(|| iterations = newton.solve(&mut problem, &mut u, 0.81).unwrap().iterations);
+        assert!(iterations > 2);
+        assert_eq!(solve, 0, "Newton's iteration, {harmonics} harmonics");
+    }
+}
