@@ -275,11 +275,23 @@ impl Series {
     /// Largest theta at which the last two terms are below rounding of the motion, whose size is that of its first terms (the
     /// state alone vanishes at a start from rest).
     pub fn reach(&self) -> f64 {
-        let largest = |k: usize| self.q.iter().skip(k).step_by(COUNT).fold(0.0_f64, |m, c| m.max(c.abs()));
-        let size = (0..SIZE_TERMS).map(largest).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = |k: usize| {
+            self.q
+                .iter()
+                .skip(k)
+                .step_by(COUNT)
+                .fold(0.0_f64, |m, c| m.max(c.abs()))
+        };
+        let size = (0..SIZE_TERMS)
+            .map(largest)
+            .fold(f64::MIN_POSITIVE, f64::max);
         let by = |k: usize| {
             let last = k as f64 * largest(k);
-            if last > 0.0 { (ROUNDING * size / last).powf(1.0 / (k - 1) as f64) } else { MAX_REACH }
+            if last > 0.0 {
+                (ROUNDING * size / last).powf(1.0 / (k - 1) as f64)
+            } else {
+                MAX_REACH
+            }
         };
         by(DEGREE).min(by(DEGREE - 1)).min(MAX_REACH)
     }
