@@ -1,6 +1,7 @@
 //! Integration in time: one contract, two integrators.
 
 mod dopri5;
+pub mod events;
 
 pub use dopri5::{Dopri5, Dopri5Options};
 
