@@ -1,6 +1,7 @@
 //! Integration in time: one contract, two integrators.
 
 mod dopri5;
+pub mod events;
 mod exact;
 
 pub use dopri5::{Dopri5, Dopri5Options};
@@ -163,30 +164,5 @@ pub fn choose(
             Ok(exact) => Ok(Box::new(exact)),
             Err(_) => Ok(dopri5()),
         },
-    }
-}
-// TEMPORARY
-impl Integrator for Dopri5 {
-    fn name(&self) -> &'static str {
-        "dopri5"
-    }
-    fn advance(
-        &mut self,
-        system: &System,
-        tau: (f64, f64),
-        state: &mut [f64],
-        _o: &mut dyn Observer,
-    ) -> IntegrationEnd {
-        Dopri5::advance(self, system, tau, state)
-    }
-    fn advance_with_variation(
-        &mut self,
-        system: &System,
-        tau: (f64, f64),
-        state: &mut [f64],
-        _p: &mut DMatrix<f64>,
-        _o: &mut dyn Observer,
-    ) -> IntegrationEnd {
-        Dopri5::advance(self, system, tau, state)
     }
 }
