@@ -35,8 +35,16 @@ pub struct Run {
     kind: String,
     texts: Texts,
     analysis: Box<dyn Analysis>,
-    /// The model and its assembly with the analysis's own `set:`; `None` when it has none.
-    own: Option<(Model, Assembly)>,
+    /// The model with the analysis's own `set:`; `None` when it has none.
+    own: Option<Variant>,
+}
+
+/// A document with some values changed, and what it says.
+#[derive(Debug)]
+struct Variant {
+    root: Node,
+    model: Model,
+    assembly: Assembly,
 }
 
 /// Keys that every analysis takes besides its own.
@@ -167,14 +175,15 @@ impl Study {
     }
 
     fn report(&self, run: &Run, control: &dyn Control) -> Result<Report, Error> {
-        let (model, assembly) = match &run.own {
-            Some((model, assembly)) => (model, assembly),
-            None => (&self.model, &self.assembly),
+        let (document, model, assembly) = match &run.own {
+            Some(own) => (&own.root, &own.model, &own.assembly),
+            None => (&self.document.root, &self.model, &self.assembly),
         };
         let setting = Setting {
             name: &run.name,
             model,
             assembly,
+            document,
             control,
         };
         let mut report = run.analysis.run(&setting)?;
@@ -298,13 +307,16 @@ fn load_run(
         list
     })?;
     let own = own?;
-    let Some((model, assembly)) = own.as_ref().or(base) else {
-        return Err(Vec::new());
+    let (document, model, assembly) = match (&own, base) {
+        (Some(own), _) => (&own.root, &own.model, &own.assembly),
+        (None, Some((model, assembly))) => (root, model, assembly),
+        (None, None) => return Err(Vec::new()),
     };
     let setting = Setting {
         name,
         model,
         assembly,
+        document,
         control: &Unattended,
     };
     let faults = analysis.check(&setting);
@@ -334,11 +346,7 @@ fn load_run(
 }
 
 /// The model with the analysis's own `set:`, if it has one.
-fn own_model(
-    root: &Node,
-    node: &Node,
-    path: &str,
-) -> Result<Option<(Model, Assembly)>, Vec<Diagnostic>> {
+fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<Variant>, Vec<Diagnostic>> {
     let Some(set) = node.get("set").filter(|set| !set.is_null()) else {
         return Ok(None);
     };
@@ -352,11 +360,15 @@ fn own_model(
             faults.push(fault);
         }
     }
-    if faults.is_empty() {
-        build(&changed).map(Some)
-    } else {
-        Err(faults)
+    if !faults.is_empty() {
+        return Err(faults);
     }
+    let (model, assembly) = build(&changed)?;
+    Ok(Some(Variant {
+        root: changed,
+        model,
+        assembly,
+    }))
 }
 
 type Read = (Texts, String, Box<dyn Analysis>);

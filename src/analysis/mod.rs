@@ -2,18 +2,30 @@
 //!
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
+mod bifurcation_diagram;
 mod branch_table;
+mod columns;
+pub mod flow;
 mod frequency_response;
+mod initial;
 mod modes;
+pub mod parameter;
+mod poincare_map;
+mod time_history;
 
+pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
 pub use frequency_response::FrequencyResponse;
+pub use initial::Initial;
 pub use modes::Modes;
+pub use poincare_map::PoincareMap;
+pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::Report;
+use crate::yaml::Node;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One analysis of a model file, named by `type:`.
@@ -58,6 +70,18 @@ pub const TYPES: &[(&str, &str)] = &[
         "frequency_response",
         "periodic responses against the excitation frequency, with stability",
     ),
+    (
+        "time_history",
+        "motion against time, with switches and absolute accelerations",
+    ),
+    (
+        "poincare_map",
+        "states at phase 0 of the excitation, period after period",
+    ),
+    (
+        "bifurcation_diagram",
+        "states at phase 0 of the excitation against a parameter, with Lyapunov exponents",
+    ),
 ];
 
 /// The model under which an analysis runs, its own `set:` applied.
@@ -68,6 +92,9 @@ pub struct Setting<'a> {
     pub model: &'a Model,
     /// The assembled system.
     pub assembly: &'a Assembly,
+    /// The merged document that `model` was read from: an analysis that varies a parameter reads it again with one value
+    /// changed (see [`parameter`]).
+    pub document: &'a Node,
     /// Interruption and progress.
     pub control: &'a dyn Control,
 }

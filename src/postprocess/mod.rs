@@ -1,5 +1,7 @@
 //! Quantities derived from orbits: functions of the system and an orbit.
 
+pub mod attractor;
 pub mod effective_stiffness;
+pub mod lyapunov;
 pub mod measures;
 mod segment_measures;

@@ -1,0 +1,401 @@
+//! States at phase 0 of the excitation against a parameter: the attractor followed, or many random initial states
+//! (figures 7 to 9).
+
+mod sweep;
+
+use super::flow::{self, IntegratorChoice, Lengths, MapSize};
+use super::parameter::{Parameter, said};
+use super::poincare_map::{self, MAX_COLOURS, Rows, defaults};
+use super::{Analysis, Fault, Initial, Setting, columns};
+use crate::error::Error;
+use crate::quantity::Quantity;
+use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::time::Instant;
+use sweep::{Plan, Point, Work};
+
+/// Settings of `bifurcation_diagram`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BifurcationDiagram {
+    /// `frequency`, or the path of a number of the model.
+    #[serde(default = "frequency")]
+    pub parameter: String,
+    /// Excitation frequency, where it is not the parameter.
+    #[serde(default)]
+    pub at: Option<Quantity>,
+    /// First value.
+    pub from: Quantity,
+    /// Last value.
+    pub to: Quantity,
+    /// Values, evenly spaced, both ends included.
+    pub points: usize,
+    /// In which direction the attractor is followed; from `from` to `to` when absent.
+    #[serde(default)]
+    pub direction: Option<Direction>,
+    /// Periods of the excitation before the record begins, at every value.
+    #[serde(default = "defaults::periods")]
+    pub transient: usize,
+    /// Periods recorded at every value.
+    #[serde(default = "defaults::periods")]
+    pub periods: usize,
+    /// State at phase 0 at the first value.
+    #[serde(default)]
+    pub initial: Option<Initial>,
+    /// Random initial states at every value, instead of following.
+    #[serde(default)]
+    pub seeds: Option<Seeds>,
+    /// Whether Lyapunov exponents are computed.
+    #[serde(default = "defaults::lyapunov")]
+    pub lyapunov: bool,
+    /// Which integrator runs.
+    #[serde(default)]
+    pub integrator: IntegratorChoice,
+}
+
+fn frequency() -> String {
+    "frequency".into()
+}
+
+/// Direction of a sweep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Rising parameter.
+    Up,
+    /// Falling parameter.
+    Down,
+    /// A run with rising and a run with falling parameter.
+    Both,
+}
+
+/// Random initial states.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Seeds {
+    /// States at every value of the parameter.
+    pub count: usize,
+    /// Seed of the generator: the same seed gives the same states.
+    pub seed: u64,
+    /// Box around the static equilibrium at rest.
+    #[serde(rename = "box", default)]
+    pub reach: Reach,
+}
+
+/// Half widths of the box of initial states.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a number, or {q: [..], v: [..]}")]
+pub enum Reach {
+    /// Of every coordinate and rate, nondimensional.
+    Uniform(f64),
+    /// Of each coordinate and rate, in the units of `initial`.
+    Each(Initial),
+}
+
+impl Default for Reach {
+    fn default() -> Self {
+        Reach::Uniform(1.0)
+    }
+}
+
+#[typetag::serde(name = "bifurcation_diagram")]
+impl Analysis for BifurcationDiagram {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = self.check_sweep(setting);
+        let runs = self.seeds.as_ref().map_or(2, |s| s.count);
+        faults.extend(poincare_map::check_periods(
+            self.periods,
+            self.points.saturating_mul(runs),
+        ));
+        if let Some(initial) = &self.initial {
+            faults.extend(initial.check(setting, "initial"));
+        }
+        faults.extend(self.check_seeds(setting));
+        faults.extend(flow::integrator(setting, &setting.assembly.system, self.integrator).err());
+        faults
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let began = Instant::now();
+        let plan = self
+            .plan(setting)
+            .map_err(|f| columns::refused(setting, f))?;
+        let work = Work::new(setting, &plan);
+        let points = match &plan.seeds {
+            None => work.followed(),
+            Some(seeds) => work.scattered(seeds),
+        };
+        let stops = work.into_stops();
+        let mut report = self.report(setting, &plan, &points);
+        report.ended_early = (!stops.is_empty()).then(|| stops.join("; "));
+        let seconds = began.elapsed().as_secs_f64();
+        report
+            .summary
+            .insert("timings".into(), json!({ "seconds": seconds }));
+        Ok(report)
+    }
+}
+
+impl BifurcationDiagram {
+    fn check_sweep(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.points < 2 {
+            let message = format!("{} must be at least 2", self.points);
+            faults.push(Fault::new("points", message));
+        }
+        let parameter = match Parameter::find(setting, &self.parameter) {
+            Ok(parameter) => parameter,
+            Err(message) => {
+                faults.push(Fault::new("parameter", message));
+                return faults;
+            }
+        };
+        match (&parameter, &self.at) {
+            (Parameter::Frequency, Some(_)) => {
+                let message = "the excitation frequency is the parameter; leave `at` out";
+                faults.push(Fault::new("at", message));
+            }
+            (Parameter::Path(path), None) => {
+                let message =
+                    format!("missing: the excitation frequency at which {path} is varied");
+                faults.push(Fault::new("at", message));
+            }
+            (Parameter::Path(_), Some(at)) => {
+                let fault = setting.frequency(at).err();
+                faults.extend(fault.map(|message| Fault::new("at", message)));
+            }
+            (Parameter::Frequency, None) => {}
+        }
+        for (key, written) in [("from", &self.from), ("to", &self.to)] {
+            let fault = parameter.check(setting, written).err();
+            faults.extend(fault.map(|message| Fault::new(key, message)));
+        }
+        if self.from.value == self.to.value && self.from.dimension == self.to.dimension {
+            let message = format!("{} is where the sweep starts", self.to.text);
+            faults.push(Fault::new("to", message));
+        }
+        faults
+    }
+
+    fn check_seeds(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let Some(seeds) = &self.seeds else {
+            return Vec::new();
+        };
+        let mut faults = Vec::new();
+        if seeds.count == 0 {
+            faults.push(Fault::new("seeds.count", "0 must be at least 1"));
+        }
+        if self.direction.is_some() {
+            let message = "with `seeds` every value is a run of its own; leave `direction` out";
+            faults.push(Fault::new("direction", message));
+        }
+        if self.initial.is_some() {
+            let message = "with `seeds` the initial states are random; leave `initial` out";
+            faults.push(Fault::new("initial", message));
+        }
+        match &seeds.reach {
+            Reach::Uniform(width) if !(*width >= 0.0 && width.is_finite()) => {
+                let message = format!("{width} must be >= 0: a half width");
+                faults.push(Fault::new("seeds.box", message));
+            }
+            Reach::Uniform(_) => {}
+            Reach::Each(widths) => {
+                faults.extend(widths.check(setting, "seeds.box"));
+                let all = [("q", &widths.q), ("v", &widths.v)];
+                for (name, list) in all {
+                    let negative = list.iter().flatten().position(|w| w.value < 0.0);
+                    faults.extend(negative.map(|k| {
+                        let message = "must be >= 0: a half width";
+                        Fault::new(format!("seeds.box.{name}.{k}"), message)
+                    }));
+                }
+            }
+        }
+        faults
+    }
+
+    fn plan(&self, setting: &Setting<'_>) -> Result<Plan, Fault> {
+        let fault = |key: &'static str| move |message: String| Fault::new(key, message);
+        let parameter = Parameter::find(setting, &self.parameter).map_err(fault("parameter"))?;
+        let from = parameter
+            .value(setting, &self.from)
+            .map_err(fault("from"))?;
+        let to = parameter.value(setting, &self.to).map_err(fault("to"))?;
+        let at = match &self.at {
+            Some(at) => setting.frequency(at).map_err(fault("at"))?,
+            None => 1.0,
+        };
+        let last = self.points - 1;
+        let value = |k: usize| match k {
+            _ if k == last => to,
+            _ => from + (to - from) * k as f64 / last as f64,
+        };
+        let written: Vec<f64> = (0..self.points).map(value).collect();
+        let mut rising = written.clone();
+        rising.sort_by(f64::total_cmp);
+        let falling: Vec<f64> = rising.iter().rev().copied().collect();
+        let sweeps = match self.direction {
+            None => vec![written],
+            Some(Direction::Up) => vec![rising],
+            Some(Direction::Down) => vec![falling],
+            Some(Direction::Both) => vec![rising, falling],
+        };
+        let seeds = match &self.seeds {
+            Some(seeds) => Some(seeds.states(setting)?),
+            None => None,
+        };
+        let (unit, factor) = parameter.reported(setting, &self.from);
+        let size = MapSize {
+            transient: self.transient,
+            periods: self.periods,
+            exponents: if self.lyapunov {
+                Lengths::Followed
+            } else {
+                Lengths::Ignored
+            },
+        };
+        Ok(Plan {
+            parameter,
+            at,
+            sweeps,
+            seeds,
+            size,
+            integrator: self.integrator,
+            initial: self.initial.clone().unwrap_or_default(),
+            unit,
+            factor,
+        })
+    }
+
+    fn report(&self, setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Report {
+        let mut rows = Rows::new(setting);
+        let mut values = Vec::new();
+        for point in points {
+            let count = rows.append(point.run, plan.size.transient, &point.record);
+            values.extend(std::iter::repeat_n(point.value * plan.factor, count));
+        }
+        let mut main = rows.table();
+        main.columns
+            .insert(0, columns::float("parameter", plan.unit.clone(), values));
+        let labels = self.run_names(plan);
+        let mut warnings: Vec<String> = points.iter().filter_map(|p| p.warning.clone()).collect();
+        warnings.sort();
+        warnings.dedup();
+        let mut report = Report {
+            tables: vec![main, summary_table(setting, plan, points)],
+            figure: Some(self.figure(setting, plan, &labels)),
+            warnings,
+            ..Report::default()
+        };
+        let options = serde_json::to_value(self).unwrap_or(Value::Null);
+        let mut ran: Vec<&str> = points.iter().map(|p| p.integrator).collect();
+        ran.sort_unstable();
+        ran.dedup();
+        let parameter = match &plan.parameter {
+            Parameter::Frequency => "frequency",
+            Parameter::Path(path) => path,
+        };
+        for (key, value) in [
+            ("options", options),
+            ("parameter", json!(parameter)),
+            ("integrator", json!(ran.join(", "))),
+            ("runs", json!(labels)),
+            ("points", json!(points.len())),
+        ] {
+            report.summary.insert(key.into(), value);
+        }
+        report
+    }
+
+    /// One text a run.
+    fn run_names(&self, plan: &Plan) -> Vec<String> {
+        match &plan.seeds {
+            Some(seeds) => (0..seeds.count).map(|k| format!("seed {k}")).collect(),
+            None => (plan.sweeps.iter())
+                .map(|list| {
+                    if list[0] < list[list.len() - 1] {
+                        "up"
+                    } else {
+                        "down"
+                    }
+                })
+                .map(String::from)
+                .collect(),
+        }
+    }
+
+    /// Points of the first two coordinates and the largest exponent against the parameter.
+    fn figure(&self, setting: &Setting<'_>, plan: &Plan, labels: &[String]) -> Figure {
+        let list = columns::coordinates(setting);
+        let x_label = if plan.unit.is_empty() {
+            self.parameter.clone()
+        } else {
+            format!("{} [{}]", self.parameter, plan.unit)
+        };
+        let panel = |y_label: String, curves| Panel {
+            x_label: x_label.clone(),
+            y_label,
+            x_range: None,
+            curves,
+        };
+        let mut panels: Vec<Panel> = (list.iter().take((list.len() / 2).min(2)))
+            .map(|q| {
+                let curves = poincare_map::dots("parameter", &q.name, labels);
+                panel(q.axis(), curves)
+            })
+            .collect();
+        if self.lyapunov {
+            let in_summary = |curve: Curve| Curve {
+                table: "summary".into(),
+                ..curve
+            };
+            let curves = poincare_map::dots("parameter", "lyapunov_1", labels);
+            let curves = curves.into_iter().map(in_summary).collect();
+            panels.push(panel("largest Lyapunov exponent".into(), curves));
+        }
+        debug_assert!(labels.len() > MAX_COLOURS || panels.iter().all(is_by_run));
+        Figure {
+            title: String::new(),
+            panels,
+        }
+    }
+}
+
+fn is_by_run(panel: &Panel) -> bool {
+    (panel.curves.iter()).all(|c| matches!(c.style, CurveStyle::DotsWhere { .. }))
+}
+
+/// `parameter, run, label, lyapunov_1..`, exponents in units of omega_c.
+fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table {
+    let value = |p: &Point| p.value * plan.factor;
+    let mut list = vec![
+        columns::float(
+            "parameter",
+            plan.unit.clone(),
+            points.iter().map(value).collect(),
+        ),
+        columns::integer("run", points.iter().map(|p| p.run as i64).collect()),
+        columns::text(
+            "label",
+            points.iter().map(|p| p.label.to_string()).collect(),
+        ),
+    ];
+    for i in 0..2 * setting.assembly.system.dof() {
+        let exponent = |p: &Point| {
+            let exponents = p.record.exponents.as_ref();
+            exponents.map_or(f64::NAN, |e| e.values[i])
+        };
+        let values = points.iter().map(exponent).collect();
+        list.push(columns::float(format!("lyapunov_{}", i + 1), "", values));
+    }
+    Table {
+        name: "summary".into(),
+        columns: list,
+    }
+}
+
+/// Texts of mistakes, for a run that a value ends.
+fn joined(list: &[crate::error::Diagnostic]) -> String {
+    list.iter().map(said).collect::<Vec<_>>().join("; ")
+}

@@ -1,0 +1,154 @@
+//! What the analyses in the time domain share: the choice of the integrator, the state at rest, and the Poincaré map.
+
+mod stopgap;
+
+use super::{Fault, Setting};
+use crate::postprocess::lyapunov::{Exponents, Lyapunov};
+use crate::solve::equilibrium::equilibrium;
+use crate::solve::integrate::{IntegrationEnd, Integrator};
+use crate::system::System;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Which integrator runs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IntegratorChoice {
+    /// The exact flow where every law admits it, else DOPRI5; the result says which.
+    #[default]
+    Auto,
+    /// The exact flow or an error.
+    Exact,
+    /// DOPRI5.
+    Dopri5,
+}
+
+/// The integrator that an analysis asked for, for a system of its setting.
+///
+/// # Errors
+/// The exact flow for a system that does not admit it: a fault of the key `integrator`.
+pub fn integrator(
+    setting: &Setting<'_>,
+    system: &System,
+    choice: IntegratorChoice,
+) -> Result<Box<dyn Integrator + Send>, Fault> {
+    stopgap::choose(setting, system, choice)
+}
+
+/// Why a motion was not followed to its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stop {
+    /// Somebody asked for it.
+    Interrupted,
+    /// The integration ended, in this period, counted from 1.
+    Failed(IntegrationEnd, usize),
+}
+
+impl std::fmt::Display for Stop {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Stop::Interrupted => f.write_str("interrupted"),
+            Stop::Failed(end, period) => write!(f, "{} in period {period}", end.message()),
+        }
+    }
+}
+
+/// Static equilibrium at rest, [q; v], 2n values, with a warning where there is none or several.
+pub fn rest(system: &System) -> (Vec<f64>, Option<String>) {
+    let n = system.dof();
+    let mut state = vec![0.0; 2 * n];
+    let Some(found) = equilibrium(system) else {
+        let warning = "there is no static equilibrium: motion starts from zero, at rest";
+        return (state, Some(warning.into()));
+    };
+    state[..n].copy_from_slice(found.q.as_slice());
+    let warning = "the static equilibrium is not unique: motion starts from the middle of the gap";
+    (state, (!found.is_unique).then(|| warning.into()))
+}
+
+/// How long a Poincaré map runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MapSize {
+    /// Periods of the excitation before the record begins.
+    pub transient: usize,
+    /// Periods recorded.
+    pub periods: usize,
+    /// Whether Lyapunov exponents are computed.
+    pub exponents: Lengths,
+}
+
+/// Whether small deviations are followed along with the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lengths {
+    /// They are, and give the Lyapunov exponents.
+    Followed,
+    /// They are not.
+    Ignored,
+}
+
+/// Periods, before the record begins, over which the frame of deviations turns into place.
+const ALIGNMENT: usize = 50;
+
+/// Record of a Poincaré map.
+#[derive(Debug, Clone)]
+pub struct MapRecord {
+    /// States at phase 0 after each recorded period, 2n values each.
+    pub points: Vec<f64>,
+    /// Lyapunov exponents over the record, in units of omega_c.
+    pub exponents: Option<Exponents>,
+    /// Why the record is shorter than asked for.
+    pub stop: Option<Stop>,
+}
+
+/// States at phase 0 of the excitation, period after period, from `state` = [q; v] at phase 0, which ends as the last state.
+///
+/// `keep_going` is asked before each period with its number. Every period is integrated over the same phases, so that the phase does not lose digits with time.
+pub fn poincare(
+    integrator: &mut dyn Integrator,
+    system: &System,
+    state: &mut [f64],
+    size: MapSize,
+    keep_going: &mut dyn FnMut(usize) -> bool,
+) -> MapRecord {
+    let span = (0.0, TAU / system.subharmonic() as f64);
+    let mut deviations = (size.exponents == Lengths::Followed).then(|| Lyapunov::new(state.len()));
+    let mut points = Vec::with_capacity(size.periods * state.len());
+    let mut stop = None;
+    for period in 1..=size.transient + size.periods {
+        if !keep_going(period) {
+            stop = Some(Stop::Interrupted);
+            break;
+        }
+        let follows = period + ALIGNMENT > size.transient;
+        let end = match deviations.as_mut().filter(|_| follows) {
+            Some(d) => {
+                let frame = d.frame_mut();
+                integrator.advance_with_variation(system, span, state, frame, &mut ())
+            }
+            None => integrator.advance(system, span, state, &mut ()),
+        };
+        let is_finite = state.iter().all(|x| x.is_finite());
+        if end != IntegrationEnd::Reached || !is_finite {
+            let end = if is_finite {
+                end
+            } else {
+                IntegrationEnd::Diverged
+            };
+            stop = Some(Stop::Failed(end, period));
+            break;
+        }
+        let is_recorded = period > size.transient;
+        if is_recorded {
+            points.extend_from_slice(state);
+        }
+        if let Some(d) = deviations.as_mut().filter(|_| follows) {
+            if is_recorded { d.count() } else { d.skip() }
+        }
+    }
+    let length = TAU / system.excitation_frequency();
+    MapRecord {
+        points,
+        exponents: deviations.and_then(|d| d.exponents(length)),
+        stop,
+    }
+}

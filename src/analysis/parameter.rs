@@ -1,0 +1,219 @@
+//! A parameter of the model that an analysis varies: the excitation frequency, or a number of the model file by its dotted
+//! path. The document is read and assembled again with that number changed; the scales stay those of the model as written.
+
+use super::Setting;
+use crate::assembly::{Scales, assemble};
+use crate::error::{Diagnostic, did_you_mean};
+use crate::model::{self, FrequencyScale, Model, Structure};
+use crate::quantity::Quantity;
+use crate::system::System;
+use crate::yaml::{Node, Value, join};
+
+/// What is varied.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Parameter {
+    /// The excitation frequency.
+    Frequency,
+    /// The number at a full dotted path of the document.
+    Path(String),
+}
+
+/// Parts of a document that hold numbers of the mechanics.
+const ROOTS: [&str; 5] = ["bodies", "connections", "damping", "loads", "reduced"];
+/// Paths that an ambiguous short form lists.
+const SHOWN: usize = 4;
+
+impl Parameter {
+    /// The parameter that a user names: `frequency`, a dotted path as for `--set`, or a short form of one: some of its steps in
+    /// their order, the last one included, such as `mesh_2.half_gap`.
+    ///
+    /// # Errors
+    /// A name that is no path of the model, or a short form of several.
+    pub fn find(setting: &Setting<'_>, written: &str) -> Result<Parameter, String> {
+        if written == "frequency" {
+            return Ok(Parameter::Frequency);
+        }
+        let steps: Vec<&str> = written.split('.').collect();
+        if ROOTS.contains(&steps[0]) {
+            return Ok(Parameter::Path(written.into()));
+        }
+        let mut known = Vec::new();
+        for root in ROOTS {
+            if let Some(node) = setting.document.get(root) {
+                leaves(node, root.into(), &mut known);
+            }
+        }
+        let fits: Vec<&String> = known.iter().filter(|path| is_short(&steps, path)).collect();
+        match fits.as_slice() {
+            [one] => Ok(Parameter::Path((*one).clone())),
+            [] => unwritten(setting, &steps)
+                .map(Parameter::Path)
+                .ok_or_else(|| {
+                    let hint = did_you_mean(written, &known);
+                    format!("`{written}` is neither `frequency` nor a path of the model; {hint}")
+                }),
+            several => {
+                let shown: Vec<&str> = several.iter().take(SHOWN).map(|p| p.as_str()).collect();
+                Err(format!(
+                    "`{written}` could be any of {} numbers of the model ({}{}); write the path in full",
+                    several.len(),
+                    shown.join(", "),
+                    if several.len() > SHOWN { ", .." } else { "" }
+                ))
+            }
+        }
+    }
+
+    /// A value of the parameter: omega/omega_c, or SI base units (nondimensional for reduced models).
+    ///
+    /// # Errors
+    /// A frequency without or with a wrong unit.
+    pub fn value(&self, setting: &Setting<'_>, written: &Quantity) -> Result<f64, String> {
+        match self {
+            Parameter::Frequency => setting.frequency(written),
+            Parameter::Path(_) => Ok(written.value),
+        }
+    }
+
+    /// Unit of the reported values, and the factor to them. `written`: one of the values in the model file.
+    pub fn reported(&self, setting: &Setting<'_>, written: &Quantity) -> (String, f64) {
+        match self {
+            Parameter::Frequency if setting.is_si() => {
+                ("rad/s".into(), setting.assembly.scales.frequency)
+            }
+            Parameter::Frequency => (String::new(), 1.0),
+            Parameter::Path(_) => (written.dimension.map_or(String::new(), |d| d.unit()), 1.0),
+        }
+    }
+
+    /// The system at a value, its excitation frequency `at` omega_c where that is not the parameter itself.
+    ///
+    /// # Errors
+    /// A value that the model refuses.
+    pub fn system(
+        &self,
+        setting: &Setting<'_>,
+        value: f64,
+        at: f64,
+    ) -> Result<System, Vec<Diagnostic>> {
+        match self {
+            Parameter::Frequency => {
+                let mut system = setting.assembly.system.clone();
+                system.set_excitation_frequency(value);
+                Ok(system)
+            }
+            Parameter::Path(path) => {
+                let mut system = rebuilt(setting, path, Node::number(value))?;
+                system.set_excitation_frequency(at);
+                Ok(system)
+            }
+        }
+    }
+
+    /// Whether the model takes the value as it is written, unit included.
+    ///
+    /// # Errors
+    /// What the model says about it.
+    pub fn check(&self, setting: &Setting<'_>, written: &Quantity) -> Result<(), String> {
+        let Parameter::Path(path) = self else {
+            return setting.frequency(written).map(|_| ());
+        };
+        let node = match written.dimension {
+            None => Node::number(written.value),
+            Some(_) => Node::quoted(written.text.as_str()),
+        };
+        rebuilt(setting, path, node).map(|_| ()).map_err(|list| {
+            let texts: Vec<String> = list.iter().map(said).collect();
+            texts.join("; ")
+        })
+    }
+}
+
+/// A mistake without its place in the file, which is that of the model and not of the analysis.
+pub(super) fn said(mistake: &Diagnostic) -> String {
+    let mut text = mistake.message.clone();
+    if !mistake.path.is_empty() {
+        text = format!("{}: {text}", mistake.path);
+    }
+    match &mistake.help {
+        Some(help) => format!("{text}; {help}"),
+        None => text,
+    }
+}
+
+/// The system with one number of the document changed and the scales frozen.
+fn rebuilt(setting: &Setting<'_>, path: &str, value: Node) -> Result<System, Vec<Diagnostic>> {
+    let mut root = setting.document.clone();
+    root.set(path, value).map_err(|d| vec![d])?;
+    let mut model = model::read(&root)?;
+    freeze(&mut model, &setting.assembly.scales);
+    let assembly = assemble(&model)?;
+    if assembly.coordinates != setting.assembly.coordinates {
+        return Err(vec![Diagnostic {
+            location: None,
+            path: path.into(),
+            message: format!(
+                "the relative coordinates change from ({}) to ({})",
+                setting.assembly.coordinates.join(", "),
+                assembly.coordinates.join(", ")
+            ),
+            help: Some("vary something that keeps the topology".into()),
+        }]);
+    }
+    Ok(assembly.system)
+}
+
+/// Characteristic frequency and displacements as given, whatever the model would choose.
+fn freeze(model: &mut Model, scales: &Scales) {
+    if let Structure::Train(train) = &mut model.structure {
+        train.scaling.frequency = FrequencyScale::Value(scales.frequency);
+        for (connection, l) in train.connections.values_mut().zip(&scales.displacement) {
+            connection.length = Some(*l);
+        }
+    }
+}
+
+/// Paths of all scalars below a node.
+fn leaves(node: &Node, path: String, out: &mut Vec<String>) {
+    match &node.value {
+        Value::Scalar { .. } => out.push(path),
+        Value::List(list) => {
+            for (k, entry) in list.iter().enumerate() {
+                leaves(entry, join(&path, &k.to_string()), out);
+            }
+        }
+        Value::Map(map) => {
+            for (key, entry) in map {
+                leaves(&entry.node, join(&path, key), out);
+            }
+        }
+    }
+}
+
+/// Whether the steps stand in the path in their order, the last one at its end.
+fn is_short(steps: &[&str], path: &str) -> bool {
+    let mut rest = steps.iter().rev();
+    let mut wanted = rest.next();
+    for (k, step) in path.rsplit('.').enumerate() {
+        if wanted == Some(&step) {
+            wanted = rest.next();
+        } else if k == 0 {
+            return false;
+        }
+    }
+    wanted.is_none()
+}
+
+/// Full path of a default that the document does not write, such as `mesh_1.impact_damping`: the first place of that name
+/// that the model takes a number in.
+fn unwritten(setting: &Setting<'_>, steps: &[&str]) -> Option<String> {
+    let (first, rest) = steps.split_first()?;
+    let rest = rest.join(".");
+    [
+        format!("connections.{first}.element.{rest}"),
+        format!("connections.{first}.{rest}"),
+        format!("reduced.elements.{first}.{rest}"),
+    ]
+    .into_iter()
+    .find(|path| !rest.is_empty() && rebuilt(setting, path, Node::number(0.0)).is_ok())
+}

@@ -1,0 +1,300 @@
+//! States at phase 0 of the excitation, period after period, from one or several initial states (figures 5 and 6).
+
+use super::flow::{self, IntegratorChoice, Lengths, MapRecord, MapSize, Stop};
+use super::{Analysis, Fault, Initial, Setting, columns};
+use crate::error::Error;
+use crate::postprocess::attractor::{self, Label};
+use crate::quantity::Quantity;
+use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// Settings of `poincare_map`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoincareMap {
+    /// Excitation frequency.
+    pub at: Quantity,
+    /// Periods of the excitation recorded.
+    #[serde(default = "defaults::periods")]
+    pub periods: usize,
+    /// Periods before.
+    #[serde(default = "defaults::periods")]
+    pub transient: usize,
+    /// State at phase 0.
+    #[serde(default)]
+    pub initial: Option<Initial>,
+    /// Several of them: one run each.
+    #[serde(default)]
+    pub initials: Option<Vec<Initial>>,
+    /// Which integrator runs.
+    #[serde(default)]
+    pub integrator: IntegratorChoice,
+    /// Whether Lyapunov exponents are computed for the labels.
+    #[serde(default = "defaults::lyapunov")]
+    pub lyapunov: bool,
+}
+
+pub(super) mod defaults {
+    pub fn periods() -> usize {
+        200
+    }
+    pub fn lyapunov() -> bool {
+        true
+    }
+}
+
+/// Points recorded at most.
+pub(super) const MAX_POINTS: usize = 50_000_000;
+/// Runs with a colour of their own.
+pub(super) const MAX_COLOURS: usize = 6;
+
+#[typetag::serde(name = "poincare_map")]
+impl Analysis for PoincareMap {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if let Err(message) = setting.frequency(&self.at) {
+            faults.push(Fault::new("at", message));
+        }
+        if self.initial.is_some() && self.initials.is_some() {
+            let message = "give `initial` for one run or `initials` for several, not both";
+            faults.push(Fault::new("initials", message));
+        }
+        if self.initials.as_ref().is_some_and(Vec::is_empty) {
+            faults.push(Fault::new("initials", "an empty list: nothing to run"));
+        }
+        let states = self.states();
+        faults.extend(check_periods(self.periods, states.len()));
+        for (key, state) in states {
+            faults.extend(state.check(setting, &key));
+        }
+        faults.extend(flow::integrator(setting, &setting.assembly.system, self.integrator).err());
+        faults
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let began = Instant::now();
+        let frequency = setting.frequency(&self.at);
+        let omega = frequency.map_err(|m| columns::refused(setting, Fault::new("at", m)))?;
+        let states = self.states();
+        let total = states.len() * (self.transient + self.periods);
+        let done = AtomicUsize::new(0);
+        let runs: Result<Vec<Run>, Fault> = (states.par_iter())
+            .map(|state| self.one(setting, omega, state, &done, total))
+            .collect();
+        let runs = runs.map_err(|fault| columns::refused(setting, fault))?;
+        let seconds = began.elapsed().as_secs_f64();
+        Ok(self.report(setting, &runs, seconds))
+    }
+}
+
+/// At least one period, and no more points than fit.
+pub(super) fn check_periods(periods: usize, runs: usize) -> Option<Fault> {
+    if periods == 0 {
+        return Some(Fault::new("periods", "0 must be at least 1"));
+    }
+    (periods.saturating_mul(runs) > MAX_POINTS).then(|| {
+        let message = format!("{periods} in each of {runs} runs are more than {MAX_POINTS} points");
+        Fault::new("periods", message)
+    })
+}
+
+/// What became of one initial state.
+struct Run {
+    record: MapRecord,
+    label: Label,
+    integrator: &'static str,
+    warning: Option<String>,
+}
+
+impl PoincareMap {
+    /// Initial states with their keys.
+    fn states(&self) -> Vec<(String, Initial)> {
+        match &self.initials {
+            Some(list) => (list.iter().enumerate())
+                .map(|(k, state)| (format!("initials.{k}"), state.clone()))
+                .collect(),
+            None => vec![("initial".into(), self.initial.clone().unwrap_or_default())],
+        }
+    }
+
+    fn one(
+        &self,
+        setting: &Setting<'_>,
+        omega: f64,
+        (key, initial): &(String, Initial),
+        done: &AtomicUsize,
+        total: usize,
+    ) -> Result<Run, Fault> {
+        let mut system = setting.assembly.system.clone();
+        system.set_excitation_frequency(omega);
+        let mut integrator = flow::integrator(setting, &system, self.integrator)?;
+        let (mut state, warning) = initial.state(setting, &system, key)?;
+        let size = MapSize {
+            transient: self.transient,
+            periods: self.periods,
+            exponents: if self.lyapunov {
+                Lengths::Followed
+            } else {
+                Lengths::Ignored
+            },
+        };
+        let mut keep_going = |_: usize| {
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let words = format!("period {count} of {total}");
+            let share = count as f64 / total as f64;
+            setting.control.progress(setting.name, share, &words);
+            !setting.control.is_interrupted()
+        };
+        let record = flow::poincare(
+            integrator.as_mut(),
+            &system,
+            &mut state,
+            size,
+            &mut keep_going,
+        );
+        let label = match record.stop {
+            Some(Stop::Failed(..)) => Label::Undecided,
+            _ => attractor::label(&record.points, state.len(), record.exponents.as_ref()),
+        };
+        Ok(Run {
+            record,
+            label,
+            integrator: integrator.name(),
+            warning,
+        })
+    }
+
+    fn report(&self, setting: &Setting<'_>, runs: &[Run], seconds: f64) -> Report {
+        let mut rows = Rows::new(setting);
+        let mut list = Vec::new();
+        for (number, run) in runs.iter().enumerate() {
+            let count = rows.append(number, self.transient, &run.record);
+            let values = run.record.exponents.as_ref().map(|e| &e.values);
+            list.push(json!({
+                "run": number,
+                "label": run.label.to_string(),
+                "integrator": run.integrator,
+                "periods": count,
+                "lyapunov": values,
+                "stop": run.record.stop.map(|s| s.to_string()),
+            }));
+        }
+        let stops: Vec<String> = (runs.iter().enumerate())
+            .filter_map(|(k, run)| Some(format!("run {k}: {}", run.record.stop?)))
+            .collect();
+        let mut warnings: Vec<String> = runs.iter().filter_map(|r| r.warning.clone()).collect();
+        warnings.dedup();
+        let labels: Vec<String> = runs.iter().map(|r| r.label.to_string()).collect();
+        let mut report = Report {
+            tables: vec![rows.table()],
+            figure: Some(figure(setting, &labels)),
+            warnings,
+            ended_early: (!stops.is_empty()).then(|| stops.join("; ")),
+            ..Report::default()
+        };
+        let options = serde_json::to_value(self).unwrap_or(Value::Null);
+        for (key, value) in [
+            ("options", options),
+            ("integrator", json!(runs.first().map(|r| r.integrator))),
+            ("runs", Value::Array(list)),
+            ("timings", json!({ "seconds": seconds })),
+        ] {
+            report.summary.insert(key.into(), value);
+        }
+        report
+    }
+}
+
+/// Rows `run, period, q.., v..`.
+pub(super) struct Rows<'a> {
+    setting: &'a Setting<'a>,
+    run: Vec<i64>,
+    period: Vec<i64>,
+    state: Vec<Vec<f64>>,
+}
+
+impl<'a> Rows<'a> {
+    pub fn new(setting: &'a Setting<'a>) -> Rows<'a> {
+        Rows {
+            setting,
+            run: Vec::new(),
+            period: Vec::new(),
+            state: vec![Vec::new(); 2 * setting.assembly.system.dof()],
+        }
+    }
+
+    /// Appends the points of a record; how many.
+    pub fn append(&mut self, run: usize, transient: usize, record: &MapRecord) -> usize {
+        let size = self.state.len();
+        let points = record.points.chunks_exact(size);
+        let count = points.len();
+        for (k, point) in points.enumerate() {
+            self.run.push(run as i64);
+            self.period.push((transient + 1 + k) as i64);
+            for (column, x) in self.state.iter_mut().zip(point) {
+                column.push(*x);
+            }
+        }
+        count
+    }
+
+    pub fn table(self) -> Table {
+        let described = columns::coordinates(self.setting).into_iter();
+        let mut list = vec![
+            columns::integer("run", self.run),
+            columns::integer("period", self.period),
+        ];
+        list.extend(
+            described
+                .zip(self.state)
+                .map(|(d, values)| d.column(values)),
+        );
+        Table {
+            name: String::new(),
+            columns: list,
+        }
+    }
+}
+
+/// Curves of dots, one a run where the runs are few.
+pub(super) fn dots(x: &str, y: &str, labels: &[String]) -> Vec<Curve> {
+    let curve = |label: String, style| Curve {
+        table: String::new(),
+        x: x.into(),
+        y: y.into(),
+        label,
+        style,
+    };
+    if labels.len() > MAX_COLOURS {
+        return vec![curve(format!("{} runs", labels.len()), CurveStyle::Dots)];
+    }
+    let one = |(run, label): (usize, &String)| {
+        let column = "run".into();
+        let value = run as i64;
+        curve(label.clone(), CurveStyle::DotsWhere { column, value })
+    };
+    labels.iter().enumerate().map(one).collect()
+}
+
+/// Velocity against displacement of the first two coordinates.
+fn figure(setting: &Setting<'_>, labels: &[String]) -> Figure {
+    let list = columns::coordinates(setting);
+    let n = list.len() / 2;
+    let named: Vec<String> = (labels.iter().enumerate())
+        .map(|(k, label)| format!("run {k}: {label}"))
+        .collect();
+    let panel = |i: usize| Panel {
+        x_label: list[i].axis(),
+        y_label: list[n + i].axis(),
+        x_range: None,
+        curves: dots(&list[i].name, &list[n + i].name, &named),
+    };
+    Figure {
+        title: String::new(),
+        panels: (0..n.min(2)).map(panel).collect(),
+    }
+}
