@@ -37,7 +37,7 @@ fn free_flight_and_impact_times() {
     let flanks: Vec<(i8, i8)> = log.switches.iter().map(|s| (s.from, s.to)).collect();
     assert_eq!(flanks[..4], [(0, 1), (1, 0), (0, -1), (-1, 0)]);
     for (k, s) in log.switches.iter().enumerate() {
-        let sign = if (k + 1) / 2 % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if k.div_ceil(2) % 2 == 0 { 1.0 } else { -1.0 };
         assert!((s.velocity - sign * v).abs() < 1e-9, "{}", s.velocity);
         assert_eq!(s.level.abs(), b);
     }
@@ -85,7 +85,7 @@ fn graze_from_both_sides() {
         let system = single(0.0, backlash(1.0), -sign, 0.0);
         let mut state = [0.0, sign * 2.0_f64.sqrt()];
         let log = advance(&system, tight(), (0.0, 2.5), &mut state);
-        assert!(log.switches.len() % 2 == 0);
+        assert!(log.switches.len().is_multiple_of(2));
         assert!((sign * state[0] - (2.0_f64.sqrt() * 2.5 - 3.125)).abs() < 1e-9);
     }
     // From inside the contact: the load holds x near 1.5, the orbit just reaches the breakpoint.
@@ -196,6 +196,33 @@ fn transmission_error_switches_an_idle_mesh() {
     let first = 0.8_f64.acos() / 20.0;
     assert!((log.switches[0].tau - first).abs() < 1e-12);
     assert!(log.switches.iter().all(|s| s.velocity.abs() > 5.9));
+}
+
+/// A transmission error that jumps: the deformation jumps with it, and the call that ends on a jump has its switch.
+#[test]
+fn jumps_of_the_transmission_error() {
+    let mut mount = Mount::new(Box::new(OneSided {
+        gap: 0.4,
+        side: Side::Negative,
+    }));
+    mount.transmission_error = Some(Periodic::Rectangular {
+        high: 0.5,
+        low: 0.0,
+        duty: 0.5,
+        phase: 0.0,
+        base_order: 1,
+    });
+    let zero = DMatrix::zeros(1, 1);
+    let one = DMatrix::from_element(1, 1, 1.0);
+    let system = System::new(zero.clone(), zero, one, vec![mount], Vec::new()).unwrap();
+    for turn in 0..3 {
+        let span = (f64::from(turn) * TAU, f64::from(turn + 1) * TAU);
+        let log = advance(&system, Dopri5Options::default(), span, &mut [0.0, 0.0]);
+        let found: Vec<(i8, i8)> = log.switches.iter().map(|s| (s.from, s.to)).collect();
+        assert_eq!(found, [(-1, 0), (0, -1)], "turn {turn}");
+        assert!((log.switches[0].tau - span.0 - PI).abs() < 1e-13);
+        assert_eq!(log.switches[1].tau, span.1);
+    }
 }
 
 /// Numbers in [-1, 1) from a seed.
