@@ -9,8 +9,8 @@ const TOUCH: f64 = 1e-13;
 /// Polynomials given by coefficients of 1, x, x^2, ...; owns its work space.
 #[derive(Debug, Clone)]
 pub struct RootFinder {
-    /// binomial[n][k].
-    binomial: Vec<Vec<f64>>,
+    /// ratio[n][j][k] = C(j, k) / C(n, k): Bernstein coefficient j of a polynomial of degree n takes so much of x^k.
+    ratio: Vec<Vec<Vec<f64>>>,
     stack: Vec<(f64, f64, Vec<f64>)>,
     spare: Vec<Vec<f64>>,
 }
@@ -36,8 +36,12 @@ impl RootFinder {
             let next = (0..=n).map(row).collect();
             binomial.push(next);
         }
+        let part = |n: usize, j: usize| (0..=j).map(|k| binomial[j][k] / binomial[n][k]).collect();
+        let ratio = (0..=MAX_DEGREE)
+            .map(|n| (0..=n).map(|j| part(n, j)).collect())
+            .collect();
         RootFinder {
-            binomial,
+            ratio,
             stack: Vec::new(),
             spare: Vec::new(),
         }
@@ -58,14 +62,8 @@ impl RootFinder {
 
     /// b_j = sum_k C(j, k) / C(n, k) c_k.
     fn coefficient(&self, coefficients: &[f64], j: usize) -> f64 {
-        let whole = &self.binomial[coefficients.len() - 1];
-        let part = &self.binomial[j];
-        coefficients[..=j]
-            .iter()
-            .zip(part)
-            .zip(whole)
-            .map(|((c, a), b)| c * a / b)
-            .sum()
+        let ratio = &self.ratio[coefficients.len() - 1][j];
+        coefficients.iter().zip(ratio).map(|(c, r)| c * r).sum()
     }
 
     /// Smallest root in (0, 1] at which the polynomial changes its sign; `None` when it keeps it.

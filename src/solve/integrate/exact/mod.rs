@@ -37,6 +37,7 @@ pub struct Exact {
     /// Phases of the response where a rectangular stiffness variation steps, in [0, 2 pi), ascending.
     kinks: Vec<f64>,
     polynomial: Vec<f64>,
+    inside: Vec<f64>,
     segment: Vec<f64>,
     column: Vec<f64>,
 }
@@ -80,6 +81,7 @@ impl Exact {
             offset: vec![0.0; e],
             kinks,
             polynomial: vec![0.0; COUNT],
+            inside: Vec::new(),
             segment: vec![0.0; n * COUNT],
             column: vec![0.0; 2 * n],
         })
@@ -103,7 +105,7 @@ impl Exact {
             let stop = self.next_stop(tau, end);
             self.stiffen(system, 0.5 * (tau + stop));
             self.series.force(system, tau);
-            self.series.expand(state, &self.slope, &self.offset);
+            self.series.expand(state);
             let mut reach = self.series.reach();
             if phi.is_some() {
                 reach = reach.min(VARIATION_REACH);
@@ -147,7 +149,7 @@ impl Exact {
     fn enter(&mut self, system: &System, tau: f64, state: &[f64]) {
         self.stiffen(system, tau);
         self.series.force(system, tau);
-        self.series.expand(state, &self.slope, &self.offset);
+        self.series.expand(state);
         for (e, law) in self.laws.iter().enumerate() {
             // Value and rate do not depend on the region.
             let (x, rate) = (
@@ -184,6 +186,7 @@ impl Exact {
             self.slope[e] = s * law.slopes[self.region[e]];
             self.offset[e] = s * law.offsets[self.region[e]];
         }
+        self.series.set_laws(&self.slope, &self.offset);
     }
 
     /// The earliest crossing of any connection within theta in (0, step].
@@ -214,19 +217,19 @@ impl Exact {
             power *= horizon;
         }
         let surface = self.surface[e];
-        if surface.is_none() {
-            let (least, largest) = self.finder.hull(&self.polynomial, HULL_DEGREE);
-            if least > low && largest < high {
-                return None;
-            }
-        }
+        let (least, largest) = self.finder.hull(&self.polynomial, HULL_DEGREE);
         let mut best: Option<Crossing> = None;
         for (level, upwards) in [(low, false), (high, true)] {
-            if !level.is_finite() {
+            let is_far = if upwards {
+                largest < level
+            } else {
+                least > level
+            };
+            if !level.is_finite() || (is_far && surface != Some(level)) {
                 continue;
             }
             let x = if surface == Some(level) {
-                self.leave(level, upwards)
+                self.leave(upwards)
             } else {
                 self.pass(level, upwards)
             };
@@ -265,7 +268,7 @@ impl Exact {
         self.polynomial[0] = if beyond > 0.0 { level } else { first };
         let root = if self.polynomial[0] == level {
             self.polynomial[0] = first;
-            return self.leave(level, upwards);
+            return self.leave(upwards);
         } else {
             self.polynomial[0] -= level;
             self.finder.first_root(&self.polynomial)
@@ -275,24 +278,33 @@ impl Exact {
     }
 
     /// The same from a start on the level itself: the root at 0 is divided out.
-    fn leave(&mut self, _level: f64, upwards: bool) -> Option<f64> {
+    fn leave(&mut self, upwards: bool) -> Option<f64> {
         let sign = if upwards { -1.0 } else { 1.0 };
         // inside(x) = sign (p(x) - level) / x is positive while the connection stays in its region.
-        let inside: Vec<f64> = self.polynomial[1..].iter().map(|c| sign * c).collect();
+        let mut inside = std::mem::take(&mut self.inside);
+        inside.clear();
+        inside.extend(self.polynomial[1..].iter().map(|c| sign * c));
+        let left = self.departure(&inside);
+        self.inside = inside;
+        left
+    }
+
+    /// First root at which a polynomial that is positive inside becomes negative; 0 when it starts negative and stays so.
+    fn departure(&mut self, inside: &[f64]) -> Option<f64> {
         let scale = inside.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let leading = inside
             .iter()
             .copied()
             .find(|c| c.abs() > 1e-14 * scale)
             .unwrap_or(0.0);
-        let root = self.finder.first_root(&inside);
+        let root = self.finder.first_root(inside);
         if leading >= 0.0 {
             return root;
         }
         // It turns back into the region at the root; without one it leaves at once.
         match root {
             None => Some(0.0),
-            Some(entry) => self.finder.first_root_after(&inside, entry * (1.0 + 1e-12)),
+            Some(entry) => self.finder.first_root_after(inside, entry * (1.0 + 1e-12)),
         }
     }
 
@@ -348,7 +360,7 @@ impl Exact {
                 .iter_mut()
                 .zip(column.iter())
                 .for_each(|(c, p)| *c = *p);
-            self.series.vary(&mut self.column, &self.slope, theta);
+            self.series.vary(&mut self.column, theta);
             column
                 .iter_mut()
                 .zip(&self.column)

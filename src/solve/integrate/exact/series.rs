@@ -113,6 +113,30 @@ fn entries(matrix: &nalgebra::DMatrix<f64>, factor: f64) -> Vec<Entry> {
     .collect()
 }
 
+/// Entries of kappa W and what each connection adds to them.
+fn couple(stiffness: &[Entry], map: &[Entry]) -> (Vec<Entry>, Vec<Entry>) {
+    let (mut coupled, mut links): (Vec<Entry>, Vec<Entry>) = (Vec::new(), Vec::new());
+    let mut known = std::collections::HashMap::new();
+    for s in stiffness {
+        for w in map.iter().filter(|w| w.row == s.column) {
+            let target = *known.entry((s.row, w.column)).or_insert_with(|| {
+                coupled.push(Entry {
+                    row: s.row,
+                    column: w.column,
+                    value: 0.0,
+                });
+                coupled.len() - 1
+            });
+            links.push(Entry {
+                row: target,
+                column: s.column,
+                value: s.value * w.value,
+            });
+        }
+    }
+    (coupled, links)
+}
+
 /// The recursion with its tables and buffers.
 #[derive(Debug, Clone)]
 pub struct Series {
@@ -127,12 +151,21 @@ pub struct Series {
     /// Excitation frequency for which the powers were made.
     frequency: f64,
     load: Vec<f64>,
+    rate: Vec<f64>,
     error: Vec<f64>,
     /// Coefficients of q, n blocks.
     pub q: Vec<f64>,
     /// Coefficients of the deformations, e blocks.
     pub deformation: Vec<f64>,
-    force: Vec<f64>,
+    /// h^2 kappa diag(slope) W of the current regions.
+    coupled: Vec<Entry>,
+    /// What each product kappa_ie W_ej adds: target in `coupled`, connection e, value.
+    links: Vec<Entry>,
+    /// -h^2 kappa offset of the current regions.
+    constant: Vec<f64>,
+    slope: Vec<f64>,
+    /// W is the identity and there is no transmission error.
+    is_plain: bool,
     is_rate_free: bool,
 }
 
@@ -175,21 +208,29 @@ impl Series {
             .mounts()
             .iter()
             .any(|m| m.transmission_error.is_some());
+        let stiffness = entries(system.stiffness(), unit * unit);
+        let map = entries(system.element_map(), 1.0);
+        let (coupled, links) = couple(&stiffness, &map);
         Series {
             unit,
             damping: entries(system.damping(), unit),
-            stiffness: entries(system.stiffness(), unit * unit),
-            map: entries(system.element_map(), 1.0),
+            stiffness,
+            map,
+            coupled,
+            links,
+            constant: vec![0.0; n],
+            slope: vec![0.0; e],
+            is_plain: system.is_tree() && !has_errors,
             is_rate_free: rates.terms.is_empty(),
             loads,
             rates,
             errors: has_errors.then_some(errors),
             frequency: f64::NAN,
             load: vec![0.0; n * COUNT],
+            rate: vec![0.0; n * COUNT],
             error: vec![0.0; e * COUNT],
             q: vec![0.0; n * COUNT],
             deformation: vec![0.0; e * COUNT],
-            force: vec![0.0; e],
         }
     }
 
@@ -211,12 +252,11 @@ impl Series {
         let phase = (system.subharmonic() as f64 * tau).rem_euclid(TAU);
         self.loads.expand(phase, &mut self.load);
         if !self.is_rate_free {
-            let mut rate = vec![0.0; self.load.len()];
-            self.rates.expand(phase, &mut rate);
+            self.rates.expand(phase, &mut self.rate);
             let frequency = system.excitation_frequency();
             self.load
                 .iter_mut()
-                .zip(&rate)
+                .zip(&self.rate)
                 .for_each(|(l, r)| *l += frequency * r);
         }
         if let Some(errors) = &self.errors {
@@ -224,51 +264,127 @@ impl Series {
         }
     }
 
-    /// Coefficients of q and of the deformations from a state [q; v], with `slope` and `offset` of every law.
+    /// Takes over the slope and offset of every law.
+    pub fn set_laws(&mut self, slope: &[f64], offset: &[f64]) {
+        self.coupled.iter_mut().for_each(|c| c.value = 0.0);
+        for link in &self.links {
+            self.coupled[link.row].value += link.value * slope[link.column];
+        }
+        self.constant.fill(0.0);
+        self.slope.copy_from_slice(slope);
+        for s in &self.stiffness {
+            self.constant[s.row] -= s.value * offset[s.column];
+        }
+    }
+
+    /// Coefficients of q and of the deformations from a state [q; v].
     ///
     ///     (k + 2)(k + 1) q_{k+2} = h^2 Q_k - h Gam (k + 1) q_{k+1} - h^2 kappa (slope x_k + offset [k = 0])
-    pub fn expand(&mut self, state: &[f64], slope: &[f64], offset: &[f64]) {
+    pub fn expand(&mut self, state: &[f64]) {
+        for (i, c) in self.constant.iter().enumerate() {
+            self.load[i * COUNT] += c;
+        }
+        if self.errors.is_some() {
+            for s in &self.stiffness {
+                let factor = s.value * self.slope[s.column];
+                let error = &self.error[s.column * COUNT..(s.column + 1) * COUNT];
+                let load = &mut self.load[s.row * COUNT..(s.row + 1) * COUNT];
+                load.iter_mut()
+                    .zip(error)
+                    .for_each(|(l, e)| *l += factor * e);
+            }
+        }
+        self.recur(state, true);
+        self.deform();
+    }
+
+    /// The recursion from a state, for the small systems in arrays that the compiler can unroll.
+    fn recur(&mut self, state: &[f64], loaded: bool) {
+        match state.len() / 2 {
+            1 => self.recur_small::<1>(state, loaded),
+            2 => self.recur_small::<2>(state, loaded),
+            3 => self.recur_small::<3>(state, loaded),
+            4 => self.recur_small::<4>(state, loaded),
+            _ => self.recur_sparse(state, loaded),
+        }
+    }
+
+    fn recur_small<const N: usize>(&mut self, state: &[f64], loaded: bool) {
+        let (mut damping, mut stiffness) = ([[0.0; N]; N], [[0.0; N]; N]);
+        self.damping
+            .iter()
+            .for_each(|d| damping[d.row][d.column] = d.value);
+        self.coupled
+            .iter()
+            .for_each(|c| stiffness[c.row][c.column] = c.value);
+        let (mut now, mut next) = ([0.0; N], [0.0; N]);
+        for i in 0..N {
+            (now[i], next[i]) = (state[i], state[N + i] * self.unit);
+            (self.q[i * COUNT], self.q[i * COUNT + 1]) = (now[i], next[i]);
+        }
+        for k in 0..COUNT - 2 {
+            let order = (k + 1) as f64;
+            let mut last = [0.0; N];
+            for i in 0..N {
+                let mut sum = if loaded {
+                    self.load[i * COUNT + k]
+                } else {
+                    0.0
+                };
+                for j in 0..N {
+                    sum -= order * damping[i][j] * next[j] + stiffness[i][j] * now[j];
+                }
+                last[i] = sum * RECIPROCAL[k];
+                self.q[i * COUNT + k + 2] = last[i];
+            }
+            (now, next) = (next, last);
+        }
+    }
+
+    fn recur_sparse(&mut self, state: &[f64], loaded: bool) {
         let n = state.len() / 2;
         for i in 0..n {
             self.q[i * COUNT] = state[i];
             self.q[i * COUNT + 1] = state[n + i] * self.unit;
         }
-        for k in 0..COUNT {
-            self.deform(k);
-            if k + 2 >= COUNT {
-                continue;
-            }
-            for (e, f) in self.force.iter_mut().enumerate() {
-                *f = slope[e] * self.deformation[e * COUNT + k]
-                    + if k == 0 { offset[e] } else { 0.0 };
-            }
-            for i in 0..n {
-                self.q[i * COUNT + k + 2] = self.load[i * COUNT + k];
-            }
+        for k in 0..COUNT - 2 {
             let order = (k + 1) as f64;
+            for i in 0..n {
+                self.q[i * COUNT + k + 2] = if loaded {
+                    self.load[i * COUNT + k]
+                } else {
+                    0.0
+                };
+            }
             for d in &self.damping {
                 self.q[d.row * COUNT + k + 2] -= d.value * order * self.q[d.column * COUNT + k + 1];
             }
-            for s in &self.stiffness {
-                self.q[s.row * COUNT + k + 2] -= s.value * self.force[s.column];
+            for c in &self.coupled {
+                self.q[c.row * COUNT + k + 2] -= c.value * self.q[c.column * COUNT + k];
             }
-            let divisor = 1.0 / (order * (order + 1.0));
             for i in 0..n {
-                self.q[i * COUNT + k + 2] *= divisor;
+                self.q[i * COUNT + k + 2] *= RECIPROCAL[k];
             }
         }
     }
 
-    fn deform(&mut self, k: usize) {
-        for (x, e) in self
-            .deformation
-            .chunks_exact_mut(COUNT)
-            .zip(self.error.chunks_exact(COUNT))
-        {
-            x[k] = -e[k];
+    /// Coefficients of the deformations W q - e.
+    fn deform(&mut self) {
+        if self.is_plain {
+            self.deformation.copy_from_slice(&self.q);
+            return;
         }
+        self.deformation
+            .iter_mut()
+            .zip(&self.error)
+            .for_each(|(x, e)| *x = -e);
         for w in &self.map {
-            self.deformation[w.row * COUNT + k] += w.value * self.q[w.column * COUNT + k];
+            let source = &self.q[w.column * COUNT..(w.column + 1) * COUNT];
+            let target = &mut self.deformation[w.row * COUNT..(w.row + 1) * COUNT];
+            target
+                .iter_mut()
+                .zip(source)
+                .for_each(|(t, s)| *t += w.value * s);
         }
     }
 
@@ -306,37 +422,22 @@ impl Series {
     }
 
     /// Advances one column [q; v] of the variation over theta: the same recursion without loads and offsets.
-    pub fn vary(&mut self, column: &mut [f64], slope: &[f64], theta: f64) {
-        let n = column.len() / 2;
-        for i in 0..n {
-            self.q[i * COUNT] = column[i];
-            self.q[i * COUNT + 1] = column[n + i] * self.unit;
-        }
-        for k in 0..COUNT - 2 {
-            self.force.fill(0.0);
-            for w in &self.map {
-                self.force[w.row] += w.value * self.q[w.column * COUNT + k];
-            }
-            self.force.iter_mut().zip(slope).for_each(|(f, s)| *f *= s);
-            let order = (k + 1) as f64;
-            for i in 0..n {
-                self.q[i * COUNT + k + 2] = 0.0;
-            }
-            for d in &self.damping {
-                self.q[d.row * COUNT + k + 2] -= d.value * order * self.q[d.column * COUNT + k + 1];
-            }
-            for s in &self.stiffness {
-                self.q[s.row * COUNT + k + 2] -= s.value * self.force[s.column];
-            }
-            let divisor = 1.0 / (order * (order + 1.0));
-            for i in 0..n {
-                self.q[i * COUNT + k + 2] *= divisor;
-            }
-        }
+    pub fn vary(&mut self, column: &mut [f64], theta: f64) {
+        self.recur(column, false);
         self.state(theta, column);
     }
 }
 
+/// 1 / ((k + 1) (k + 2)).
+const RECIPROCAL: [f64; COUNT] = {
+    let mut list = [0.0; COUNT];
+    let mut k = 0;
+    while k < COUNT {
+        list[k] = 1.0 / ((k + 1) as f64 * (k + 2) as f64);
+        k += 1;
+    }
+    list
+};
 /// Terms that measure the size of the motion.
 const SIZE_TERMS: usize = 5;
 /// Terms below this share of the state are left out.
