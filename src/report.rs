@@ -60,6 +60,8 @@ pub struct Curve {
     pub label: String,
     /// How it is drawn.
     pub style: CurveStyle,
+    /// Rows drawn: a column of words or whole numbers and the value it must have; all rows when `None`.
+    pub only: Option<(String, String)>,
 }
 
 /// How a curve is drawn.
@@ -79,13 +81,6 @@ pub enum CurveStyle {
     Crosses,
     /// Small dots, such as a Poincaré map.
     Dots,
-    /// Small dots, only the rows in which a column has this value: one run of several.
-    DotsWhere {
-        /// A column of whole numbers.
-        column: String,
-        /// The value.
-        value: i64,
-    },
     /// Event markers; the column named here holds the kind, one marker shape and legend entry a kind. When the table has
     /// no column `y`, the ordinate is interpolated in the main table, between the points `after_point` and the next one
     /// of the event's `branch`.

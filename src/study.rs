@@ -198,12 +198,8 @@ impl Study {
             .collect::<Vec<_>>()
             .join(" ");
         report.assumed = run.texts.assumed.clone();
-        let mut warnings: Vec<String> = model
-            .warnings
-            .iter()
-            .chain(&assembly.warnings)
-            .cloned()
-            .collect();
+        // The assembly hands on the warnings of the model.
+        let mut warnings = assembly.warnings.clone();
         warnings.append(&mut report.warnings);
         report.warnings = warnings;
         if let Some(figure) = &mut report.figure {

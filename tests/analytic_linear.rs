@@ -10,14 +10,13 @@ use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::floquet::{monodromy, multipliers};
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::newton::NewtonOptions;
-use gearlash::solve::orbit::Orbit;
-use gearlash::solve::residual::PeriodicResidual;
+use gearlash::solve::orbit::FourierOrbit;
 use gearlash::solve::start::{self, Start, StartMode};
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 
-fn solve(system: &System, frequency: f64, harmonics: usize) -> Orbit {
+fn solve(system: &System, frequency: f64, harmonics: usize) -> FourierOrbit {
     let samples = GalerkinOptions::default_samples(harmonics, system.subharmonic());
     let size = GalerkinOptions { harmonics, samples };
     let found = start::find(
@@ -33,7 +32,7 @@ fn solve(system: &System, frequency: f64, harmonics: usize) -> Orbit {
     };
     Galerkin::new(FrequencyFamily::new(system.clone()), frequency, size)
         .unwrap()
-        .orbit(&u, frequency)
+        .fourier_orbit(&u, frequency)
         .unwrap()
 }
 
@@ -226,7 +225,7 @@ fn the_response_is_linear_until_it_grazes() {
 fn extrema_and_crossings_of_a_known_polynomial() {
     let one = |x: f64| DMatrix::from_element(1, 1, x);
     let system = System::new(one(0.1), one(1.0), one(1.0), vec![backlash(0.5)], vec![]).unwrap();
-    let orbit = Orbit {
+    let orbit = FourierOrbit {
         coefficients: vec![vec![0.0, 0.0, 2.0]],
         omega: 0.7,
         subharmonic: 1,

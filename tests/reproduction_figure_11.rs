@@ -88,12 +88,11 @@ fn measures_multipliers_and_stability() {
             (7, "f_mean", 1e-9),
         ] {
             let expected = floats(&solution[key]);
-            for e in 0..2 {
+            for (e, expected) in expected.iter().enumerate() {
                 let found = point.recorded[e * MEASURES + column];
                 assert!(
-                    (found - expected[e]).abs() < tolerance,
-                    "{key} at {omega}: {found} is not {}",
-                    expected[e]
+                    (found - expected).abs() < tolerance,
+                    "{key} at {omega}: {found} is not {expected}"
                 );
             }
         }

@@ -3,13 +3,14 @@
 
 mod sweep;
 
-use super::flow::{self, IntegratorChoice, Lengths, MapSize};
+use super::flow::{self, Lengths, MapSize};
 use super::parameter::{Parameter, said};
-use super::poincare_map::{self, MAX_COLOURS, Rows, defaults};
+use super::poincare_map::{self, Rows, defaults};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
-use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::report::{Curve, Figure, Panel, Report, Table};
+use crate::solve::integrate::IntegratorChoice;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -354,16 +355,11 @@ impl BifurcationDiagram {
             let curves = curves.into_iter().map(in_summary).collect();
             panels.push(panel("largest Lyapunov exponent".into(), curves));
         }
-        debug_assert!(labels.len() > MAX_COLOURS || panels.iter().all(is_by_run));
         Figure {
             title: String::new(),
             panels,
         }
     }
-}
-
-fn is_by_run(panel: &Panel) -> bool {
-    (panel.curves.iter()).all(|c| matches!(c.style, CurveStyle::DotsWhere { .. }))
 }
 
 /// `parameter, run, label, lyapunov_1..`, exponents in units of omega_c.

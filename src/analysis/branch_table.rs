@@ -347,74 +347,79 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
 /// Panels drawn at most; the table has every connection.
 pub const MAX_PANELS: usize = 4;
 
-/// R.m.s. deformation of each connection against the frequency, stable solid and unstable dashed, with the backbone:
-/// the response-variant natural frequencies at the same deformation.
-pub fn figure(setting: &Setting<'_>) -> Figure {
-    let abscissa = if setting.is_si() {
-        "frequency_hz"
-    } else {
-        "omega"
-    };
-    let x_label = if setting.is_si() {
-        "excitation frequency [Hz]"
-    } else {
-        "excitation frequency \u{3c9}/\u{3c9}c"
-    };
-    let panel = |(e, connection): (usize, &String)| {
-        let ordinate = format!("rms.{connection}");
-        let curve = |x: &str, label: String, style| Curve {
-            table: if matches!(style, CurveStyle::Events { .. }) {
-                "events".into()
-            } else {
-                String::new()
-            },
-            x: x.into(),
-            y: ordinate.clone(),
-            label,
-            style,
-        };
-        let branch = CurveStyle::Branch {
-            branch: "branch".into(),
-            stable: "stable".into(),
-        };
-        let mut curves = vec![curve(abscissa, connection.clone(), branch)];
-        for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
-            let label = format!("backbone, mode {i}");
-            curves.push(curve(
-                &format!("effective_frequency.{i}"),
-                label,
-                CurveStyle::Crosses,
-            ));
-        }
-        curves.push(curve(
-            abscissa,
-            "events".into(),
-            CurveStyle::Events {
-                kind: "kind".into(),
-            },
-        ));
-        let unit = if setting.is_si() {
-            format!(" [{}]", setting.model.units_of(e).0)
-        } else {
-            String::new()
-        };
-        Panel {
-            x_label: x_label.into(),
-            y_label: format!("r.m.s. of {connection}{unit}"),
-            x_range: None,
-            curves,
-        }
-    };
-    let panels = setting
+/// R.m.s. deformation of each connection against the frequency, stable solid and unstable dashed, one curve a method, with
+/// the backbone: the response-variant natural frequencies at the same deformation.
+pub fn figure(setting: &Setting<'_>, traced: &[Traced<'_>]) -> Figure {
+    let names = setting
         .assembly
         .connections
         .iter()
         .enumerate()
-        .take(MAX_PANELS)
-        .map(panel)
-        .collect();
+        .take(MAX_PANELS);
     Figure {
         title: String::new(),
-        panels,
+        panels: names
+            .map(|(e, name)| panel(setting, traced, e, name))
+            .collect(),
+    }
+}
+
+fn panel(setting: &Setting<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
+    let (abscissa, x_label) = match setting.is_si() {
+        true => ("frequency_hz", "excitation frequency [Hz]"),
+        false => ("omega", "excitation frequency \u{3c9}/\u{3c9}c"),
+    };
+    let curve = |table: &str, x: &str, label: String, style, only| Curve {
+        table: table.into(),
+        x: x.into(),
+        y: format!("rms.{connection}"),
+        label,
+        style,
+        only,
+    };
+    let mut curves = Vec::new();
+    for t in traced {
+        let style = CurveStyle::Branch {
+            branch: "branch".into(),
+            stable: "stable".into(),
+        };
+        let label = if traced.len() > 1 {
+            format!("{connection}, {}", t.method)
+        } else {
+            connection.to_string()
+        };
+        curves.push(curve(
+            "",
+            abscissa,
+            label,
+            style,
+            Some(("method".into(), t.method.into())),
+        ));
+    }
+    // The backbones of methods that agree lie on one another: the first one's is drawn.
+    let first = traced
+        .first()
+        .map(|t| ("method".to_string(), t.method.to_string()));
+    for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
+        let (x, label) = (
+            format!("effective_frequency.{i}"),
+            format!("backbone, mode {i}"),
+        );
+        curves.push(curve("", &x, label, CurveStyle::Crosses, first.clone()));
+    }
+    let style = CurveStyle::Events {
+        kind: "kind".into(),
+    };
+    curves.push(curve("events", abscissa, "events".into(), style, None));
+    let unit = if setting.is_si() {
+        format!(" [{}]", setting.model.units_of(e).0)
+    } else {
+        String::new()
+    };
+    Panel {
+        x_label: x_label.into(),
+        y_label: format!("r.m.s. of {connection}{unit}"),
+        x_range: None,
+        curves,
     }
 }

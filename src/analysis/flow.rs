@@ -1,27 +1,11 @@
 //! What the analyses in the time domain share: the choice of the integrator, the state at rest, and the Poincaré map.
 
-mod stopgap;
-
 use super::{Fault, Setting};
 use crate::postprocess::lyapunov::{Exponents, Lyapunov};
 use crate::solve::equilibrium::equilibrium;
-use crate::solve::integrate::{IntegrationEnd, Integrator};
+use crate::solve::integrate::{self, IntegrationEnd, Integrator, IntegratorChoice};
 use crate::system::System;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-
-/// Which integrator runs.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum IntegratorChoice {
-    /// The exact flow where every law admits it, else DOPRI5; the result says which.
-    #[default]
-    Auto,
-    /// The exact flow or an error.
-    Exact,
-    /// DOPRI5.
-    Dopri5,
-}
 
 /// The integrator that an analysis asked for, for a system of its setting.
 ///
@@ -32,7 +16,8 @@ pub fn integrator(
     system: &System,
     choice: IntegratorChoice,
 ) -> Result<Box<dyn Integrator + Send>, Fault> {
-    stopgap::choose(setting, system, choice)
+    integrate::choose(system, choice)
+        .map_err(|error| Fault::new("integrator", setting.name_connection(&error)))
 }
 
 /// Why a motion was not followed to its end.

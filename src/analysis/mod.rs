@@ -21,7 +21,7 @@ pub use poincare_map::PoincareMap;
 pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::Report;
@@ -121,6 +121,16 @@ impl Setting<'_> {
     /// Whether results are in SI units.
     pub fn is_si(&self) -> bool {
         self.model.report_units == ReportUnits::Si
+    }
+
+    /// A solver's complaint with the connection's name in place of its number.
+    pub fn name_connection(&self, error: &SolveError) -> String {
+        match error {
+            SolveError::Unsupported { connection, reason } => {
+                format!("{}: {reason}", self.assembly.connections[*connection])
+            }
+            other => other.to_string(),
+        }
     }
 
     /// An excitation frequency over omega_c.

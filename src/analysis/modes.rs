@@ -114,6 +114,7 @@ fn figure(n: usize, unit: &str) -> Figure {
         y: format!("natural_frequency.{}", i + 1),
         label: format!("mode {}", i + 1),
         style: CurveStyle::Line,
+        only: None,
     };
     let y_label = if unit.is_empty() {
         "natural frequency \u{3c9}/\u{3c9}c".into()

@@ -1,11 +1,12 @@
 //! States at phase 0 of the excitation, period after period, from one or several initial states (figures 5 and 6).
 
-use super::flow::{self, IntegratorChoice, Lengths, MapRecord, MapSize, Stop};
+use super::flow::{self, Lengths, MapRecord, MapSize, Stop};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::postprocess::attractor::{self, Label};
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::solve::integrate::IntegratorChoice;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -50,7 +51,7 @@ pub(super) mod defaults {
 /// Points recorded at most.
 pub(super) const MAX_POINTS: usize = 50_000_000;
 /// Runs with a colour of their own.
-pub(super) const MAX_COLOURS: usize = 6;
+const MAX_COLOURS: usize = 6;
 
 #[typetag::serde(name = "poincare_map")]
 impl Analysis for PoincareMap {
@@ -262,20 +263,19 @@ impl<'a> Rows<'a> {
 
 /// Curves of dots, one a run where the runs are few.
 pub(super) fn dots(x: &str, y: &str, labels: &[String]) -> Vec<Curve> {
-    let curve = |label: String, style| Curve {
+    let curve = |label: String, only| Curve {
         table: String::new(),
         x: x.into(),
         y: y.into(),
         label,
-        style,
+        style: CurveStyle::Dots,
+        only,
     };
     if labels.len() > MAX_COLOURS {
-        return vec![curve(format!("{} runs", labels.len()), CurveStyle::Dots)];
+        return vec![curve(format!("{} runs", labels.len()), None)];
     }
     let one = |(run, label): (usize, &String)| {
-        let column = "run".into();
-        let value = run as i64;
-        curve(label.clone(), CurveStyle::DotsWhere { column, value })
+        curve(label.clone(), Some(("run".into(), run.to_string())))
     };
     labels.iter().enumerate().map(one).collect()
 }

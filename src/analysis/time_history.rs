@@ -1,11 +1,11 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
-use super::flow::{self, IntegratorChoice, Stop};
+use super::flow::{self, Stop};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
-use crate::solve::integrate::{IntegrationEnd, Observer, Segment, Switch};
+use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
 use crate::system::{Scratch, System};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -310,6 +310,7 @@ fn figure(setting: &Setting<'_>) -> Figure {
             y: quantity.name,
             label: name.clone(),
             style: CurveStyle::Line,
+            only: None,
         }],
     };
     let quantities = columns::connections(setting);

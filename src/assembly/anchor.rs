@@ -27,7 +27,7 @@ pub struct Anchor {
 /// One instant of a motion, SI units.
 #[derive(Debug, Clone, Copy)]
 pub struct Instant<'a> {
-    /// Excitation phase omega t [rad].
+    /// Excitation phase omega t \[rad\].
     pub phase: f64,
     /// Excitation frequency omega [rad/s].
     pub frequency: f64,

@@ -27,13 +27,8 @@ pub fn check(arguments: &CheckArguments) -> Result<(), Error> {
 }
 
 fn warnings(study: &Study, rest: Option<&Equilibrium>) -> Vec<String> {
-    let mut list: Vec<String> = study
-        .model
-        .warnings
-        .iter()
-        .chain(&study.assembly.warnings)
-        .cloned()
-        .collect();
+    // The assembly hands on the warnings of the model.
+    let mut list = study.assembly.warnings.clone();
     match rest {
         None => list.push("there is no static equilibrium under the mean load".into()),
         Some(rest) if !rest.is_unique => list.push(

@@ -25,7 +25,7 @@ pub enum ImpactDampingLaw {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct Backlash {
-    /// Half of the total gap b [displacement], >= 0; 0 means always in contact.
+    /// Half of the total gap b \[displacement\], >= 0; 0 means always in contact.
     pub half_gap: f64,
     /// Impact damping beta [time/displacement], >= 0.
     pub impact_damping: f64,

@@ -18,7 +18,7 @@ pub enum Side {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OneSided {
-    /// Distance from q = 0 to the stop [displacement], >= 0.
+    /// Distance from q = 0 to the stop \[displacement\], >= 0.
     pub gap: f64,
     /// Side of the stop.
     #[serde(default)]

@@ -60,11 +60,7 @@ pub(super) fn law(
     let tag = mistakes.note(tag_node.as_text(&fields.path_of("type")))?;
     let Some(info) = find(tag) else {
         let tags: Vec<&str> = registered().iter().map(|info| info.tag).collect();
-        let message = format!(
-            "unknown law {}; known: {}",
-            tag_node.describe(),
-            tags.join(", ")
-        );
+        let message = format!("unknown law `{tag}`; known: {}", tags.join(", "));
         let mistake = Diagnostic::at(tag_node, &fields.path_of("type"), message);
         mistakes.add(mistake.with_help(did_you_mean(tag, tags)));
         return None;

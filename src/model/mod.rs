@@ -90,9 +90,9 @@ pub struct Body {
 /// Motion of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
-    /// Angle [rad], torque [N m].
+    /// Angle \[rad\], torque \[N m\].
     Rotation,
-    /// Displacement [m], force [N].
+    /// Displacement \[m\], force \[N\].
     Translation,
 }
 
@@ -165,7 +165,7 @@ pub struct Connection {
 pub struct Damping {
     /// Ratio of every elastic mode, or one ratio a mode, ascending.
     pub modal: Option<ModalDamping>,
-    /// c of C = c K [s].
+    /// c of C = c K \[s\].
     pub stiffness_proportional: f64,
 }
 

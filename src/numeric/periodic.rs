@@ -89,6 +89,18 @@ impl Periodic {
         }
     }
 
+    /// Second derivative with respect to the phase, between the kinks.
+    pub fn second_derivative(&self, phase: f64) -> f64 {
+        match self {
+            Periodic::Fourier { harmonics, .. } => harmonics.iter().fold(0.0, |sum, h| {
+                let order = h.order as f64;
+                let (s, c) = (order * phase).sin_cos();
+                sum - order * order * (h.cos * c + h.sin * s)
+            }),
+            Periodic::Table { .. } | Periodic::Rectangular { .. } => 0.0,
+        }
+    }
+
     /// Mean over a period.
     pub fn mean(&self) -> f64 {
         match self {

@@ -7,7 +7,7 @@ use crate::report::{Column, Table, Values};
 /// Writes a table: one header row, then one record a row, RFC 4180 (CR LF at the end of a record).
 ///
 /// Floats take as many digits as are needed to read back the same number (at most 17 significant), integers are plain,
-/// NaN is an empty cell. Columns that are shorter than the first one are padded with empty cells.
+/// numbers that are not finite (NaN: unknown; infinite: overflown) are empty cells. Columns that are shorter than the first one are padded with empty cells.
 ///
 /// # Errors
 ///
@@ -36,7 +36,7 @@ fn write_cell(column: &Column, row: usize, cell: &mut String) {
     let _ = match &column.values {
         Values::Float(v) => match v.get(row) {
             // The debug form is the shortest that reads back the same, with an exponent where that is shorter.
-            Some(x) if !x.is_nan() => write!(cell, "{x:?}"),
+            Some(x) if x.is_finite() => write!(cell, "{x:?}"),
             _ => Ok(()),
         },
         Values::Integer(v) => v.get(row).map_or(Ok(()), |i| write!(cell, "{i}")),
@@ -63,12 +63,13 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_quoted_where_needed_and_nan_is_empty() {
+    fn cells_are_quoted_where_needed_and_no_number_is_empty() {
         let table = Table {
             name: String::new(),
             columns: vec![
                 column("point", Values::Integer(vec![0, -1])),
                 column("rms.a", Values::Float(vec![f64::NAN, 0.5])),
+                column("max.a", Values::Float(vec![f64::INFINITY, 1.0])),
                 column(
                     "label",
                     Values::Text(vec!["a, \"b\"".into(), "line\nbreak".into()]),
@@ -77,7 +78,7 @@ mod tests {
         };
         assert_eq!(
             text(&table),
-            "point,rms.a,label\r\n0,,\"a, \"\"b\"\"\"\r\n-1,0.5,\"line\nbreak\"\r\n"
+            "point,rms.a,max.a,label\r\n0,,,\"a, \"\"b\"\"\"\r\n-1,0.5,1.0,\"line\nbreak\"\r\n"
         );
     }
 
@@ -99,7 +100,6 @@ mod tests {
             f64::MAX,
             1.234_567_890_123_456_7e-3,
             1e22,
-            f64::INFINITY,
         ];
         let table = Table {
             name: String::new(),

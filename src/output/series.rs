@@ -118,23 +118,28 @@ fn series<'a>(report: &'a Report, curve: &'a Curve, color: usize) -> Result<Seri
     let table = report
         .table(&curve.table)
         .ok_or_else(|| misfit(report, format!("table \"{}\"", curve.table)))?;
-    let x = floats(report, table, &curve.x)?;
-    let mut y = match (&curve.style, table.column(&curve.y)) {
+    let mut x = floats(report, table, &curve.x)?;
+    if let Some((column, value)) = &curve.only {
+        let column = table
+            .column(column)
+            .ok_or_else(|| misfit(report, format!("column \"{column}\"")))?;
+        let is_drawn = |row: usize| match &column.values {
+            Values::Text(words) => words[row] == *value,
+            Values::Integer(numbers) => numbers[row].to_string() == *value,
+            Values::Float(numbers) => numbers[row].to_string() == *value,
+        };
+        x.iter_mut()
+            .enumerate()
+            .filter(|(row, _)| !is_drawn(*row))
+            .for_each(|(_, x)| *x = f64::NAN);
+    }
+    let y = match (&curve.style, table.column(&curve.y)) {
         (CurveStyle::Events { .. }, None) => ordinates_on_branches(report, table, curve, &x)?,
         _ => floats(report, table, &curve.y)?,
     };
     let drawing = match &curve.style {
         CurveStyle::Crosses => Drawing::Crosses,
         CurveStyle::Dots => Drawing::Dots,
-        CurveStyle::DotsWhere { column, value } => {
-            // Whole numbers far below 2^53.
-            let value = *value as f64;
-            let keys = floats(report, table, column)?;
-            for (y, _) in y.iter_mut().zip(&keys).filter(|(_, key)| **key != value) {
-                *y = f64::NAN;
-            }
-            Drawing::Dots
-        }
         CurveStyle::Line => Drawing::Runs(runs(&x, &y, &[], None)),
         CurveStyle::Branch { branch, stable } => {
             let branch = floats(report, table, branch)?;

@@ -30,16 +30,23 @@ pub fn direct(mean_deformation: f64, mean_force: f64, scale: f64) -> Option<f64>
 ///     det(kappa diag(k) W - w^2 I) = 0
 ///
 /// Rook & Singh (1995), eq. (9); loops through W. A slope below zero can make w^2 negative: 0 is returned for such a mode.
+/// NaN where slopes or stiffnesses are too large to be multiplied.
 pub fn natural_frequencies(system: &System, slopes: &[f64]) -> Vec<f64> {
+    let largest = slopes.iter().fold(0.0_f64, |m, k| m.max(k.abs()));
+    let unit = if largest > 0.0 { largest } else { 1.0 };
     let mut scaled = system.stiffness().clone();
     for (mut column, k) in scaled.column_iter_mut().zip(slopes) {
-        column *= *k;
+        column *= *k / unit;
     }
     let matrix: DMatrix<f64> = scaled * system.element_map();
+    if matrix.iter().any(|x| !x.is_finite()) {
+        // The eigenvalue iteration would not end.
+        return vec![f64::NAN; system.dof()];
+    }
     let mut list: Vec<f64> = matrix
         .complex_eigenvalues()
         .iter()
-        .map(|x| x.re.max(0.0).sqrt())
+        .map(|x| x.re.max(0.0).sqrt() * unit.sqrt())
         .collect();
     list.sort_by(f64::total_cmp);
     list

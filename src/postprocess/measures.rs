@@ -1,10 +1,10 @@
 //! What is reported of every connection along an orbit.
 
-use super::effective_stiffness;
-use crate::element::ResponseSeries;
+use super::{effective_stiffness, segment_measures};
+use crate::element::{Element, ResponseSeries};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::trigonometric;
-use crate::solve::orbit::{Crossing, Deformation, Orbit};
+use crate::solve::orbit::{Deformation, FourierOrbit, Orbit};
 use crate::system::System;
 use std::f64::consts::TAU;
 
@@ -74,18 +74,23 @@ impl Meter {
 
     /// Measures of every connection.
     pub fn measure(&mut self, system: &System, orbit: &Orbit) -> Vec<Measures> {
-        let samples = self.phase.len();
-        let nu = orbit.subharmonic as f64;
-        self.phase
-            .iter_mut()
-            .enumerate()
-            .for_each(|(j, x)| *x = nu * TAU * j as f64 / samples as f64);
-        (0..system.element_count())
-            .map(|e| self.connection(system, orbit, e))
-            .collect()
+        match orbit {
+            Orbit::Segments(orbit) => segment_measures::measure(system, orbit),
+            Orbit::Fourier(orbit) => {
+                let (nu, samples) = (orbit.subharmonic as f64, self.phase.len());
+                let phase = |j: usize| nu * TAU * j as f64 / samples as f64;
+                self.phase
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(j, x)| *x = phase(j));
+                (0..system.element_count())
+                    .map(|e| self.connection(system, orbit, e))
+                    .collect()
+            }
+        }
     }
 
-    fn connection(&mut self, system: &System, orbit: &Orbit, e: usize) -> Measures {
+    fn connection(&mut self, system: &System, orbit: &FourierOrbit, e: usize) -> Measures {
         let deformation = orbit.deformation(system, e);
         self.sample(system, orbit, e, &deformation);
         let extrema = deformation.extrema();
@@ -93,7 +98,9 @@ impl Meter {
         let (a, c) = (&self.coefficients, &self.force_coefficients);
         let scale = self.deformation.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let crossings = orbit.crossings(system, e, &extrema);
-        let (contact_ratio, impacts) = contact(system, e, &crossings, a[0], nu_of(orbit));
+        let contacts: Vec<(f64, i8, i8)> =
+            crossings.iter().map(|c| (c.tau, c.from, c.to)).collect();
+        let (contact_ratio, impacts) = contact(system, e, &contacts, a[0], nu_of(orbit));
         let mean_of = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
         let force_mean = c[0];
         let variance = mean_of(
@@ -123,7 +130,13 @@ impl Meter {
     }
 
     /// Samples of deformation, rate, force and slope; coefficients of deformation and force.
-    fn sample(&mut self, system: &System, orbit: &Orbit, e: usize, deformation: &Deformation<'_>) {
+    fn sample(
+        &mut self,
+        system: &System,
+        orbit: &FourierOrbit,
+        e: usize,
+        deformation: &Deformation<'_>,
+    ) {
         let length = deformation.coefficients.len();
         let mount = &system.mounts()[e];
         self.coefficients.resize(length, 0.0);
@@ -167,7 +180,7 @@ impl Meter {
     fn largest_force(
         &self,
         system: &System,
-        orbit: &Orbit,
+        orbit: &FourierOrbit,
         e: usize,
         deformation: &Deformation<'_>,
         extrema: &[(f64, f64)],
@@ -203,11 +216,7 @@ impl Meter {
     /// Whether the force points away from the flank somewhere: 1 + beta v < 0.
     fn pulls(&self, system: &System, e: usize) -> bool {
         let element = &system.mounts()[e].element;
-        let is_clearance = element
-            .breakpoints()
-            .iter()
-            .any(|b| element.flank(b - 1e-9) == 0 || element.flank(b + 1e-9) == 0);
-        is_clearance
+        is_clearance(element.as_ref())
             && element.depends_on_velocity()
             && self
                 .deformation
@@ -217,13 +226,21 @@ impl Meter {
     }
 }
 
-fn nu_of(orbit: &Orbit) -> f64 {
+/// Whether the law has an open stretch.
+pub(super) fn is_clearance(element: &dyn Element) -> bool {
+    element.breakpoints().iter().any(|b| {
+        let side = 1e-9 * (1.0 + b.abs());
+        element.flank(b - side) == 0 || element.flank(b + side) == 0
+    })
+}
+
+fn nu_of(orbit: &FourierOrbit) -> f64 {
     orbit.subharmonic as f64
 }
 
 fn force_at(
     system: &System,
-    orbit: &Orbit,
+    orbit: &FourierOrbit,
     e: usize,
     deformation: &Deformation<'_>,
     tau: f64,
@@ -239,7 +256,16 @@ fn force_at(
 }
 
 /// Share of the period in contact, and contacts made per excitation period.
-fn contact(system: &System, e: usize, crossings: &[Crossing], mean: f64, nu: f64) -> (f64, f64) {
+///
+/// `crossings`: instant, flank before and after, in the order of time; `mean`: the mean deformation, which decides where
+/// nothing crosses.
+pub(super) fn contact(
+    system: &System,
+    e: usize,
+    crossings: &[(f64, i8, i8)],
+    mean: f64,
+    nu: f64,
+) -> (f64, f64) {
     if crossings.is_empty() {
         let flank = system.mounts()[e].element.flank(mean);
         return (if flank == 0 { 0.0 } else { 1.0 }, 0.0);
@@ -247,19 +273,16 @@ fn contact(system: &System, e: usize, crossings: &[Crossing], mean: f64, nu: f64
     let count = crossings.len();
     let duration = |k: usize| {
         let next = if k + 1 < count {
-            crossings[k + 1].tau
+            crossings[k + 1].0
         } else {
-            crossings[0].tau + TAU
+            crossings[0].0 + TAU
         };
-        next - crossings[k].tau
+        next - crossings[k].0
     };
     let closed: f64 = (0..count)
-        .filter(|k| crossings[*k].to != 0)
+        .filter(|k| crossings[*k].2 != 0)
         .map(duration)
         .sum();
-    let made = crossings
-        .iter()
-        .filter(|c| c.from == 0 && c.to != 0)
-        .count();
+    let made = crossings.iter().filter(|c| c.1 == 0 && c.2 != 0).count();
     (closed / TAU, made as f64 / nu)
 }

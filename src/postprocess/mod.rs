@@ -4,3 +4,4 @@ pub mod attractor;
 pub mod effective_stiffness;
 pub mod lyapunov;
 pub mod measures;
+mod segment_measures;

@@ -92,6 +92,16 @@ impl Outside {
     }
 }
 
+/// Counts at two probes; equal where the multipliers of one are unknown.
+fn outside(a: &Probe, b: &Probe) -> (Outside, Outside) {
+    let known = if a.multipliers.len() == b.multipliers.len() {
+        b
+    } else {
+        a
+    };
+    (Outside::of(&a.multipliers), Outside::of(&known.multipliers))
+}
+
 /// The step under examination.
 pub struct Step<'a> {
     /// The path; its last step is examined.
@@ -139,16 +149,17 @@ impl Step<'_> {
         depth: usize,
         list: &mut Vec<BifurcationEvent>,
     ) -> Result<(), SolveError> {
-        let (before, after) = (Outside::of(&a.multipliers), Outside::of(&b.multipliers));
+        let (before, after) = outside(a, b);
         let doubled = after.below_minus_one - before.below_minus_one;
         let passed = after.above_one - before.above_one;
         let paired = after.pairs - before.pairs;
         let changes = doubled.abs() + passed.abs() + paired.abs();
-        if changes > 1 && depth < MAX_HALVINGS {
-            if let Some(middle) = self.probe(0.5 * (a.fraction + b.fraction))? {
-                self.scan(a, &middle, depth + 1, list)?;
-                return self.scan(&middle, b, depth + 1, list);
-            }
+        if changes > 1
+            && depth < MAX_HALVINGS
+            && let Some(middle) = self.probe(0.5 * (a.fraction + b.fraction))?
+        {
+            self.scan(a, &middle, depth + 1, list)?;
+            return self.scan(&middle, b, depth + 1, list);
         }
         if a.point.tangent_lambda * b.point.tangent_lambda < 0.0 {
             let found = self.locate(EventKind::Fold, a, b, |p| p.point.tangent_lambda)?;

@@ -1,10 +1,10 @@
 //! Floquet multipliers from the variational equation along a periodic orbit.
 
-use super::orbit::Orbit;
+use super::orbit::FourierOrbit;
 use crate::numeric::exponential::exponential;
 use crate::numeric::periodic::Periodic;
 use crate::system::{Scratch, System};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Schur};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 
@@ -20,7 +20,7 @@ const PANELS_PER_HARMONIC: usize = 8;
 /// keeps det Phi = exp(integral of trace A) to rounding. A continuous force needs no jump at a switch.
 ///
 /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
-pub fn monodromy(system: &System, orbit: &Orbit) -> DMatrix<f64> {
+pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
     let size = 2 * system.dof();
     let cuts = cuts(system, orbit);
     let is_constant = is_piecewise_constant(system);
@@ -51,9 +51,19 @@ pub fn monodromy(system: &System, orbit: &Orbit) -> DMatrix<f64> {
     phi
 }
 
-/// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first.
+/// QR sweeps allowed for the eigenvalues of a transition matrix.
+const MAX_SWEEPS: usize = 10_000;
+
+/// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first; none
+/// when the matrix has overflown or its eigenvalues do not converge.
 pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
-    let mut list: Vec<_> = phi
+    if phi.iter().any(|x| !x.is_finite()) {
+        return Vec::new();
+    }
+    let Some(schur) = Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS) else {
+        return Vec::new();
+    };
+    let mut list: Vec<_> = schur
         .complex_eigenvalues()
         .iter()
         .map(|mu| Complex::new(mu.re, mu.im))
@@ -74,7 +84,7 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
 }
 
 /// 0, every instant where A(tau) is not smooth, 2 pi.
-fn cuts(system: &System, orbit: &Orbit) -> Vec<f64> {
+fn cuts(system: &System, orbit: &FourierOrbit) -> Vec<f64> {
     let mut list = vec![0.0, TAU];
     for (k, mount) in system.mounts().iter().enumerate() {
         if !mount.element.breakpoints().is_empty() {
@@ -113,7 +123,7 @@ fn is_piecewise_constant(system: &System) -> bool {
 /// A(tau) along an orbit, with its buffers.
 struct Variation<'a> {
     system: &'a System,
-    orbit: &'a Orbit,
+    orbit: &'a FourierOrbit,
     state: Vec<f64>,
     scratch: Scratch,
     dq: DMatrix<f64>,
@@ -121,7 +131,7 @@ struct Variation<'a> {
 }
 
 impl<'a> Variation<'a> {
-    fn new(system: &'a System, orbit: &'a Orbit) -> Self {
+    fn new(system: &'a System, orbit: &'a FourierOrbit) -> Self {
         let n = system.dof();
         let scratch = system.scratch();
         let (dq, dv) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));

@@ -14,4 +14,6 @@ pub mod integrate;
 pub mod newton;
 pub mod orbit;
 pub mod residual;
+pub mod segment_orbit;
+pub mod shooting;
 pub mod start;

@@ -1,13 +1,33 @@
 //! A periodic orbit: deformations, switching instants, extrema.
 
+use super::segment_orbit::SegmentOrbit;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
 use crate::system::System;
 use std::f64::consts::TAU;
 
+/// A periodic solution.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Orbit {
+    /// Fourier series, from the Galerkin method.
+    Fourier(FourierOrbit),
+    /// Stretches of polynomials, from an integrator.
+    Segments(SegmentOrbit),
+}
+
+impl Orbit {
+    /// State [q; v] at tau into `state`, 2n values.
+    pub fn state(&self, tau: f64, state: &mut [f64]) {
+        match self {
+            Orbit::Fourier(orbit) => orbit.state(tau, state),
+            Orbit::Segments(orbit) => orbit.state(tau, state),
+        }
+    }
+}
+
 /// A periodic solution as Fourier series of the relative coordinates.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Orbit {
+pub struct FourierOrbit {
     /// Fourier coefficients of each coordinate: mean, sin 1, cos 1, ... of tau.
     pub coefficients: Vec<Vec<f64>>,
     /// Om = omega / (nu omega_c).
@@ -105,7 +125,7 @@ impl Deformation<'_> {
     }
 }
 
-impl Orbit {
+impl FourierOrbit {
     /// Highest harmonic of tau.
     pub fn harmonics(&self) -> usize {
         self.coefficients.first().map_or(0, |a| a.len() / 2)

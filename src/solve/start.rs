@@ -4,7 +4,7 @@ use super::continuation::{Advance, Continuation, ContinuationOptions, PathEnd, S
 use super::equilibrium::equilibrium;
 use super::family::{ExcitationFamily, Family, FrequencyFamily};
 use super::galerkin::{Galerkin, GalerkinOptions};
-use super::integrate::{Dopri5, Dopri5Options, IntegrationEnd};
+use super::integrate::{Dopri5, Dopri5Options, IntegrationEnd, Integrator};
 use super::newton::{Newton, NewtonOptions};
 use super::residual::{Linearisation, Residual};
 use crate::element::{Element, Linear, PiecewiseLinear};
@@ -227,11 +227,15 @@ fn integrate(
     );
     let mut state = vec![0.0; 2 * n];
     (0..n).for_each(|i| state[i] = mean[i * c]);
-    let mut advance =
-        |tau: (f64, f64), state: &mut [f64]| match integrator.advance(system, tau, state) {
-            IntegrationEnd::Reached => Ok(()),
-            end => Err(end.message().to_string()),
-        };
+    let mut advance = |tau: (f64, f64), state: &mut [f64]| match integrator.advance(
+        system,
+        tau,
+        state,
+        &mut (),
+    ) {
+        IntegrationEnd::Reached => Ok(()),
+        end => Err(end.message().to_string()),
+    };
     for _ in 0..TRANSIENT_PERIODS {
         advance((0.0, TAU), &mut state)?;
     }

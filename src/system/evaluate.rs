@@ -28,6 +28,18 @@ impl System {
 
     /// Deformations, their rates and the responses of all connections at `state` = [q; v] into `scratch`.
     pub fn respond(&self, tau: f64, state: &[f64], scratch: &mut Scratch) {
+        self.respond_within(None, tau, state, scratch);
+    }
+
+    /// The same with the laws of one region: outside its window (low, high), one a connection, a law goes on along its
+    /// tangent, f(c) + df/dq(c) (x - c), c the nearer end. A law is then smooth wherever a trial step looks.
+    pub fn respond_within(
+        &self,
+        windows: Option<&[(f64, f64)]>,
+        tau: f64,
+        state: &[f64],
+        scratch: &mut Scratch,
+    ) {
         let n = self.dof();
         let (q, v) = state.split_at(n);
         let phase = self.subharmonic as f64 * tau;
@@ -41,7 +53,15 @@ impl System {
                 x -= error.value(phase);
                 rate -= self.excitation_frequency() * error.derivative(phase);
             }
-            let mut response = mount.element.eval(x, rate, phase);
+            let mut response = match windows {
+                None => mount.element.eval(x, rate, phase),
+                Some(windows) => {
+                    let inside = x.clamp(windows[k].0, windows[k].1);
+                    let mut response = mount.element.eval(inside, rate, phase);
+                    response.f += response.df_dq * (x - inside);
+                    response
+                }
+            };
             if let Some(variation) = &mount.stiffness_variation {
                 let s = variation.value(phase);
                 response = Response {
@@ -67,7 +87,19 @@ impl System {
     ///
     /// `state` = [q; v], 2n values; `out`: n values. The responses stay in `scratch`.
     pub fn acceleration(&self, tau: f64, state: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
-        self.respond(tau, state, scratch);
+        self.acceleration_within(None, tau, state, scratch, out);
+    }
+
+    /// The same with the laws of one region, as in [`System::respond_within`].
+    pub fn acceleration_within(
+        &self,
+        windows: Option<&[(f64, f64)]>,
+        tau: f64,
+        state: &[f64],
+        scratch: &mut Scratch,
+        out: &mut [f64],
+    ) {
+        self.respond_within(windows, tau, state, scratch);
         out.fill(0.0);
         let phase = self.subharmonic as f64 * tau;
         for load in &self.loads {

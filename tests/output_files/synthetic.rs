@@ -18,6 +18,7 @@ fn curve(table: &str, x: &str, y: &str, label: &str, style: CurveStyle) -> Curve
         y: y.into(),
         label: label.into(),
         style,
+        only: None,
     }
 }
 

@@ -1,10 +1,11 @@
 //! The runs of a bifurcation diagram, spread over the threads. Each value of the results depends on its own run alone.
 
 use super::{Reach, Seeds, joined};
-use crate::analysis::flow::{self, IntegratorChoice, MapRecord, MapSize, Stop};
+use crate::analysis::flow::{self, MapRecord, MapSize, Stop};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::{Fault, Initial, Setting};
 use crate::postprocess::attractor::{self, Label};
+use crate::solve::integrate::IntegratorChoice;
 use crate::system::System;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -9,7 +9,7 @@ mod hill;
 
 use super::family::Family;
 use super::floquet;
-use super::orbit::Orbit;
+use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Linearisation, PeriodicResidual, Residual};
 use crate::error::SolveError;
 use crate::numeric::fourier::Fourier;
@@ -89,6 +89,28 @@ impl<F: Family> Galerkin<F> {
         self.coefficients
     }
 
+    /// The orbit of a solution as Fourier series.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    pub fn fourier_orbit(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<FourierOrbit, SolveError> {
+        let system = self.family.at(lambda)?;
+        let coefficients = u
+            .as_slice()
+            .chunks_exact(self.coefficients)
+            .map(<[f64]>::to_vec)
+            .collect();
+        Ok(FourierOrbit {
+            coefficients,
+            omega: system.omega(),
+            subharmonic: system.subharmonic(),
+        })
+    }
+
     /// Refreshes the tables that depend on the parameter.
     fn prepare(&mut self, lambda: f64) -> Result<(), SolveError> {
         if self.prepared == Some(lambda) || (self.prepared.is_some() && self.family.is_frequency())
@@ -165,17 +187,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
     }
 
     fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
-        let system = self.family.at(lambda)?;
-        let coefficients = u
-            .as_slice()
-            .chunks_exact(self.coefficients)
-            .map(<[f64]>::to_vec)
-            .collect();
-        Ok(Orbit {
-            coefficients,
-            omega: system.omega(),
-            subharmonic: system.subharmonic(),
-        })
+        self.fourier_orbit(u, lambda).map(Orbit::Fourier)
     }
 
     fn multipliers(
@@ -183,7 +195,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         u: &DVector<f64>,
         lambda: f64,
     ) -> Result<Vec<Complex<f64>>, SolveError> {
-        let orbit = self.orbit(u, lambda)?;
+        let orbit = self.fourier_orbit(u, lambda)?;
         Ok(floquet::multipliers(&floquet::monodromy(
             self.family.at(lambda)?,
             &orbit,
@@ -233,11 +245,11 @@ fn linear_terms(
     let (n, om, nu) = (system.dof(), system.omega(), system.subharmonic() as f64);
     for j in 0..n {
         let a = &u.as_slice()[j * c..(j + 1) * c];
-        for k in 1..c {
-            let square = -((k.div_ceil(2)) as f64).powi(2);
-            out.r[j * c + k] += om * om * square * a[k];
-            out.dr_dlambda[j * c + k] += 2.0 * om / nu * square * a[k];
-            out.dr_du[(j * c + k, j * c + k)] += om * om * square;
+        for (k, a) in a.iter().enumerate().skip(1) {
+            let (row, square) = (j * c + k, -(k.div_ceil(2) as f64).powi(2));
+            out.r[row] += om * om * square * a;
+            out.dr_dlambda[row] += 2.0 * om / nu * square * a;
+            out.dr_du[(row, row)] += om * om * square;
         }
         trigonometric::differentiate(a, derivative);
         for i in 0..n {
@@ -245,9 +257,9 @@ fn linear_terms(
             if gamma == 0.0 {
                 continue;
             }
-            for k in 1..c {
-                out.r[i * c + k] += om * gamma * derivative[k];
-                out.dr_dlambda[i * c + k] += gamma / nu * derivative[k];
+            for (k, d) in derivative.iter().enumerate().skip(1) {
+                out.r[i * c + k] += om * gamma * d;
+                out.dr_dlambda[i * c + k] += gamma / nu * d;
             }
             for k in 1..=c / 2 {
                 let entry = om * gamma * k as f64;

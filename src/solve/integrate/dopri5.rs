@@ -1,171 +1,378 @@
 //! Dormand and Prince's Runge-Kutta method of order 5(4), for every system.
+//!
+//! A step sees each law in one region only: beyond the region a law is continued along its tangent, so that a trial step is
+//! smooth even where it overshoots. Where the deformation, a quintic polynomial on the step, passes a breakpoint, the step
+//! is repeated up to the breakpoint. Kinks of loads, stiffness variation and transmission error end a step likewise.
 
-use super::IntegrationEnd;
-use crate::system::{Scratch, System};
+mod pieces;
+mod regions;
+mod stepper;
 
-/// Error control.
+use super::{IntegrationEnd, Integrator, Observer, Segment};
+use crate::system::System;
+use nalgebra::DMatrix;
+use pieces::Pieces;
+use regions::{COUNT, Passage, Regions};
+use std::f64::consts::TAU;
+use stepper::{Stepper, hermite};
+
+/// Error control and limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dopri5Options {
-    /// Error allowed relative to the state.
+    /// Error of a step allowed relative to each coordinate and velocity, and to the largest entry of Phi.
     pub relative: f64,
     /// Error allowed besides.
     pub absolute: f64,
-    /// Steps at most in one call.
+    /// Longest step in omega_c t.
+    pub max_step: f64,
+    /// Steps at most in one call, rejected ones included.
     pub max_steps: usize,
+    /// Switches at most in one call, for every turn of tau it covers, at least one turn.
+    pub max_switches: usize,
+    /// A coordinate or velocity beyond this has diverged.
+    pub bound: f64,
 }
 
 impl Default for Dopri5Options {
     fn default() -> Self {
         Dopri5Options {
-            relative: 1e-9,
-            absolute: 1e-11,
+            relative: 1e-10,
+            absolute: 1e-12,
+            max_step: f64::INFINITY,
             max_steps: 10_000_000,
+            max_switches: 100_000,
+            bound: 1e12,
         }
     }
 }
 
-/// The scheme as data: nodes, stage weights, difference between the two solutions.
-const NODES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
-const STAGES: [&[f64]; 7] = [
-    &[],
-    &[0.2],
-    &[3.0 / 40.0, 9.0 / 40.0],
-    &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
-    &[
-        19372.0 / 6561.0,
-        -25360.0 / 2187.0,
-        64448.0 / 6561.0,
-        -212.0 / 729.0,
-    ],
-    &[
-        9017.0 / 3168.0,
-        -355.0 / 33.0,
-        46732.0 / 5247.0,
-        49.0 / 176.0,
-        -5103.0 / 18656.0,
-    ],
-    &[
-        35.0 / 384.0,
-        0.0,
-        500.0 / 1113.0,
-        125.0 / 192.0,
-        -2187.0 / 6784.0,
-        11.0 / 84.0,
-    ],
-];
-const ERROR: [f64; 7] = [
-    71.0 / 57600.0,
-    0.0,
-    -71.0 / 16695.0,
-    71.0 / 1920.0,
-    -17253.0 / 339200.0,
-    22.0 / 525.0,
-    -1.0 / 40.0,
-];
+/// Gustafsson's step control with the constants of Hairer, Norsett & Wanner's DOPRI5.
+const SAFETY: f64 = 0.9;
+const MEMORY: f64 = 0.04;
+const EXPONENT: f64 = 0.2 - 0.75 * MEMORY;
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 10.0;
 
-/// Integrator with its buffers and its last step length.
+/// Repetitions of a step that is to land on a breakpoint; two or three are enough unless it is grazed.
+const LANDINGS: usize = 16;
+
+/// Integrator with its buffers. One call depends on its arguments only, not on the calls before.
+///
+/// Not for laws whose force jumps ([`crate::element::Element::is_discontinuous`]): the state lands on their breakpoints, but
+/// sticking, jumps in velocity and the jump of Phi at the switch are not treated. A law whose kinks depend on its own
+/// velocity or phase is integrated through them under error control.
 #[derive(Debug, Clone)]
 pub struct Dopri5 {
     options: Dopri5Options,
-    rates: [Vec<f64>; 7],
-    trial: Vec<f64>,
-    scratch: Scratch,
-    /// Last successful step in omega_c t.
+    stepper: Stepper,
+    regions: Regions,
+    pieces: Pieces,
+    /// Next step in omega_c t, as error control has it.
     step: f64,
+    last_error: f64,
+    was_rejected: bool,
+    work: Work,
+}
+
+/// What the last call took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Steps accepted.
+    pub steps: usize,
+    /// Trial steps, those that locate breakpoints included; six evaluations each.
+    pub attempts: usize,
+    /// Breakpoints passed.
+    pub switches: usize,
 }
 
 impl Dopri5 {
     /// Buffers for a system.
     pub fn new(system: &System, options: Dopri5Options) -> Dopri5 {
-        let size = 2 * system.dof();
-        let rates = std::array::from_fn(|_| vec![0.0; size]);
         Dopri5 {
             options,
-            rates,
-            trial: vec![0.0; size],
-            scratch: system.scratch(),
+            stepper: Stepper::new(system),
+            regions: Regions::default(),
+            pieces: Pieces::default(),
             step: 0.0,
+            last_error: 0.0,
+            was_rejected: false,
+            work: Work::default(),
         }
     }
 
-    /// Advances `state` = [q; v] from one phase tau of the response to another.
-    ///
+    /// What the last call took.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
     /// dq/dT = v, dv/dT = Q - Gam v - kappa f, T = tau / Om.
-    pub fn advance(
+    fn integrate(
+        &mut self,
+        system: &System,
+        tau: (f64, f64),
+        observer: &mut dyn Observer,
+    ) -> IntegrationEnd {
+        let om = system.omega();
+        let (mut t, end) = (tau.0 / om, tau.1 / om);
+        if !(end - t).is_finite() || !self.is_bounded() {
+            return IntegrationEnd::Diverged;
+        }
+        let turns = ((tau.1 - tau.0) / TAU).max(1.0);
+        let switches = turns * self.options.max_switches as f64;
+        self.begin(system, tau.0);
+        while t < end {
+            if self.work.attempts >= self.options.max_steps {
+                return IntegrationEnd::MaxSteps;
+            }
+            let target = end.min(self.pieces.end() / om);
+            let tried = self.length(target - t);
+            let error = self.attempt(system, t, tried);
+            if error.is_nan() || error > 1.0 {
+                self.reject(tried, error);
+                if self.step <= 4.0 * f64::EPSILON * t.abs().max(end.abs()) {
+                    return IntegrationEnd::StepTooSmall;
+                }
+                continue;
+            }
+            self.adapt(tried, error);
+            let (h, passage) = self.locate(system, t, tried);
+            let begin = t;
+            t = if h == target - t { target } else { t + h };
+            self.complete(system, (begin, t), passage, observer);
+            if !self.is_bounded() {
+                return IntegrationEnd::Diverged;
+            }
+            if self.regions.switches as f64 > switches {
+                return IntegrationEnd::TooManySwitches;
+            }
+        }
+        IntegrationEnd::Reached
+    }
+
+    /// Regions, rates and step at the start of a call.
+    fn begin(&mut self, system: &System, tau: f64) {
+        self.pieces.start(system, tau);
+        let deformation = self.stepper.deformation(system, self.pieces.clamp(tau));
+        self.regions.start(system, deformation);
+        self.refresh(system, tau, &mut ());
+        self.regions.switches = 0;
+        self.work = Work::default();
+        let fastest = (1.0 + system.stiffness().amax()).sqrt();
+        (self.step, self.last_error) = (self.options.relative.powf(0.2) / fastest, 1e-4);
+        self.was_rejected = false;
+    }
+
+    /// Rates after a change of region or stretch, which may bring on further changes.
+    fn refresh(&mut self, system: &System, tau: f64, observer: &mut dyn Observer) {
+        let Dopri5 {
+            stepper,
+            regions,
+            pieces,
+            ..
+        } = self;
+        stepper.refresh(system, regions, pieces, tau / system.omega());
+        if regions.settle(system, pieces, &stepper.instant(tau), None, observer) {
+            stepper.refresh(system, regions, pieces, tau / system.omega());
+        }
+    }
+
+    fn attempt(&mut self, system: &System, t: f64, h: f64) -> f64 {
+        self.work.attempts += 1;
+        let Dopri5 {
+            options,
+            stepper,
+            regions,
+            pieces,
+            ..
+        } = self;
+        stepper.attempt(system, regions, pieces, (t, h), options)
+    }
+
+    /// The next step: not past the end of the stretch, and no sliver left before it.
+    fn length(&self, room: f64) -> f64 {
+        let longest = self.options.max_step.min(self.pieces.longest_step);
+        let step = self.step.min(longest);
+        if step >= room {
+            room
+        } else if step > 0.5 * room {
+            0.5 * room
+        } else {
+            step
+        }
+    }
+
+    fn reject(&mut self, h: f64, error: f64) {
+        let factor = if error.is_finite() {
+            (SAFETY * error.powf(-EXPONENT)).clamp(SHRINK, SAFETY)
+        } else {
+            SHRINK
+        };
+        self.step = h * factor;
+        self.was_rejected = true;
+    }
+
+    fn adapt(&mut self, h: f64, error: f64) {
+        let factor = SAFETY * error.max(1e-10).powf(-EXPONENT) * self.last_error.powf(MEMORY);
+        let most = if self.was_rejected { 1.0 } else { GROW };
+        let next = h * factor.clamp(SHRINK, most);
+        // A step cut short by the end of its stretch is no reason for short steps behind it.
+        self.step = if h < self.step {
+            self.step.max(next)
+        } else {
+            next
+        };
+        self.last_error = error.max(1e-4);
+        self.was_rejected = false;
+    }
+
+    /// The step that ends on the first breakpoint within the step just tried, or that one.
+    fn locate(&mut self, system: &System, t: f64, tried: f64) -> (f64, Option<Passage>) {
+        self.stepper.interpolate(tried);
+        let om = system.omega();
+        let taus = [t, t + tried].map(|t| self.pieces.clamp(om * t));
+        let error = |k: usize, c: &mut [f64; COUNT]| transmission_error(system, k, taus, tried, c);
+        let coefficients = &self.stepper.coefficients;
+        let Some(passage) = self.regions.first_passage(system, coefficients, error) else {
+            return (tried, None);
+        };
+        let (h, landed) = self.land(system, t, tried, &passage);
+        self.stepper.interpolate(h);
+        (h, landed.then_some(passage))
+    }
+
+    /// Repeats the step until it ends on the breakpoint: Newton's method in the length of the step, within a bracket.
+    ///
+    /// Where the polynomial and the repeated step disagree about a graze, the step ends before the breakpoint without
+    /// landing.
+    fn land(&mut self, system: &System, t: f64, tried: f64, passage: &Passage) -> (f64, bool) {
+        let (mut low, mut high) = (0.0, tried);
+        let mut h = passage.x * tried;
+        for _ in 0..LANDINGS {
+            self.attempt(system, t, h);
+            let tau = system.omega() * (t + h);
+            let (distance, rate, tolerance) =
+                Regions::beyond(passage, &self.stepper.trial_instant(tau));
+            if distance.abs() <= tolerance {
+                return (h, true);
+            }
+            if distance > 0.0 {
+                high = h;
+            } else {
+                low = h;
+            }
+            let newton = h - distance / rate;
+            let next = if newton > low && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
+            if next == h || next == low {
+                return (h, true);
+            }
+            h = next;
+        }
+        let h = if low > 0.0 { low } else { high };
+        self.attempt(system, t, h);
+        (h, low == 0.0)
+    }
+
+    /// Accepts the step between two times and whatever happens at its end.
+    fn complete(
+        &mut self,
+        system: &System,
+        (begin, end): (f64, f64),
+        passage: Option<Passage>,
+        observer: &mut dyn Observer,
+    ) {
+        let om = system.omega();
+        if end > begin {
+            self.work.steps += 1;
+            observer.segment(&Segment {
+                tau: om * begin,
+                width: om * (end - begin),
+                coefficients: &self.stepper.coefficients,
+                count: COUNT,
+            });
+        }
+        let Dopri5 {
+            stepper,
+            regions,
+            pieces,
+            ..
+        } = self;
+        let at = stepper.trial_instant(om * end);
+        let mut has_changed = regions.settle(system, pieces, &at, passage, observer);
+        stepper.accept();
+        if end >= pieces.end() / om {
+            pieces.advance();
+            has_changed = true;
+        }
+        if has_changed {
+            self.refresh(system, om * end, observer);
+        }
+        self.work.switches = self.regions.switches;
+    }
+
+    fn is_bounded(&self) -> bool {
+        let state = self.stepper.state().iter();
+        state.fold(true, |all, x| all && x.abs() <= self.options.bound)
+    }
+
+    fn run(
         &mut self,
         system: &System,
         tau: (f64, f64),
         state: &mut [f64],
+        phi: Option<&mut DMatrix<f64>>,
+        observer: &mut dyn Observer,
     ) -> IntegrationEnd {
-        let om = system.omega();
-        let (mut t, end) = (tau.0 / om, tau.1 / om);
-        if self.step <= 0.0 {
-            self.step = 0.01 * std::f64::consts::TAU / (1.0 + system.stiffness().amax()).sqrt();
-        }
-        self.rate(system, t, state, 0);
-        for _ in 0..self.options.max_steps {
-            let remaining = end - t;
-            let is_last = self.step >= remaining * (1.0 - 1e-12);
-            let h = if is_last { remaining } else { self.step };
-            let error = self.attempt(system, t, h, state);
-            if !error.is_finite() && state.iter().any(|x| !x.is_finite()) {
-                return IntegrationEnd::Diverged;
-            }
-            let factor = if error.is_finite() {
-                (0.9 * error.max(1e-10).powf(-0.2)).clamp(0.2, 5.0)
-            } else {
-                0.2
-            };
-            if error <= 1.0 {
-                t += h;
-                state.copy_from_slice(&self.trial);
-                // First same as last: the seventh rate belongs to the new state.
-                self.rates.swap(0, 6);
-                if is_last {
-                    return IntegrationEnd::Reached;
-                }
-                self.step = h * factor;
-            } else {
-                self.step = h * factor.min(0.9);
-                if self.step <= 4.0 * f64::EPSILON * t.abs() {
-                    return IntegrationEnd::StepTooSmall;
-                }
-            }
-        }
-        IntegrationEnd::MaxSteps
+        self.stepper.load(state, phi.as_deref());
+        let end = self.integrate(system, tau, observer);
+        self.stepper.store(state, phi);
+        end
+    }
+}
+
+impl Integrator for Dopri5 {
+    fn name(&self) -> &'static str {
+        "dopri5"
     }
 
-    /// One step into `trial`; the error relative to what is allowed.
-    fn attempt(&mut self, system: &System, t: f64, h: f64, state: &[f64]) -> f64 {
-        for stage in 1..7 {
-            for (k, x) in state.iter().enumerate() {
-                let sum: f64 = STAGES[stage]
-                    .iter()
-                    .zip(&self.rates)
-                    .map(|(w, r)| w * r[k])
-                    .sum();
-                self.trial[k] = x + h * sum;
-            }
-            let trial = std::mem::take(&mut self.trial);
-            self.rate(system, t + NODES[stage] * h, &trial, stage);
-            self.trial = trial;
-        }
-        let Dopri5Options {
-            relative, absolute, ..
-        } = self.options;
-        let mut sum = 0.0;
-        for (k, x) in state.iter().enumerate() {
-            let error: f64 = ERROR.iter().zip(&self.rates).map(|(w, r)| w * r[k]).sum();
-            let allowed = absolute + relative * x.abs().max(self.trial[k].abs());
-            sum += (h * error / allowed).powi(2);
-        }
-        (sum / state.len() as f64).sqrt()
+    fn advance(
+        &mut self,
+        system: &System,
+        tau: (f64, f64),
+        state: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> IntegrationEnd {
+        self.run(system, tau, state, None, observer)
     }
 
-    fn rate(&mut self, system: &System, t: f64, state: &[f64], stage: usize) {
-        let n = system.dof();
-        let (positions, velocities) = self.rates[stage].split_at_mut(n);
-        positions.copy_from_slice(&state[n..]);
-        system.acceleration(system.omega() * t, state, &mut self.scratch, velocities);
+    fn advance_with_variation(
+        &mut self,
+        system: &System,
+        tau: (f64, f64),
+        state: &mut [f64],
+        phi: &mut DMatrix<f64>,
+        observer: &mut dyn Observer,
+    ) -> IntegrationEnd {
+        self.run(system, tau, state, Some(phi), observer)
     }
+}
+
+/// What a transmission error adds to the deformation on a step between two phases: -e as a quintic polynomial.
+fn transmission_error(system: &System, k: usize, taus: [f64; 2], h: f64, c: &mut [f64; COUNT]) {
+    let Some(error) = &system.mounts()[k].transmission_error else {
+        return;
+    };
+    let frequency = system.excitation_frequency();
+    let phases = taus.map(|tau| system.subharmonic() as f64 * tau);
+    let [begin, end] = phases.map(|phase| -error.value(phase));
+    let slopes = phases.map(|phase| {
+        [
+            -frequency * error.derivative(phase),
+            -frequency * frequency * error.second_derivative(phase),
+        ]
+    });
+    hermite(c, begin, end - begin, slopes, h);
 }

@@ -1,9 +1,13 @@
 //! Integration in time: one contract, two integrators.
 
 mod dopri5;
+pub mod events;
+mod exact;
 
 pub use dopri5::{Dopri5, Dopri5Options};
+pub use exact::Exact;
 
+use crate::error::SolveError;
 use crate::system::System;
 use nalgebra::DMatrix;
 
@@ -85,12 +89,20 @@ pub struct Switch {
 pub trait Observer {
     /// A stretch has been accepted.
     fn segment(&mut self, _segment: &Segment<'_>) {}
+    /// Whether `segment` is to be called at all.
+    fn wants_segments(&self) -> bool {
+        true
+    }
     /// A switch has been located.
     fn switch(&mut self, _switch: &Switch) {}
 }
 
 /// Nobody watches.
-impl Observer for () {}
+impl Observer for () {
+    fn wants_segments(&self) -> bool {
+        false
+    }
+}
 
 /// Advances a state in time.
 ///
@@ -118,4 +130,39 @@ pub trait Integrator {
         phi: &mut DMatrix<f64>,
         observer: &mut dyn Observer,
     ) -> IntegrationEnd;
+}
+
+/// Which integrator to take.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IntegratorChoice {
+    /// The exact flow where every law allows it, DOPRI5 else; the result says which.
+    #[default]
+    Auto,
+    /// The exact flow; refused where a law does not allow it.
+    Exact,
+    /// Dormand and Prince's method.
+    Dopri5,
+}
+
+/// Switches allowed in one response period before the motion counts as chatter.
+pub const MAX_SWITCHES: usize = 10_000;
+
+/// An integrator for a system.
+///
+/// # Errors
+/// [`SolveError::Unsupported`] when the exact flow is asked for and a connection does not allow it.
+pub fn choose(
+    system: &System,
+    choice: IntegratorChoice,
+) -> Result<Box<dyn Integrator + Send>, SolveError> {
+    let dopri5 = || Box::new(Dopri5::new(system, Dopri5Options::default()));
+    match choice {
+        IntegratorChoice::Dopri5 => Ok(dopri5()),
+        IntegratorChoice::Exact => Ok(Box::new(Exact::new(system, MAX_SWITCHES)?)),
+        IntegratorChoice::Auto => match Exact::new(system, MAX_SWITCHES) {
+            Ok(exact) => Ok(Box::new(exact)),
+            Err(_) => Ok(dopri5()),
+        },
+    }
 }

@@ -2,131 +2,17 @@
 //!
 //! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
 
-use super::newton::{Newton, NewtonOptions, NewtonOutcome, NewtonStatus};
+mod bordered;
+mod types;
+
+pub use types::{ContinuationOptions, PathEnd, PathPoint};
+
+use super::newton::{Newton, NewtonOutcome, NewtonStatus};
 use super::residual::{Linearisation, Residual};
 use crate::error::SolveError;
 use crate::numeric::roots;
+use bordered::Bordered;
 use nalgebra::DVector;
-
-/// Settings of the path following.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContinuationOptions {
-    /// First and last value of the parameter.
-    pub range: (f64, f64),
-    /// First step, in arclength.
-    pub step: f64,
-    /// Smallest step before the path is given up.
-    pub min_step: f64,
-    /// Largest step.
-    pub max_step: f64,
-    /// Points at most.
-    pub max_points: usize,
-    /// Weight of u against lambda in the arclength: ds^2 = weight |du|^2 + dlambda^2.
-    pub weight: f64,
-    /// Corrector.
-    pub newton: NewtonOptions,
-}
-
-impl ContinuationOptions {
-    /// Refuses contradictory settings.
-    ///
-    /// # Errors
-    /// The first setting that makes no sense.
-    pub fn validate(&self) -> Result<(), SolveError> {
-        let option = |name, found: f64, wanted: &str| {
-            Err(SolveError::Option {
-                name,
-                found: found.to_string(),
-                wanted: wanted.to_string(),
-            })
-        };
-        if !(self.min_step > 0.0) {
-            return option("min_step", self.min_step, "> 0");
-        }
-        if !(self.max_step >= self.min_step) {
-            return option("max_step", self.max_step, "at least min_step");
-        }
-        if !(self.step >= self.min_step && self.step <= self.max_step) {
-            return option("step", self.step, "between min_step and max_step");
-        }
-        if self.range.0 == self.range.1 || !self.range.0.is_finite() || !self.range.1.is_finite() {
-            return option("to", self.range.1, "finite and different from `from`");
-        }
-        if self.max_points < 2 {
-            return option("max_points", self.max_points as f64, "at least 2");
-        }
-        Ok(())
-    }
-
-    fn direction(&self) -> f64 {
-        (self.range.1 - self.range.0).signum()
-    }
-}
-
-/// A point of the path with its unit tangent.
-#[derive(Debug, Clone)]
-pub struct PathPoint {
-    /// Unknowns.
-    pub u: DVector<f64>,
-    /// Parameter.
-    pub lambda: f64,
-    /// du/ds.
-    pub tangent_u: DVector<f64>,
-    /// dlambda/ds.
-    pub tangent_lambda: f64,
-    /// Sign of det [dR/du, dR/dlambda; tangent]: changes at branch points and nowhere else on a smooth path.
-    pub orientation: i8,
-    /// How the corrector ended.
-    pub newton: NewtonOutcome,
-}
-
-/// Why a path ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PathEnd {
-    /// The end of the range, solved exactly.
-    RangeReached,
-    /// The path turned back and left the range where it began.
-    ReturnedToStart,
-    /// As many points as were asked for.
-    MaxPoints,
-    /// The corrector failed down to the smallest step.
-    StepTooSmall {
-        /// How the last correction ended.
-        last: NewtonStatus,
-    },
-    /// The path came back to its first point.
-    Closed,
-    /// The user asked to stop.
-    Interrupted,
-}
-
-impl PathEnd {
-    /// One word for files.
-    pub fn reason(&self) -> &'static str {
-        match self {
-            PathEnd::RangeReached => "range_reached",
-            PathEnd::ReturnedToStart => "returned_to_start",
-            PathEnd::MaxPoints => "max_points",
-            PathEnd::StepTooSmall { .. } => "step_too_small",
-            PathEnd::Closed => "closed",
-            PathEnd::Interrupted => "interrupted",
-        }
-    }
-
-    /// A sentence for people.
-    pub fn message(&self) -> String {
-        match self {
-            PathEnd::RangeReached => "the end of the range was reached".into(),
-            PathEnd::ReturnedToStart => {
-                "the branch turned back and left the range where it began".into()
-            }
-            PathEnd::MaxPoints => "max_points was reached".into(),
-            PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
-            PathEnd::Closed => "the branch closed on itself".into(),
-            PathEnd::Interrupted => "interrupted".into(),
-        }
-    }
-}
 
 /// What one call of `advance` brought.
 #[derive(Debug)]
@@ -485,54 +371,5 @@ impl Continuation {
             orientation,
             newton,
         })
-    }
-}
-
-/// The problem with its arclength equation as last row: unknowns (u, lambda), parameter s.
-struct Bordered<'a> {
-    problem: &'a mut dyn Residual,
-    base: &'a PathPoint,
-    weight: f64,
-    inner: &'a mut Linearisation,
-    u: &'a mut DVector<f64>,
-}
-
-impl Residual for Bordered<'_> {
-    fn dim(&self) -> usize {
-        self.problem.dim() + 1
-    }
-
-    fn linearise(
-        &mut self,
-        x: &DVector<f64>,
-        s: f64,
-        out: &mut Linearisation,
-    ) -> Result<(), SolveError> {
-        let dim = self.problem.dim();
-        let lambda = x[dim];
-        self.u.copy_from(&x.rows(0, dim));
-        self.problem.linearise(self.u, lambda, self.inner)?;
-        let inner = &*self.inner;
-        out.magnitude = inner.magnitude;
-        out.r.rows_mut(0, dim).copy_from(&inner.r);
-        out.dr_du
-            .view_mut((0, 0), (dim, dim))
-            .copy_from(&inner.dr_du);
-        out.dr_du
-            .view_mut((0, dim), (dim, 1))
-            .copy_from(&inner.dr_dlambda);
-        // The row is measured in units of the residual, so that one tolerance serves both.
-        let scale = inner.magnitude;
-        let mut along = -s + self.base.tangent_lambda * (lambda - self.base.lambda);
-        for k in 0..dim {
-            let row = self.weight * self.base.tangent_u[k];
-            along += row * (x[k] - self.base.u[k]);
-            out.dr_du[(dim, k)] = scale * row;
-        }
-        out.r[dim] = scale * along;
-        out.dr_du[(dim, dim)] = scale * self.base.tangent_lambda;
-        out.dr_dlambda.fill(0.0);
-        out.dr_dlambda[dim] = -scale;
-        Ok(())
     }
 }

@@ -1,0 +1,100 @@
+//! The orbits kept along a branch: 256 rows each.
+
+use crate::analysis::Setting;
+use crate::report::{Column, Table, Values};
+use crate::solve::orbit::Orbit;
+use crate::system::System;
+use std::f64::consts::TAU;
+
+/// Rows collected so far.
+pub(super) struct OrbitTable {
+    numbers: Vec<Vec<i64>>,
+    series: Vec<Vec<f64>>,
+}
+
+impl OrbitTable {
+    /// No rows yet.
+    pub(super) fn new(setting: &Setting<'_>) -> OrbitTable {
+        let columns = 1 + 3 * setting.assembly.connections.len();
+        OrbitTable {
+            numbers: vec![Vec::new(); 2],
+            series: vec![Vec::new(); columns],
+        }
+    }
+
+    /// Appends one orbit: deformations, their rates and forces, at equal steps of tau, the end excluded.
+    pub(super) fn add(&mut self, (branch, point): (usize, usize), system: &System, orbit: &Orbit) {
+        let e = system.element_count();
+        let (mut state, mut scratch) = (vec![0.0; 2 * system.dof()], system.scratch());
+        for row in 0..ORBIT_ROWS {
+            let tau = TAU * row as f64 / ORBIT_ROWS as f64;
+            orbit.state(tau, &mut state);
+            system.respond(tau, &state, &mut scratch);
+            self.numbers[0].push(branch as i64);
+            self.numbers[1].push(point as i64);
+            self.series[0].push(tau);
+            for k in 0..e {
+                self.series[1 + k].push(scratch.deformation[k]);
+                self.series[1 + e + k].push(scratch.rate[k]);
+                self.series[1 + 2 * e + k].push(scratch.response[k].f);
+            }
+        }
+    }
+
+    /// The table in the units of the report.
+    pub(super) fn finish(self, setting: &Setting<'_>) -> Table {
+        orbit_columns(setting, self.numbers, self.series)
+    }
+}
+
+/// Rows of an orbit in the orbits file.
+const ORBIT_ROWS: usize = 256;
+
+fn orbit_columns(setting: &Setting<'_>, numbers: Vec<Vec<i64>>, series: Vec<Vec<f64>>) -> Table {
+    let scales = &setting.assembly.scales;
+    let mut columns: Vec<Column> = ["branch", "point"]
+        .into_iter()
+        .zip(numbers)
+        .map(|(name, values)| Column {
+            name: name.into(),
+            unit: String::new(),
+            values: Values::Integer(values),
+        })
+        .collect();
+    let mut described = vec![("tau".to_string(), "rad".to_string(), 1.0)];
+    for kind in ["q", "v", "f"] {
+        for (k, connection) in setting.assembly.connections.iter().enumerate() {
+            let (x, force) = setting.model.units_of(k);
+            let (l, w, stiffness) = (
+                scales.displacement[k],
+                scales.frequency,
+                scales.stiffness[k],
+            );
+            let (unit, factor) = match kind {
+                "q" => (x.to_string(), l),
+                "v" => (format!("{x}/s"), l * w),
+                _ => (force.to_string(), stiffness * l),
+            };
+            let (unit, factor) = if setting.is_si() {
+                (unit, factor)
+            } else {
+                (String::new(), 1.0)
+            };
+            described.push((format!("{kind}.{connection}"), unit, factor));
+        }
+    }
+    columns.extend(
+        described
+            .into_iter()
+            .zip(series)
+            .map(|((name, unit, factor), values)| Column {
+                name,
+                unit,
+                values: Values::Float(values.into_iter().map(|x| x * factor).collect()),
+            }),
+    );
+    Table {
+        name: "orbits".into(),
+        columns,
+    }
+}

@@ -1,0 +1,125 @@
+//! Settings, points and ends of a path.
+
+use crate::error::SolveError;
+use crate::solve::newton::{NewtonOptions, NewtonOutcome, NewtonStatus};
+use nalgebra::DVector;
+
+/// Settings of the path following.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContinuationOptions {
+    /// First and last value of the parameter.
+    pub range: (f64, f64),
+    /// First step, in arclength.
+    pub step: f64,
+    /// Smallest step before the path is given up.
+    pub min_step: f64,
+    /// Largest step.
+    pub max_step: f64,
+    /// Points at most.
+    pub max_points: usize,
+    /// Weight of u against lambda in the arclength: ds^2 = weight |du|^2 + dlambda^2.
+    pub weight: f64,
+    /// Corrector.
+    pub newton: NewtonOptions,
+}
+
+impl ContinuationOptions {
+    /// Refuses contradictory settings.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense.
+    pub fn validate(&self) -> Result<(), SolveError> {
+        let option = |name, found: f64, wanted: &str| {
+            Err(SolveError::Option {
+                name,
+                found: found.to_string(),
+                wanted: wanted.to_string(),
+            })
+        };
+        if self.min_step.is_nan() || self.min_step <= 0.0 {
+            return option("min_step", self.min_step, "> 0");
+        }
+        if self.max_step.is_nan() || self.max_step < self.min_step {
+            return option("max_step", self.max_step, "at least min_step");
+        }
+        if !(self.step >= self.min_step && self.step <= self.max_step) {
+            return option("step", self.step, "between min_step and max_step");
+        }
+        if self.range.0 == self.range.1 || !self.range.0.is_finite() || !self.range.1.is_finite() {
+            return option("to", self.range.1, "finite and different from `from`");
+        }
+        if self.max_points < 2 {
+            return option("max_points", self.max_points as f64, "at least 2");
+        }
+        Ok(())
+    }
+
+    pub(super) fn direction(&self) -> f64 {
+        (self.range.1 - self.range.0).signum()
+    }
+}
+
+/// A point of the path with its unit tangent.
+#[derive(Debug, Clone)]
+pub struct PathPoint {
+    /// Unknowns.
+    pub u: DVector<f64>,
+    /// Parameter.
+    pub lambda: f64,
+    /// du/ds.
+    pub tangent_u: DVector<f64>,
+    /// dlambda/ds.
+    pub tangent_lambda: f64,
+    /// Sign of det [dR/du, dR/dlambda; tangent]: changes at branch points and nowhere else on a smooth path.
+    pub orientation: i8,
+    /// How the corrector ended.
+    pub newton: NewtonOutcome,
+}
+
+/// Why a path ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PathEnd {
+    /// The end of the range, solved exactly.
+    RangeReached,
+    /// The path turned back and left the range where it began.
+    ReturnedToStart,
+    /// As many points as were asked for.
+    MaxPoints,
+    /// The corrector failed down to the smallest step.
+    StepTooSmall {
+        /// How the last correction ended.
+        last: NewtonStatus,
+    },
+    /// The path came back to its first point.
+    Closed,
+    /// The user asked to stop.
+    Interrupted,
+}
+
+impl PathEnd {
+    /// One word for files.
+    pub fn reason(&self) -> &'static str {
+        match self {
+            PathEnd::RangeReached => "range_reached",
+            PathEnd::ReturnedToStart => "returned_to_start",
+            PathEnd::MaxPoints => "max_points",
+            PathEnd::StepTooSmall { .. } => "step_too_small",
+            PathEnd::Closed => "closed",
+            PathEnd::Interrupted => "interrupted",
+        }
+    }
+
+    /// A sentence for people.
+    pub fn message(&self) -> String {
+        match self {
+            PathEnd::RangeReached => "the end of the range was reached".into(),
+            PathEnd::ReturnedToStart => {
+                "the branch turned back and left the range where it began".into()
+            }
+            PathEnd::MaxPoints => "max_points was reached".into(),
+            PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
+            PathEnd::Closed => "the branch closed on itself".into(),
+            PathEnd::Interrupted => "interrupted".into(),
+        }
+    }
+}

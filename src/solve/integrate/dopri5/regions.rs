@@ -1,0 +1,248 @@
+//! In which region of its law every connection is, and where it leaves it.
+
+use super::pieces::Pieces;
+use crate::solve::integrate::events::{Direction, first_passage};
+use crate::solve::integrate::{Observer, Switch};
+use crate::system::{Scratch, System};
+
+/// Coefficients of the quintic polynomials of a step.
+pub(super) const COUNT: usize = 6;
+
+/// The passage that ends a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passage {
+    /// Share of the step before it.
+    pub(super) x: f64,
+    connection: usize,
+    level: f64,
+    direction: Direction,
+}
+
+/// Breakpoints of every law, and between which two of them the connection is.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Regions {
+    levels: Vec<Vec<f64>>,
+    region: Vec<usize>,
+    /// The region of each law, moved inwards by rounding: laws are evaluated inside.
+    windows: Vec<(f64, f64)>,
+    /// Breakpoints passed since the start.
+    pub(super) switches: usize,
+}
+
+/// A state with everything that is known about it: tau, [q; v], accelerations, deformations.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Instant<'a> {
+    pub(super) tau: f64,
+    pub(super) state: &'a [f64],
+    pub(super) acceleration: &'a [f64],
+    pub(super) scratch: &'a Scratch,
+}
+
+impl Regions {
+    /// Reads the breakpoints and places every connection by its deformation alone.
+    pub(super) fn start(&mut self, system: &System, deformation: &[f64]) {
+        self.levels.clear();
+        let breakpoints = system.mounts().iter().map(|m| m.element.breakpoints());
+        self.levels.extend(breakpoints);
+        self.region.clear();
+        let places = self.levels.iter().zip(deformation);
+        self.region
+            .extend(places.map(|(levels, x)| levels.iter().filter(|l| **l < *x).count()));
+        self.windows.resize(self.levels.len(), (0.0, 0.0));
+        (0..self.levels.len()).for_each(|k| self.set_window(k));
+        self.switches = 0;
+    }
+
+    /// Windows of the laws, one a connection.
+    pub(super) fn windows(&self) -> &[(f64, f64)] {
+        &self.windows
+    }
+
+    fn set_window(&mut self, k: usize) {
+        let (levels, region) = (&self.levels[k], self.region[k]);
+        let below = region.checked_sub(1).map(|r| levels[r]);
+        let above = levels.get(region).copied();
+        let room = match (below, above) {
+            (Some(a), Some(b)) => 0.25 * (b - a),
+            _ => f64::INFINITY,
+        };
+        let low = below.map_or(f64::NEG_INFINITY, |l| l + room.min(nudge(l)));
+        let high = above.map_or(f64::INFINITY, |l| l - room.min(nudge(l)));
+        self.windows[k] = (low, high);
+    }
+
+    /// The first passage of any connection through an end of its region on a step.
+    ///
+    /// `coefficients`: those of q; `error`: of the transmission errors, in powers of x.
+    pub(super) fn first_passage(
+        &self,
+        system: &System,
+        coefficients: &[f64],
+        mut error: impl FnMut(usize, &mut [f64; COUNT]),
+    ) -> Option<Passage> {
+        let mut first: Option<Passage> = None;
+        let mut begin = 0.0_f64;
+        for q in coefficients.chunks_exact(COUNT) {
+            begin = begin.max(q[0].abs());
+        }
+        for (k, levels) in self.levels.iter().enumerate() {
+            if levels.is_empty() {
+                continue;
+            }
+            let mut deformation = [0.0; COUNT];
+            error(k, &mut deformation);
+            let row = system.element_map().row(k);
+            for (w, q) in row.iter().zip(coefficients.chunks_exact(COUNT)) {
+                for (d, c) in deformation.iter_mut().zip(q) {
+                    *d += w * c;
+                }
+            }
+            let region = self.region[k];
+            let ends = [
+                (region.checked_sub(1).map(|r| levels[r]), Direction::Down),
+                (levels.get(region).copied(), Direction::Up),
+            ];
+            for (level, direction) in ends {
+                let Some(level) = level else { continue };
+                let tolerance = tolerance(level, begin);
+                let Some(x) = first_passage(&deformation, level, direction, tolerance) else {
+                    continue;
+                };
+                if first.is_none_or(|f| x < f.x) {
+                    first = Some(Passage {
+                        x,
+                        connection: k,
+                        level,
+                        direction,
+                    });
+                }
+            }
+        }
+        first
+    }
+
+    /// How far beyond its level a passage is, how fast it goes on, and the distance that counts as none.
+    pub(super) fn beyond(passage: &Passage, at: &Instant<'_>) -> (f64, f64, f64) {
+        let k = passage.connection;
+        let sign = passage.direction.sign();
+        let distance = sign * (at.scratch.deformation[k] - passage.level);
+        let n = at.acceleration.len();
+        let tolerance = 0.5 * tolerance(passage.level, largest(&at.state[..n]));
+        (distance, sign * at.scratch.rate[k], tolerance)
+    }
+
+    /// Moves every connection into the region it is in or about to enter; `landed` passes in any case. Says whether
+    /// anything moved.
+    pub(super) fn settle(
+        &mut self,
+        system: &System,
+        pieces: &Pieces,
+        at: &Instant<'_>,
+        landed: Option<Passage>,
+        observer: &mut dyn Observer,
+    ) -> bool {
+        let before = self.switches;
+        let scale = largest(&at.state[..at.acceleration.len()]);
+        for k in 0..self.levels.len() {
+            if let Some(passage) = landed.filter(|p| p.connection == k) {
+                self.pass(system, at, k, passage.direction, observer);
+                continue;
+            }
+            while let Some(level) = self.levels[k].get(self.region[k]).copied() {
+                if !is_above(system, pieces, at, k, level, scale) {
+                    break;
+                }
+                self.pass(system, at, k, Direction::Up, observer);
+            }
+            while let Some(below) = self.region[k].checked_sub(1) {
+                if is_above(system, pieces, at, k, self.levels[k][below], scale) {
+                    break;
+                }
+                self.pass(system, at, k, Direction::Down, observer);
+            }
+        }
+        self.switches > before
+    }
+
+    fn pass(
+        &mut self,
+        system: &System,
+        at: &Instant<'_>,
+        k: usize,
+        direction: Direction,
+        observer: &mut dyn Observer,
+    ) {
+        let element = &system.mounts()[k].element;
+        let level = match direction {
+            Direction::Up => self.levels[k][self.region[k]],
+            Direction::Down => self.levels[k][self.region[k] - 1],
+        };
+        let leaving = self.windows[k];
+        match direction {
+            Direction::Up => self.region[k] += 1,
+            Direction::Down => self.region[k] -= 1,
+        }
+        self.set_window(k);
+        let entering = self.windows[k];
+        let (from, to) = match direction {
+            Direction::Up => (leaving.1, entering.0),
+            Direction::Down => (leaving.0, entering.1),
+        };
+        self.switches += 1;
+        observer.switch(&Switch {
+            tau: at.tau,
+            connection: k,
+            level,
+            from: element.flank(from),
+            to: element.flank(to),
+            velocity: at.scratch.rate[k],
+        });
+    }
+}
+
+/// Whether a deformation is above a level or, on the level, about to be.
+fn is_above(
+    system: &System,
+    pieces: &Pieces,
+    at: &Instant<'_>,
+    k: usize,
+    level: f64,
+    scale: f64,
+) -> bool {
+    let (x, rate) = (at.scratch.deformation[k], at.scratch.rate[k]);
+    let tolerance = tolerance(level, scale);
+    if (x - level).abs() > tolerance {
+        return x > level;
+    }
+    let row = system.element_map().row(k);
+    let mut bend: f64 = row.iter().zip(at.acceleration).map(|(w, a)| w * a).sum();
+    if let Some(error) = &system.mounts()[k].transmission_error {
+        let phase = system.subharmonic() as f64 * pieces.clamp(at.tau);
+        bend -= system.excitation_frequency().powi(2) * error.second_derivative(phase);
+    }
+    // A rate that the acceleration turns round within the tolerance says nothing.
+    let direction = if rate * rate > 2.0 * bend.abs() * tolerance {
+        rate
+    } else {
+        bend
+    };
+    if direction == 0.0 {
+        x > level
+    } else {
+        direction > 0.0
+    }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+/// Rounding of the distance between a deformation and a level.
+fn tolerance(level: f64, scale: f64) -> f64 {
+    16.0 * f64::EPSILON * (level.abs() + scale)
+}
+
+/// A distance from a level that a law's own rounding does not bridge.
+fn nudge(level: f64) -> f64 {
+    8.0 * f64::EPSILON * level.abs().max(1e-3)
+}

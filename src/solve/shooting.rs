@@ -1,0 +1,157 @@
+//! Shooting: fixed points of the Poincaré map over nu excitation periods.
+//!
+//!     R(u_0) = P^nu(u_0) - u_0,    dR/du_0 = Phi - I,    u_0 = {q(0), v(0)}
+//!
+//! Rook & Singh (1995), eq. (23); v = Om q' as everywhere.
+
+use super::family::Family;
+use super::floquet;
+use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
+use super::orbit::Orbit;
+use super::residual::{Linearisation, PeriodicResidual, Residual};
+use super::segment_orbit::SegmentOrbit;
+use crate::error::SolveError;
+use crate::system::System;
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex;
+use std::f64::consts::TAU;
+
+/// The shooting residual of a family of systems.
+pub struct Shooting<F: Family> {
+    family: F,
+    choice: IntegratorChoice,
+    integrator: Box<dyn Integrator + Send>,
+    /// Parameter for which the integrator's tables were made.
+    prepared: f64,
+    state: Vec<f64>,
+    phi: DMatrix<f64>,
+}
+
+/// Step of the central difference in the parameter, relative; the flow is good to rounding.
+const DIFFERENCE: f64 = 6e-6;
+
+impl<F: Family> Shooting<F> {
+    /// Buffers and tables at a parameter.
+    ///
+    /// # Errors
+    /// The system cannot be made, or the integrator cannot take it.
+    pub fn new(
+        mut family: F,
+        lambda: f64,
+        choice: IntegratorChoice,
+    ) -> Result<Shooting<F>, SolveError> {
+        let system = family.at(lambda)?;
+        let size = 2 * system.dof();
+        let integrator = choose(system, choice)?;
+        let (state, phi) = (vec![0.0; size], DMatrix::identity(size, size));
+        Ok(Shooting {
+            family,
+            choice,
+            integrator,
+            prepared: lambda,
+            state,
+            phi,
+        })
+    }
+
+    /// `exact` or `dopri5`.
+    pub fn integrator(&self) -> &'static str {
+        self.integrator.name()
+    }
+
+    /// The integrator keeps tables of the laws: they are made anew when anything but the frequency changes.
+    fn prepare(&mut self, lambda: f64) -> Result<(), SolveError> {
+        if lambda != self.prepared && !self.family.is_frequency() {
+            self.integrator = choose(self.family.at(lambda)?, self.choice)?;
+        }
+        self.prepared = lambda;
+        Ok(())
+    }
+
+    /// P^nu(u), with the transition matrix into `self.phi` when asked for.
+    fn map(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        with_variation: bool,
+    ) -> Result<IntegrationEnd, SolveError> {
+        self.prepare(lambda)?;
+        let system = self.family.at(lambda)?;
+        self.state.copy_from_slice(u.as_slice());
+        if !with_variation {
+            return Ok(self
+                .integrator
+                .advance(system, (0.0, TAU), &mut self.state, &mut ()));
+        }
+        self.phi.fill_with_identity();
+        Ok(self.integrator.advance_with_variation(
+            system,
+            (0.0, TAU),
+            &mut self.state,
+            &mut self.phi,
+            &mut (),
+        ))
+    }
+}
+
+impl<F: Family> Residual for Shooting<F> {
+    fn dim(&self) -> usize {
+        self.state.len()
+    }
+
+    fn linearise(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        let h = DIFFERENCE * lambda.abs().max(1e-3);
+        for (shift, sign) in [(h, 1.0), (-h, -1.0)] {
+            self.map(u, lambda + shift, false)?;
+            let column = out.dr_dlambda.iter_mut().zip(&self.state);
+            column.for_each(|(d, x)| *d = if sign > 0.0 { *x } else { (*d - x) / (2.0 * h) });
+        }
+        // A flow that does not reach the end of the period has no image: the caller sees a residual that is not finite.
+        let end = self.map(u, lambda, true)?;
+        let valid = if end == IntegrationEnd::Reached {
+            1.0
+        } else {
+            f64::NAN
+        };
+        out.magnitude = u.amax();
+        for (k, x) in self.state.iter().enumerate() {
+            out.r[k] = valid * (x - u[k]);
+            out.magnitude = out.magnitude.max(x.abs());
+        }
+        out.dr_du.copy_from(&self.phi);
+        for k in 0..u.len() {
+            out.dr_du[(k, k)] -= 1.0;
+        }
+        Ok(())
+    }
+}
+
+impl<F: Family> PeriodicResidual for Shooting<F> {
+    fn system_at(&mut self, lambda: f64) -> Result<&System, SolveError> {
+        self.family.at(lambda)
+    }
+
+    fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
+        self.prepare(lambda)?;
+        let system = self.family.at(lambda)?;
+        self.state.copy_from_slice(u.as_slice());
+        let mut orbit = SegmentOrbit::new(system.omega(), system.subharmonic(), system.dof());
+        self.integrator
+            .advance(system, (0.0, TAU), &mut self.state, &mut orbit);
+        Ok(Orbit::Segments(orbit))
+    }
+
+    fn multipliers(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Vec<Complex<f64>>, SolveError> {
+        self.map(u, lambda, true)?;
+        Ok(floquet::multipliers(&self.phi))
+    }
+}
