@@ -4,9 +4,10 @@ mod common;
 
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
+use gearlash::solve::integrate::{Dopri5, Dopri5Options, Integrator};
 use gearlash::solve::newton::{Newton, NewtonOptions};
 use gearlash::solve::residual::{Linearisation, Residual};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
 
@@ -66,4 +67,21 @@ fn nothing_after_warm_up() {
         assert!(iterations > 2);
         assert_eq!(solve, 0, "Newton's iteration, {harmonics} harmonics");
     }
+}
+
+#[test]
+fn integration_allocates_by_the_call_not_by_the_step() {
+    let mut system = common::system(&common::reference("fig11_case1")["system"]);
+    system.set_excitation_frequency(0.9);
+    let mut integrator = Dopri5::new(&system, Dopri5Options::default());
+    let mut count = |turns: f64| {
+        let (mut state, mut phi) = ([1.0, 0.5, 0.0, 0.2], DMatrix::identity(4, 4));
+        let span = (0.0, turns * std::f64::consts::TAU);
+        counted(|| {
+            integrator.advance(&system, span, &mut state, &mut ());
+            integrator.advance_with_variation(&system, span, &mut state, &mut phi, &mut ());
+        })
+    };
+    count(1.0);
+    assert_eq!(count(1.0), count(20.0));
 }

@@ -231,8 +231,12 @@ impl Dopri5 {
         let om = system.omega();
         let taus = [t, t + tried].map(|t| self.pieces.clamp(om * t));
         let error = |k: usize, c: &mut [f64; COUNT]| transmission_error(system, k, taus, tried, c);
+        let begin = (om * t, self.stepper.state());
         let coefficients = &self.stepper.coefficients;
-        let Some(passage) = self.regions.first_passage(system, coefficients, error) else {
+        let passage = self
+            .regions
+            .first_passage(system, begin, coefficients, error);
+        let Some(passage) = passage else {
             return (tried, None);
         };
         let (h, landed) = self.land(system, t, tried, &passage);
@@ -250,8 +254,9 @@ impl Dopri5 {
         for _ in 0..LANDINGS {
             self.attempt(system, t, h);
             let tau = system.omega() * (t + h);
-            let (distance, rate, tolerance) =
-                Regions::beyond(passage, &self.stepper.trial_instant(tau));
+            let (distance, rate, tolerance) = self
+                .regions
+                .beyond(passage, &self.stepper.trial_instant(tau));
             if distance.abs() <= tolerance {
                 return (h, true);
             }
@@ -266,14 +271,16 @@ impl Dopri5 {
             } else {
                 0.5 * (low + high)
             };
-            if next == h || next == low {
+            // Time resolves no more.
+            if next == h || high - low <= 2.0 * f64::EPSILON * t.abs() {
                 return (h, true);
             }
             h = next;
         }
-        let h = if low > 0.0 { low } else { high };
+        let stands = t + low == t;
+        let h = if stands && high < tried { high } else { low };
         self.attempt(system, t, h);
-        (h, low == 0.0)
+        (h, stands)
     }
 
     /// Accepts the step between two times and whatever happens at its end.
@@ -314,8 +321,8 @@ impl Dopri5 {
     }
 
     fn is_bounded(&self) -> bool {
-        let state = self.stepper.state().iter();
-        state.fold(true, |all, x| all && x.abs() <= self.options.bound)
+        let mut state = self.stepper.state().iter();
+        state.all(|x| x.abs() <= self.options.bound)
     }
 
     fn run(

@@ -94,8 +94,8 @@ fn search(b: &[f64], left: f64, width: f64, coefficients: &[f64]) -> Option<f64>
         ([0.0; MAX_DEGREE + 1], [0.0; MAX_DEGREE + 1]);
     let count = b.len();
     high[..count].copy_from_slice(b);
-    for k in 0..count {
-        low[k] = high[0];
+    for (k, first) in low.iter_mut().enumerate().take(count) {
+        *first = high[0];
         for i in 0..count - 1 - k {
             high[i] = 0.5 * (high[i] + high[i + 1]);
         }

@@ -1,6 +1,7 @@
 //! In which region of its law every connection is, and where it leaves it.
 
 use super::pieces::Pieces;
+use crate::numeric::periodic::Periodic;
 use crate::solve::integrate::events::{Direction, first_passage};
 use crate::solve::integrate::{Observer, Switch};
 use crate::system::{Scratch, System};
@@ -25,6 +26,8 @@ pub(super) struct Regions {
     region: Vec<usize>,
     /// The region of each law, moved inwards by rounding: laws are evaluated inside.
     windows: Vec<(f64, f64)>,
+    /// Largest value and slope of each transmission error together, per radian of the response.
+    slopes: Vec<f64>,
     /// Breakpoints passed since the start.
     pub(super) switches: usize,
 }
@@ -50,7 +53,19 @@ impl Regions {
             .extend(places.map(|(levels, x)| levels.iter().filter(|l| **l < *x).count()));
         self.windows.resize(self.levels.len(), (0.0, 0.0));
         (0..self.levels.len()).for_each(|k| self.set_window(k));
+        self.slopes.clear();
+        let slope = |error: &Periodic| system.subharmonic() as f64 * steepest(error);
+        let errors = system.mounts().iter().map(|m| &m.transmission_error);
+        self.slopes
+            .extend(errors.map(|e| e.as_ref().map_or(0.0, slope)));
         self.switches = 0;
+    }
+
+    /// Rounding of the distance between a deformation and a level, at a phase of the response.
+    fn tolerance(&self, k: usize, level: f64, state: &[f64], tau: f64) -> f64 {
+        // Velocities stand for the size of the motion where a level at 0 is passed.
+        let scale = level.abs() + largest(state);
+        16.0 * f64::EPSILON * (scale + self.slopes[k] * (1.0 + tau.abs()))
     }
 
     /// Windows of the laws, one a connection.
@@ -73,18 +88,15 @@ impl Regions {
 
     /// The first passage of any connection through an end of its region on a step.
     ///
-    /// `coefficients`: those of q; `error`: of the transmission errors, in powers of x.
+    /// `tau` and `state` at its begin; `coefficients`: those of q; `error`: of the transmission errors, in powers of x.
     pub(super) fn first_passage(
         &self,
         system: &System,
+        (tau, state): (f64, &[f64]),
         coefficients: &[f64],
         mut error: impl FnMut(usize, &mut [f64; COUNT]),
     ) -> Option<Passage> {
         let mut first: Option<Passage> = None;
-        let mut begin = 0.0_f64;
-        for q in coefficients.chunks_exact(COUNT) {
-            begin = begin.max(q[0].abs());
-        }
         for (k, levels) in self.levels.iter().enumerate() {
             if levels.is_empty() {
                 continue;
@@ -104,7 +116,7 @@ impl Regions {
             ];
             for (level, direction) in ends {
                 let Some(level) = level else { continue };
-                let tolerance = tolerance(level, begin);
+                let tolerance = self.tolerance(k, level, state, tau);
                 let Some(x) = first_passage(&deformation, level, direction, tolerance) else {
                     continue;
                 };
@@ -122,12 +134,11 @@ impl Regions {
     }
 
     /// How far beyond its level a passage is, how fast it goes on, and the distance that counts as none.
-    pub(super) fn beyond(passage: &Passage, at: &Instant<'_>) -> (f64, f64, f64) {
+    pub(super) fn beyond(&self, passage: &Passage, at: &Instant<'_>) -> (f64, f64, f64) {
         let k = passage.connection;
         let sign = passage.direction.sign();
         let distance = sign * (at.scratch.deformation[k] - passage.level);
-        let n = at.acceleration.len();
-        let tolerance = 0.5 * tolerance(passage.level, largest(&at.state[..n]));
+        let tolerance = 0.5 * self.tolerance(k, passage.level, at.state, at.tau);
         (distance, sign * at.scratch.rate[k], tolerance)
     }
 
@@ -142,26 +153,58 @@ impl Regions {
         observer: &mut dyn Observer,
     ) -> bool {
         let before = self.switches;
-        let scale = largest(&at.state[..at.acceleration.len()]);
         for k in 0..self.levels.len() {
             if let Some(passage) = landed.filter(|p| p.connection == k) {
                 self.pass(system, at, k, passage.direction, observer);
                 continue;
             }
             while let Some(level) = self.levels[k].get(self.region[k]).copied() {
-                if !is_above(system, pieces, at, k, level, scale) {
+                if !self.is_above(system, pieces, at, k, level) {
                     break;
                 }
                 self.pass(system, at, k, Direction::Up, observer);
             }
             while let Some(below) = self.region[k].checked_sub(1) {
-                if is_above(system, pieces, at, k, self.levels[k][below], scale) {
+                if self.is_above(system, pieces, at, k, self.levels[k][below]) {
                     break;
                 }
                 self.pass(system, at, k, Direction::Down, observer);
             }
         }
         self.switches > before
+    }
+
+    /// Whether a deformation is above a level or, on the level, about to be.
+    fn is_above(
+        &self,
+        system: &System,
+        pieces: &Pieces,
+        at: &Instant<'_>,
+        k: usize,
+        level: f64,
+    ) -> bool {
+        let (x, rate) = (at.scratch.deformation[k], at.scratch.rate[k]);
+        let tolerance = self.tolerance(k, level, at.state, at.tau);
+        if (x - level).abs() > tolerance {
+            return x > level;
+        }
+        let row = system.element_map().row(k);
+        let mut bend: f64 = row.iter().zip(at.acceleration).map(|(w, a)| w * a).sum();
+        if let Some(error) = &system.mounts()[k].transmission_error {
+            let phase = system.subharmonic() as f64 * pieces.clamp(at.tau);
+            bend -= system.excitation_frequency().powi(2) * error.second_derivative(phase);
+        }
+        // A rate that the acceleration turns round within the tolerance says nothing.
+        let direction = if rate * rate > 2.0 * bend.abs() * tolerance {
+            rate
+        } else {
+            bend
+        };
+        if direction == 0.0 {
+            x > level
+        } else {
+            direction > 0.0
+        }
     }
 
     fn pass(
@@ -200,46 +243,21 @@ impl Regions {
     }
 }
 
-/// Whether a deformation is above a level or, on the level, about to be.
-fn is_above(
-    system: &System,
-    pieces: &Pieces,
-    at: &Instant<'_>,
-    k: usize,
-    level: f64,
-    scale: f64,
-) -> bool {
-    let (x, rate) = (at.scratch.deformation[k], at.scratch.rate[k]);
-    let tolerance = tolerance(level, scale);
-    if (x - level).abs() > tolerance {
-        return x > level;
-    }
-    let row = system.element_map().row(k);
-    let mut bend: f64 = row.iter().zip(at.acceleration).map(|(w, a)| w * a).sum();
-    if let Some(error) = &system.mounts()[k].transmission_error {
-        let phase = system.subharmonic() as f64 * pieces.clamp(at.tau);
-        bend -= system.excitation_frequency().powi(2) * error.second_derivative(phase);
-    }
-    // A rate that the acceleration turns round within the tolerance says nothing.
-    let direction = if rate * rate > 2.0 * bend.abs() * tolerance {
-        rate
-    } else {
-        bend
-    };
-    if direction == 0.0 {
-        x > level
-    } else {
-        direction > 0.0
-    }
-}
-
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
-/// Rounding of the distance between a deformation and a level.
-fn tolerance(level: f64, scale: f64) -> f64 {
-    16.0 * f64::EPSILON * (level.abs() + scale)
+/// Largest value and slope of a series together.
+fn steepest(series: &Periodic) -> f64 {
+    match series {
+        Periodic::Fourier { mean, harmonics } => harmonics.iter().fold(mean.abs(), |sum, h| {
+            sum + h.order as f64 * (h.cos.abs() + h.sin.abs())
+        }),
+        Periodic::Table { values, base_order } => {
+            largest(values) * (1.0 + (values.len() * base_order) as f64)
+        }
+        Periodic::Rectangular { high, low, .. } => high.abs().max(low.abs()),
+    }
 }
 
 /// A distance from a level that a law's own rounding does not bridge.

@@ -187,12 +187,12 @@ impl Stepper {
         (t, h): (f64, f64),
         options: &Dopri5Options,
     ) -> f64 {
-        for stage in 1..7 {
+        for (stage, node) in NODES.iter().enumerate().skip(1) {
             self.state.set_trial(stage, h);
             if self.has_variation {
                 self.variation.set_trial(stage, h);
             }
-            self.rate(system, regions, pieces, t + NODES[stage] * h, stage);
+            self.rate(system, regions, pieces, t + node * h, stage);
         }
         let Dopri5Options {
             relative, absolute, ..
