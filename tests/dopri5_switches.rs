@@ -305,6 +305,10 @@ fn random_systems_agree_at_two_tolerances() {
         let n = 1 + round % 3;
         let system = noise.system(n, n + round % 2);
         let start: Vec<f64> = (0..2 * n).map(|_| noise.next()).collect();
+        let [rough, sharp] = [Dopri5Options::default(), tight()]
+            .map(|options| transition(&system, options, TAU, &mut start.clone()));
+        let error = (&rough - &sharp).amax() / sharp.amax().max(1.0);
+        assert!(error < 1e-8, "round {round}: Phi {error:e}");
         let (mut a, mut b) = (start.clone(), start);
         let coarse = advance(&system, Dopri5Options::default(), (0.0, 2.0 * TAU), &mut a);
         let fine = advance(&system, tight(), (0.0, 2.0 * TAU), &mut b);
