@@ -95,6 +95,18 @@ fn a_spiral_into_a_fixed_point_is_undecided() {
     assert_eq!(label(&points, 2, Some(&neutral(300))), Label::Undecided);
 }
 
+#[test]
+fn a_slow_approach_to_a_doubled_cycle_is_undecided() {
+    // At a period doubling deviations fall like the inverse root of time, not exponentially.
+    let mut points = cycle(7, 300);
+    for (k, point) in points.chunks_exact_mut(2).enumerate() {
+        let sign = if k / 7 % 2 == 0 { 1.0 } else { -1.0 };
+        point[0] += sign * 1e-2 / (100.0 + k as f64).sqrt();
+    }
+    assert_eq!(label(&points, 2, None), Label::Undecided);
+    assert_eq!(label(&points, 2, Some(&neutral(300))), Label::Undecided);
+}
+
 /// x <- a x (1 - x) with its exponent ln|a (1 - 2 x)| through the accumulator.
 fn logistic(a: f64, count: usize) -> (Vec<f64>, Exponents) {
     let (mut x, mut deviations) = (0.312, Lyapunov::new(1));

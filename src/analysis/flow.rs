@@ -3,7 +3,7 @@
 use super::{Fault, Setting};
 use crate::postprocess::lyapunov::{Exponents, Lyapunov};
 use crate::solve::equilibrium::equilibrium;
-use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
+use crate::solve::integrate::{self, IntegrationEnd, Integrator, IntegratorChoice};
 use crate::system::System;
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ pub fn integrator(
     system: &System,
     choice: IntegratorChoice,
 ) -> Result<Box<dyn Integrator + Send>, Fault> {
-    choose(system, choice)
+    integrate::choose(system, choice)
         .map_err(|error| Fault::new("integrator", setting.name_connection(&error)))
 }
 

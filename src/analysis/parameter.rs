@@ -179,7 +179,7 @@ fn leaves(node: &Node, path: String, out: &mut Vec<String>) {
         Value::Scalar { .. } => out.push(path),
         Value::List(list) => {
             for (k, entry) in list.iter().enumerate() {
-                leaves(entry, join(&path, &k.to_string()), out);
+                leaves(entry, join(&path, k.to_string()), out);
             }
         }
         Value::Map(map) => {

@@ -50,8 +50,10 @@ pub(super) mod defaults {
 
 /// Points recorded at most.
 pub(super) const MAX_POINTS: usize = 50_000_000;
+/// Periods between two reports of the progress.
+pub(super) const REPORTED: usize = 64;
 /// Runs with a colour of their own.
-pub(super) const MAX_COLOURS: usize = 6;
+const MAX_COLOURS: usize = 6;
 
 #[typetag::serde(name = "poincare_map")]
 impl Analysis for PoincareMap {
@@ -145,9 +147,11 @@ impl PoincareMap {
         };
         let mut keep_going = |_: usize| {
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let words = format!("period {count} of {total}");
-            let share = count as f64 / total as f64;
-            setting.control.progress(setting.name, share, &words);
+            if count.is_multiple_of(REPORTED) {
+                let words = format!("period {count} of {total}");
+                let share = count as f64 / total as f64;
+                setting.control.progress(setting.name, share, &words);
+            }
             !setting.control.is_interrupted()
         };
         let record = flow::poincare(

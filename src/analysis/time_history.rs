@@ -1,12 +1,12 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
 use super::flow::{self, Stop};
+use super::poincare_map::REPORTED;
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
-use crate::solve::integrate::IntegratorChoice;
-use crate::solve::integrate::{IntegrationEnd, Observer, Segment, Switch};
+use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
 use crate::system::{Scratch, System};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -117,9 +117,11 @@ impl Analysis for TimeHistory {
             if period >= self.transient {
                 record.row(period + 1, 0, &state);
             }
-            let share = (period + 1) as f64 / total as f64;
-            let words = format!("period {} of {total}", period + 1);
-            setting.control.progress(setting.name, share, &words);
+            if period.is_multiple_of(REPORTED) {
+                let share = (period + 1) as f64 / total as f64;
+                let words = format!("period {} of {total}", period + 1);
+                setting.control.progress(setting.name, share, &words);
+            }
         }
         let rows = record.times.len();
         let mut report = Report {

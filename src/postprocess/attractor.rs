@@ -11,7 +11,9 @@
 //!   deviations by at least e^[`STRETCH`] over the record. Never without exponents.
 //! - **quasi-periodic**: the largest exponent is within [`SIGMAS`] standard errors of 0 (or has changed deviations by less
 //!   than a factor e over the record), the 0-1 test of Gottwald and Melbourne on the points gives regular motion
-//!   (K < [`REGULAR`]), and the record does not close in on a periodic orbit. Without exponents the 0-1 test decides alone,
+//!   (K < [`REGULAR`]), and the record does not close in on a periodic orbit: its best recurrence neither halves from the
+//!   first half of the record to the second nor falls below [`CLOSE`] (a slow transient cannot be told from a torus then).
+//!   Without exponents the 0-1 test decides alone,
 //!   more strictly (K < [`STRICTLY_REGULAR`]). At least [`LEAST_POINTS`] points.
 
 use super::lyapunov::Exponents;
@@ -30,6 +32,8 @@ pub const STRETCH: f64 = 3.0;
 pub const REGULAR: f64 = 0.5;
 /// The same when there is no exponent.
 pub const STRICTLY_REGULAR: f64 = 0.2;
+/// Best recurrence, relative to the largest modulus of the coordinate, below which a torus is not claimed.
+pub const CLOSE: f64 = 1e-3;
 /// Points below which a record is too short for the 0-1 test.
 pub const LEAST_POINTS: usize = 100;
 
@@ -130,7 +134,7 @@ fn recurrence(points: &[f64], scale: &[f64], n: usize) -> f64 {
     worst
 }
 
-/// Whether the best recurrence of the second half of the record is less than half of that of the first: a transient.
+/// Whether the best recurrence of the second half of the record is less than half of that of the first, or small: a transient.
 fn closes_in(points: &[f64], size: usize) -> bool {
     let scale = moduli(points, size);
     let middle = points.len() / size / 2 * size;
@@ -140,7 +144,7 @@ fn closes_in(points: &[f64], size: usize) -> bool {
             .map(|n| recurrence(half, &scale, n))
             .fold(f64::INFINITY, f64::min)
     };
-    best(&points[middle..]) < 0.5 * best(&points[..middle])
+    best(&points[middle..]) < CLOSE.max(0.5 * best(&points[..middle]))
 }
 
 /// The coordinate that varies most, without its mean.
