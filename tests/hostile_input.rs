@@ -134,9 +134,6 @@ fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
     list
 }
 
-/// The one place where an enormous number does not end yet: multipliers of a matrix that has overflown.
-const LEFT_OUT: &str = "amplitude: 1.0e-6";
-
 /// Puts a value in every numeric place in turn, runs, and looks at what comes out.
 #[track_caller]
 fn put_everywhere(value: &str, is_always_wrong: bool) {
@@ -145,9 +142,6 @@ fn put_everywhere(value: &str, is_always_wrong: bool) {
         let places = numbers(text);
         assert!(places.len() >= 10);
         for range in places {
-            if value.ends_with("1e308") && text[..range.end].ends_with(LEFT_OUT) {
-                continue;
-            }
             let mut changed = text.to_owned();
             changed.replace_range(range.clone(), value);
             if let Err(fault) = outcome(&changed, is_always_wrong) {

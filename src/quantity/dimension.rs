@@ -119,8 +119,13 @@ impl UnitDimension {
         named.map(|(_, _, example)| *example)
     }
 
-    /// SI unit, such as `kg m/s^2`; `1` for a pure number.
+    /// SI unit, such as `N m` or, where no customary name is known, `kg m/s^3`; `1` for a pure number.
     pub fn unit(self) -> String {
+        let named = NAMED.iter().find(|named| named.0 == self);
+        let bracketed = named.and_then(|(_, words, _)| words.split_once('[')?.1.strip_suffix(']'));
+        if let Some(unit) = bracketed {
+            return unit.to_owned();
+        }
         let bases = [
             (self.mass, "kg"),
             (self.length, "m"),

@@ -322,7 +322,7 @@ impl Series {
             (now[i], next[i]) = (state[i], state[N + i] * self.unit);
             (self.q[i * COUNT], self.q[i * COUNT + 1]) = (now[i], next[i]);
         }
-        for k in 0..COUNT - 2 {
+        for (k, reciprocal) in RECIPROCAL.iter().enumerate() {
             let order = (k + 1) as f64;
             let mut last = [0.0; N];
             for i in 0..N {
@@ -334,7 +334,7 @@ impl Series {
                 for j in 0..N {
                     sum -= order * damping[i][j] * next[j] + stiffness[i][j] * now[j];
                 }
-                last[i] = sum * RECIPROCAL[k];
+                last[i] = sum * reciprocal;
                 self.q[i * COUNT + k + 2] = last[i];
             }
             (now, next) = (next, last);
@@ -347,7 +347,7 @@ impl Series {
             self.q[i * COUNT] = state[i];
             self.q[i * COUNT + 1] = state[n + i] * self.unit;
         }
-        for k in 0..COUNT - 2 {
+        for (k, reciprocal) in RECIPROCAL.iter().enumerate() {
             let order = (k + 1) as f64;
             for i in 0..n {
                 self.q[i * COUNT + k + 2] = if loaded {
@@ -363,7 +363,7 @@ impl Series {
                 self.q[c.row * COUNT + k + 2] -= c.value * self.q[c.column * COUNT + k];
             }
             for i in 0..n {
-                self.q[i * COUNT + k + 2] *= RECIPROCAL[k];
+                self.q[i * COUNT + k + 2] *= reciprocal;
             }
         }
     }
@@ -429,10 +429,10 @@ impl Series {
 }
 
 /// 1 / ((k + 1) (k + 2)).
-const RECIPROCAL: [f64; COUNT] = {
-    let mut list = [0.0; COUNT];
+const RECIPROCAL: [f64; COUNT - 2] = {
+    let mut list = [0.0; COUNT - 2];
     let mut k = 0;
-    while k < COUNT {
+    while k < COUNT - 2 {
         list[k] = 1.0 / ((k + 1) as f64 * (k + 2) as f64);
         k += 1;
     }
