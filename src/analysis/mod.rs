@@ -156,10 +156,15 @@ impl Setting<'_> {
             }
             Some(_) => quantity.si(UnitDimension::FREQUENCY)? / self.assembly.scales.frequency,
         };
-        if value > 0.0 && value.is_finite() {
+        // The equation of motion holds the square of the frequency, and its reciprocal is the period.
+        let is_usable = value > 0.0 && (value * value).is_normal() && (1.0 / value).is_normal();
+        if is_usable {
             Ok(value)
         } else {
-            Err(format!("{} must be a frequency > 0", quantity.text))
+            Err(format!(
+                "{} must be a frequency > 0, with a finite square",
+                quantity.text
+            ))
         }
     }
 }

@@ -297,6 +297,7 @@ mod tests {
         assert_eq!(D::of_law(0, 0, 2, D::ANGLE), D::MOMENT);
         assert_eq!(D::of_law(-4, 0, 0, D::LENGTH), D::new(0, -2, 0, 0));
         assert_eq!(D::of_law(-1, 0, 0, D::LENGTH).unit(), "1/m^(1/2)");
-        assert_eq!(D::FORCE.unit(), "kg m/s^2");
+        assert_eq!(D::FORCE.unit(), "N");
+        assert_eq!(D::FORCE.power(2).unit(), "kg^2 m^2/s^4");
     }
 }

@@ -65,6 +65,12 @@ pub struct Probe {
 const LOCATION_WIDTH: f64 = 1e-9;
 /// Halvings of a step in which more than one thing happens to the multipliers.
 const MAX_HALVINGS: usize = 8;
+/// Halvings of a step that turns in the parameter.
+const FOLD_HALVINGS: usize = 3;
+/// Halvings of a step at both ends of which a multiplier is near -1: it may pass it and come back.
+const NEAR_HALVINGS: usize = 2;
+/// Distance from -1 that counts as near.
+const NEAR_MINUS_ONE: f64 = 0.3;
 /// Imaginary part below which a multiplier counts as real, relative to its modulus.
 const REAL: f64 = 1e-9;
 
@@ -154,14 +160,23 @@ impl Step<'_> {
         let passed = after.above_one - before.above_one;
         let paired = after.pairs - before.pairs;
         let changes = doubled.abs() + passed.abs() + paired.abs();
-        if changes > 1
-            && depth < MAX_HALVINGS
+        let turns = a.point.tangent_lambda * b.point.tangent_lambda < 0.0;
+        // Around a fold the multipliers move fast: what passes the circle on one side may pass it back on the other.
+        let crowded = changes > 1 && depth < MAX_HALVINGS;
+        let is_fold = self.stability && turns && depth < FOLD_HALVINGS;
+        let is_near = |p: &Probe| {
+            p.multipliers
+                .iter()
+                .any(|mu| (mu + 1.0).norm() < NEAR_MINUS_ONE)
+        };
+        let may_double = changes == 0 && depth < NEAR_HALVINGS && is_near(a) && is_near(b);
+        if (crowded || is_fold || may_double)
             && let Some(middle) = self.probe(0.5 * (a.fraction + b.fraction))?
         {
             self.scan(a, &middle, depth + 1, list)?;
             return self.scan(&middle, b, depth + 1, list);
         }
-        if a.point.tangent_lambda * b.point.tangent_lambda < 0.0 {
+        if turns {
             let found = self.locate(EventKind::Fold, a, b, |p| p.point.tangent_lambda)?;
             list.push(found);
         } else if i32::from(a.point.orientation) * i32::from(b.point.orientation) < 0 {

@@ -44,6 +44,9 @@ pub enum Start {
     Failed(Vec<String>),
 }
 
+/// Steps allowed in one period of the last road; more are no start but a fault of the numbers.
+const MAX_STEPS: usize = 50_000;
+
 /// The first road of [`find`].
 pub const LINEAR: &str = "linear response";
 
@@ -222,6 +225,7 @@ fn integrate(
         Dopri5Options {
             relative: 1e-8,
             absolute: 1e-10,
+            max_steps: MAX_STEPS,
             ..Default::default()
         },
     );

@@ -272,11 +272,7 @@ impl Work<'_> {
         }
         let failures: Vec<String> = delivered
             .iter()
-            .filter_map(|d| {
-                d.failure
-                    .as_ref()
-                    .map(|f| format!("{}: {f}", d.method.word()))
-            })
+            .filter_map(|d| d.complaint(delivered.len()))
             .collect();
         report.ended_early = (!failures.is_empty()).then(|| failures.join("; "));
         report.warnings = self.warnings.clone();
@@ -288,6 +284,16 @@ impl Work<'_> {
 }
 
 impl Delivered {
+    /// Why the branch ended early, with the method in front where there are several.
+    fn complaint(&self, methods: usize) -> Option<String> {
+        let failure = self.failure.as_ref()?;
+        Some(if methods > 1 {
+            format!("{}: {failure}", self.method.word())
+        } else {
+            failure.clone()
+        })
+    }
+
     fn as_value(&self, number: usize) -> Value {
         let end = &self.branch.end;
         json!({
