@@ -174,6 +174,17 @@ impl Study {
         })
     }
 
+    /// The reports of all analyses, one after another, without writing anything.
+    ///
+    /// # Errors
+    /// Misuse that the checks could not see.
+    pub fn reports(&self, control: &dyn Control) -> Result<Vec<Report>, Error> {
+        self.runs
+            .iter()
+            .map(|run| self.report(run, control))
+            .collect()
+    }
+
     fn report(&self, run: &Run, control: &dyn Control) -> Result<Report, Error> {
         let (document, model, assembly) = match &run.own {
             Some(own) => (&own.root, &own.model, &own.assembly),
