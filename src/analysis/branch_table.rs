@@ -1,6 +1,6 @@
 //! Branches as tables and figures: the columns of a frequency response.
 
-use super::Setting;
+use super::{Setting, rattle};
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::postprocess::measures::{Measures, Meter};
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Table, Values};
@@ -46,8 +46,6 @@ impl Recorder for MeasureRecorder<'_> {
                 min,
                 max,
                 rms_velocity,
-                contact_ratio,
-                impacts,
                 ..
             } = *m;
             let stiffness =
@@ -55,8 +53,8 @@ impl Recorder for MeasureRecorder<'_> {
             values.extend([mean, rms, min, max, rms_velocity]);
             values.extend(stiffness);
             values.extend([
-                contact_ratio,
-                impacts,
+                m.contacts.ratio(),
+                m.contacts.impacts(),
                 m.force_mean,
                 m.force_max,
                 m.force_std,
@@ -65,6 +63,7 @@ impl Recorder for MeasureRecorder<'_> {
             *pulling |= m.pulls;
         }
         values.extend(natural_frequencies(system, &slopes));
+        rattle::record(self.setting.assembly, system, orbit, &measures, values);
     }
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
@@ -243,6 +242,11 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
         name: String::new(),
         columns,
     }
+}
+
+/// Rattle metrics, one row a point.
+pub fn rattle(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Table {
+    rattle::table(setting, swept, traced, recorded_columns(setting).len())
 }
 
 /// All multipliers, by falling modulus; `None` when stability was not asked for.

@@ -11,6 +11,7 @@ mod initial;
 mod modes;
 pub mod parameter;
 mod poincare_map;
+mod rattle;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};

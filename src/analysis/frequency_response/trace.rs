@@ -264,6 +264,9 @@ impl Work<'_> {
             .push(branch_table::points(setting, &swept, &traced));
         report.tables.extend(branch_table::multipliers(&traced));
         report.tables.push(events);
+        report
+            .tables
+            .push(branch_table::rattle(setting, &swept, &traced));
         let count = setting.assembly.connections.len();
         if count > MAX_PANELS {
             report.caption = format!(
