@@ -1,7 +1,7 @@
 //! Branches as tables and figures: the columns of a frequency response.
 
-use super::Setting;
 use super::response::{Method, Swept};
+use super::{Setting, rattle};
 use crate::postprocess::attractor::Label;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::postprocess::measures::{Measures, Meter};
@@ -49,8 +49,6 @@ impl Recorder for MeasureRecorder<'_> {
                 min,
                 max,
                 rms_velocity,
-                contact_ratio,
-                impacts,
                 ..
             } = *m;
             let stiffness =
@@ -58,8 +56,8 @@ impl Recorder for MeasureRecorder<'_> {
             values.extend([mean, rms, min, max, rms_velocity]);
             values.extend(stiffness);
             values.extend([
-                contact_ratio,
-                impacts,
+                m.contacts.ratio(),
+                m.contacts.impacts(),
                 m.force_mean,
                 m.force_max,
                 m.force_std,
@@ -68,6 +66,7 @@ impl Recorder for MeasureRecorder<'_> {
             *pulling |= m.pulls;
         }
         values.extend(natural_frequencies(system, &slopes));
+        rattle::record(self.setting.assembly, system, orbit, &measures, values);
     }
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
@@ -246,6 +245,11 @@ pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
         name: String::new(),
         columns,
     }
+}
+
+/// Rattle metrics, one row a point.
+pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    rattle::table(swept, traced, recorded_columns(swept.setting).len())
 }
 
 /// All multipliers, by falling modulus; `None` when stability was not asked for.

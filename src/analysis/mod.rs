@@ -11,6 +11,7 @@ mod initial;
 mod modes;
 pub mod parameter;
 mod poincare_map;
+mod rattle;
 mod response;
 mod time_history;
 

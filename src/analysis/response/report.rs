@@ -138,6 +138,7 @@ pub(super) fn assemble(
     report.tables.push(branch_table::points(swept, &traced));
     report.tables.extend(branch_table::multipliers(&traced));
     report.tables.push(events);
+    report.tables.push(branch_table::rattle(swept, &traced));
     report.tables.extend(orbits.map(|o| o.finish(setting)));
     let count = setting.assembly.connections.len();
     if count > MAX_PANELS {
