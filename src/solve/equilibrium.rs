@@ -21,6 +21,12 @@ pub struct Equilibrium {
 /// the gap where no load decides.
 const SOFTENING: [f64; 6] = [1.0, 1e-1, 1e-2, 1e-4, 1e-7, 1e-11];
 const MAX_ITERATIONS: usize = 200;
+/// Further iterations for every connection: a step may end at each of its kinks.
+const KINKS_EACH: usize = 4;
+/// Smallest share of a Newton step.
+const SMALLEST_SHARE: f64 = 1e-6;
+/// How far behind a kink a step ends, relative to the displacement there.
+const KINK_CROSSING: f64 = 1e-10;
 /// Residual relative to the load and to the stiffness of a displacement.
 const TOLERANCE: f64 = 1e-9;
 
@@ -129,8 +135,7 @@ impl<'a> Statics<'a> {
 
     fn solve(&mut self, mut q: DVector<f64>, auxiliary: f64) -> Option<DVector<f64>> {
         self.evaluate(&q, auxiliary);
-        for _ in 0..MAX_ITERATIONS {
-            let norm = self.r.norm();
+        for _ in 0..MAX_ITERATIONS + KINKS_EACH * self.system.element_count() {
             let is_small = self.r.amax() <= TOLERANCE * self.magnitude;
             if !self.is_regular() {
                 return None;
@@ -140,21 +145,63 @@ impl<'a> Statics<'a> {
             if is_small && step.amax() <= 1e-12 * (q.amax() + f64::MIN_POSITIVE) {
                 return Some(q);
             }
-            let base = q.clone();
-            let mut share = 1.0;
-            loop {
-                q = &base - &step * share;
-                self.evaluate(&q, auxiliary);
-                if self.r.norm() < norm * (1.0 - 1e-4 * share) {
-                    break;
-                }
+            q = match self.advance(&q, &step, auxiliary) {
+                Some(next) => next,
+                None => return is_small.then_some(q),
+            };
+        }
+        None
+    }
+
+    /// q - share step with a smaller residual; `None` when no share has one.
+    ///
+    /// Full and halved steps first. Where the residual grows beyond the nearest kink of a law, halving would creep towards that
+    /// kink for ever: the step then ends just behind it, and the next one sees the slope there (Katzenelson's method,
+    /// Bell Syst. Tech. J. 44 (1965): of piecewise affine equations whose Jacobians have determinants of one sign, as with rising laws,
+    /// it finds the solution).
+    fn advance(
+        &mut self,
+        base: &DVector<f64>,
+        step: &DVector<f64>,
+        auxiliary: f64,
+    ) -> Option<DVector<f64>> {
+        let norm = self.r.norm();
+        let mut kink = self.nearest_kink(base, step);
+        let mut share = 1.0;
+        while share >= SMALLEST_SHARE {
+            let behind = kink.take_if(|kink| share < *kink);
+            let q = base - step * behind.unwrap_or(share);
+            self.evaluate(&q, auxiliary);
+            let allowed = match behind {
+                Some(_) => norm * (1.0 + KINK_CROSSING),
+                None => norm * (1.0 - 1e-4 * share),
+            };
+            if self.r.norm() < allowed {
+                return Some(q);
+            }
+            if behind.is_none() {
                 share *= 0.5;
-                if share < 1e-6 {
-                    return is_small.then_some(base);
-                }
             }
         }
         None
+    }
+
+    /// Share of a step that ends just behind the first breakpoint that any deformation passes.
+    fn nearest_kink(&self, base: &DVector<f64>, step: &DVector<f64>) -> Option<f64> {
+        let (from, change) = (self.deformation(base), self.system.element_map() * step);
+        let mut nearest: Option<f64> = None;
+        for ((x, dx), mount) in from.iter().zip(change.iter()).zip(self.system.mounts()) {
+            for b in mount.element.breakpoints() {
+                // x - share dx = b, and a little further: the breakpoint itself may count to either side.
+                let beyond = KINK_CROSSING * (b.abs() + x.abs()) / dx.abs();
+                let share = (x - b) / dx;
+                if share > -beyond && share.is_finite() && beyond.is_finite() {
+                    let behind = share.max(0.0) + beyond;
+                    nearest = Some(nearest.map_or(behind, |n| n.min(behind)));
+                }
+            }
+        }
+        nearest
     }
 
     /// Factorises the Jacobian; false when some motion meets no stiffness.
