@@ -2,6 +2,7 @@
 
 mod check;
 mod elements;
+mod new;
 mod progress;
 mod run;
 
@@ -32,6 +33,13 @@ enum Command {
         /// As JSON.
         #[arg(long)]
         json: bool,
+    },
+    /// Print the JSON schema of the model file, for completion and validation in editors.
+    Schema,
+    /// Write a commented starter model.
+    New {
+        /// The file, which must not exist yet; standard output when absent.
+        file: Option<PathBuf>,
     },
     /// Print shell completions.
     Completions {
@@ -110,6 +118,8 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments).map(|()| ExitCode::SUCCESS),
         Command::Elements { json } => print(&elements::list(json)),
+        Command::Schema => print(&format!("{:#}\n", crate::schema::schema())),
+        Command::New { file } => new::new(file.as_deref()),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "gearlash", &mut text);
