@@ -11,7 +11,7 @@ pub(super) fn too_many(text: &str, limit: usize) -> Option<usize> {
         values: 0,
         limit,
     };
-    let mut parent = Line::Opens(0);
+    let mut parent = Line::Opens;
     while glance.at < glance.bytes.len() {
         parent = glance.line(parent)?;
         if glance.values > limit {
@@ -21,11 +21,11 @@ pub(super) fn too_many(text: &str, limit: usize) -> Option<usize> {
     None
 }
 
-/// The line before, with its indentation: whether deeper lines can belong to it.
+/// The line before: whether deeper lines can belong to it.
 #[derive(Clone, Copy)]
 enum Line {
     /// `key:` alone.
-    Opens(usize),
+    Opens,
     /// A value has ended: deeper lines would go on with it.
     Ends(usize),
 }
@@ -53,7 +53,7 @@ impl Glance<'_> {
     fn line(&mut self, before: Line) -> Option<Line> {
         let indent = self.run(|b| b == b' ');
         let fits = match before {
-            Line::Opens(_) => true,
+            Line::Opens => true,
             Line::Ends(other) => indent <= other,
         };
         if !fits {
@@ -67,7 +67,7 @@ impl Glance<'_> {
             }
             self.at += 1;
             if self.end_of_line() {
-                return Some(Line::Opens(indent));
+                return Some(Line::Opens);
             }
             if self.run(|b| b == b' ') == 0 {
                 return None;
