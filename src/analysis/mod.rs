@@ -11,6 +11,7 @@ mod initial;
 mod modes;
 pub mod parameter;
 mod poincare_map;
+mod response;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
@@ -18,6 +19,7 @@ pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::Modes;
 pub use poincare_map::PoincareMap;
+pub use response::{Method, Orbits};
 pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;
