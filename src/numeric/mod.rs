@@ -5,5 +5,6 @@ pub mod dense;
 pub mod exponential;
 pub mod fourier;
 pub mod periodic;
+pub mod quadrature;
 pub mod roots;
 pub mod trigonometric;
