@@ -12,7 +12,9 @@ mod modes;
 pub mod parameter;
 pub mod parameter_study;
 mod poincare_map;
+mod rattle;
 pub mod read;
+mod response;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
@@ -21,6 +23,7 @@ pub use initial::Initial;
 pub use modes::Modes;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
+pub use response::{Method, Orbits};
 pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;

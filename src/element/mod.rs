@@ -17,7 +17,9 @@ pub use cubic::Cubic;
 pub use linear::Linear;
 pub use one_sided::{OneSided, Side};
 pub use piecewise_linear::PiecewiseLinear;
-pub use registry::{ElementInfo, ParameterInfo, ParameterKind, duplicate_tags, find, registered};
+pub use registry::{
+    ElementInfo, ParameterInfo, ParameterKind, ParameterRange, duplicate_tags, find, registered,
+};
 
 /// Force of a law and its partial derivatives at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
