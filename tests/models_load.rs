@@ -63,7 +63,7 @@ fn reverse_idler_is_case_1() {
     let names: Vec<&str> = study.runs.iter().map(|r| r.name.as_str()).collect();
     let figures = [
         "fig_02", "fig_03a", "fig_03b", "fig_04a", "fig_04b", "fig_07", "fig_08", "fig_10",
-        "fig_11", "fig_12", "fig_17",
+        "fig_11", "fig_12", "fig_16", "fig_17",
     ];
     assert_eq!(names, figures);
 }

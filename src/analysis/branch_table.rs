@@ -1,10 +1,13 @@
 //! Branches as tables and figures: the columns of a frequency response.
 
+use super::response::{Method, Swept};
 use super::{Setting, rattle};
+use crate::postprocess::attractor::Label;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::postprocess::measures::{Measures, Meter};
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Table, Values};
-use crate::solve::branch::{Branch, BranchPoint, Recorder, Stability};
+use crate::solve::branch::{BranchPoint, Recorder, Stability};
+use crate::solve::events::BifurcationEvent;
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 
@@ -142,20 +145,16 @@ fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
     list
 }
 
-/// One branch with its number and the word for its method.
+/// What one method delivered.
 pub struct Traced<'a> {
-    /// The branch.
-    pub branch: &'a Branch,
-    /// `galerkin`, `shooting`, ...
-    pub method: &'static str,
-}
-
-/// The swept parameter as it is reported.
-pub struct Swept {
-    /// Unit of the column `parameter`.
-    pub unit: String,
-    /// Factor from the continued parameter to the column.
-    pub factor: f64,
+    /// Points in their order.
+    pub points: &'a [BranchPoint],
+    /// Events in their order.
+    pub events: &'a [BifurcationEvent],
+    /// Kinds of the attractors, one a point; none for branches of periodic solutions.
+    pub labels: &'a [Label],
+    /// How the points were computed.
+    pub method: Method,
 }
 
 fn float(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Column {
@@ -183,16 +182,14 @@ fn text(name: &str, values: Vec<String>) -> Column {
 }
 
 /// The main table: one row a point.
-pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Table {
+pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    let setting = swept.setting;
     let rows: Vec<(usize, usize, &Traced<'_>, &BranchPoint)> = traced
         .iter()
         .enumerate()
         .flat_map(|(b, t)| {
-            t.branch
-                .points
-                .iter()
-                .enumerate()
-                .map(move |(p, point)| (b, p, t, point))
+            let points = t.points.iter().enumerate();
+            points.map(move |(p, point)| (b, p, t, point))
         })
         .collect();
     let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;
@@ -212,7 +209,7 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
         ),
         text(
             "method",
-            rows.iter().map(|r| r.2.method.to_string()).collect(),
+            rows.iter().map(|r| r.2.method.word().into()).collect(),
         ),
         float("omega", "", of(&|p| p.frequency)),
     ];
@@ -222,7 +219,7 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
     columns.push(float(
         "parameter",
         &swept.unit,
-        of(&|p| p.lambda * swept.factor),
+        of(&|p| swept.value(p.lambda)),
     ));
     columns.push(float("stable", "", of(&stable)));
     columns.push(float(
@@ -238,6 +235,12 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
     for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
         columns.push(float(name, unit, of(&|p| p.recorded[k] * factor)));
     }
+    if traced.iter().any(|t| t.method == Method::Integration) {
+        let label = |(_, p, t, _): &(usize, usize, &Traced<'_>, &BranchPoint)| {
+            t.labels.get(*p).map_or(String::new(), Label::to_string)
+        };
+        columns.push(text("label", rows.iter().map(label).collect()));
+    }
     Table {
         name: String::new(),
         columns,
@@ -245,15 +248,15 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
 }
 
 /// Rattle metrics, one row a point.
-pub fn rattle(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Table {
-    rattle::table(setting, swept, traced, recorded_columns(setting).len())
+pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    rattle::table(swept, traced, recorded_columns(swept.setting).len())
 }
 
 /// All multipliers, by falling modulus; `None` when stability was not asked for.
 pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
     let count = traced
         .iter()
-        .flat_map(|t| &t.branch.points)
+        .flat_map(|t| t.points)
         .map(|p| p.multipliers.len())
         .max()?;
     if count == 0 {
@@ -262,7 +265,8 @@ pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
     let (mut branch, mut point) = (Vec::new(), Vec::new());
     let mut parts = vec![Vec::new(); 2 * count];
     for (b, t) in traced.iter().enumerate() {
-        for (p, accepted) in t.branch.points.iter().enumerate() {
+        let points = t.points.iter().enumerate();
+        for (p, accepted) in points.filter(|(_, p)| !p.multipliers.is_empty()) {
             branch.push(b as i64);
             point.push(p as i64);
             for k in 0..count {
@@ -284,18 +288,20 @@ pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
 }
 
 /// Located events, with the r.m.s. deformation of every connection for the plots.
-pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Table {
+pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    let setting = swept.setting;
     let rows: Vec<_> = traced
         .iter()
         .enumerate()
-        .flat_map(|(b, t)| t.branch.events.iter().map(move |e| (b, e)))
+        .flat_map(|(b, t)| t.events.iter().map(move |e| (b, e)))
         .collect();
-    let of = |f: &dyn Fn(f64, f64, f64) -> f64| {
-        rows.iter()
-            .map(|(_, e)| f(e.lambda, e.bracket.0, e.bracket.1))
-            .collect::<Vec<f64>>()
+    let of =
+        |f: &dyn Fn(&BifurcationEvent) -> f64| rows.iter().map(|(_, e)| f(e)).collect::<Vec<f64>>();
+    // A parameter that falls along the path turns the bracket round.
+    let bracket = |e: &BifurcationEvent| {
+        let ends = (swept.value(e.bracket.0), swept.value(e.bracket.1));
+        (ends.0.min(ends.1), ends.0.max(ends.1))
     };
-    let factor = swept.factor;
     let mut columns = vec![
         text(
             "kind",
@@ -303,18 +309,14 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
                 .map(|(_, e)| e.kind.word().to_string())
                 .collect(),
         ),
-        float("omega", "", of(&|lambda, _, _| lambda)),
-        float(
-            "parameter",
-            &swept.unit,
-            of(&|lambda, _, _| lambda * factor),
-        ),
+        float("omega", "", of(&|e| swept.excitation(e.lambda))),
+        float("parameter", &swept.unit, of(&|e| swept.value(e.lambda))),
         integer(
             "located",
             rows.iter().map(|(_, e)| i64::from(e.located)).collect(),
         ),
-        float("bracket_low", &swept.unit, of(&|_, low, _| low * factor)),
-        float("bracket_high", &swept.unit, of(&|_, _, high| high * factor)),
+        float("bracket_low", &swept.unit, of(&|e| bracket(e).0)),
+        float("bracket_high", &swept.unit, of(&|e| bracket(e).1)),
         integer("branch", rows.iter().map(|(b, _)| *b as i64).collect()),
         integer(
             "after_point",
@@ -324,14 +326,8 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
     ];
     for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
         if name.starts_with("rms.") {
-            let value = |e: &crate::solve::events::BifurcationEvent| {
-                e.recorded.get(k).map_or(f64::NAN, |x| x * factor)
-            };
-            columns.push(float(
-                name,
-                unit,
-                rows.iter().map(|(_, e)| value(e)).collect(),
-            ));
+            let value = |e: &BifurcationEvent| e.recorded.get(k).map_or(f64::NAN, |x| x * factor);
+            columns.push(float(name, unit, of(&value)));
         }
     }
     if setting.is_si() {
@@ -339,7 +335,7 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
         columns.push(float(
             "frequency_hz",
             "Hz",
-            of(&|lambda, _, _| lambda * hertz),
+            of(&|e| swept.excitation(e.lambda) * hertz),
         ));
     }
     Table {
@@ -351,10 +347,11 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
 /// Panels drawn at most; the table has every connection.
 pub const MAX_PANELS: usize = 4;
 
-/// R.m.s. deformation of each connection against the frequency, stable solid and unstable dashed, one curve a method, with
-/// the backbone: the response-variant natural frequencies at the same deformation.
-pub fn figure(setting: &Setting<'_>, traced: &[Traced<'_>]) -> Figure {
-    let names = setting
+/// R.m.s. deformation of each connection against the parameter, stable solid and unstable dashed, attractors as dots, one
+/// curve a method; with the backbone: the response-variant natural frequencies at the same deformation.
+pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
+    let names = swept
+        .setting
         .assembly
         .connections
         .iter()
@@ -363,12 +360,13 @@ pub fn figure(setting: &Setting<'_>, traced: &[Traced<'_>]) -> Figure {
     Figure {
         title: String::new(),
         panels: names
-            .map(|(e, name)| panel(setting, traced, e, name))
+            .map(|(e, name)| panel(swept, traced, e, name))
             .collect(),
     }
 }
 
-fn panel(setting: &Setting<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
+fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
+    let setting = swept.setting;
     let (abscissa, x_label) = match setting.is_si() {
         true => ("frequency_hz", "excitation frequency [Hz]"),
         false => ("omega", "excitation frequency \u{3c9}/\u{3c9}c"),
@@ -383,12 +381,15 @@ fn panel(setting: &Setting<'_>, traced: &[Traced<'_>], e: usize, connection: &st
     };
     let mut curves = Vec::new();
     for t in traced {
-        let style = CurveStyle::Branch {
-            branch: "branch".into(),
-            stable: "stable".into(),
+        let style = match t.method {
+            Method::Integration => CurveStyle::Dots,
+            Method::Galerkin | Method::Shooting => CurveStyle::Branch {
+                branch: "branch".into(),
+                stable: "stable".into(),
+            },
         };
         let label = if traced.len() > 1 {
-            format!("{connection}, {}", t.method)
+            format!("{connection}, {}", t.method.word())
         } else {
             connection.to_string()
         };
@@ -397,13 +398,13 @@ fn panel(setting: &Setting<'_>, traced: &[Traced<'_>], e: usize, connection: &st
             abscissa,
             label,
             style,
-            Some(("method".into(), t.method.into())),
+            Some(("method".into(), t.method.word().into())),
         ));
     }
     // The backbones of methods that agree lie on one another: the first one's is drawn.
     let first = traced
         .first()
-        .map(|t| ("method".to_string(), t.method.to_string()));
+        .map(|t| ("method".to_string(), t.method.word().to_string()));
     for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
         let (x, label) = (
             format!("effective_frequency.{i}"),

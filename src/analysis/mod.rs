@@ -13,6 +13,7 @@ mod modes;
 pub mod parameter;
 mod poincare_map;
 mod rattle;
+mod response;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
@@ -21,6 +22,7 @@ pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::Modes;
 pub use poincare_map::PoincareMap;
+pub use response::{Method, Orbits};
 pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;

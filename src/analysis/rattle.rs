@@ -1,8 +1,9 @@
 //! Rattle metrics along branches: the table `rattle`, one row a point. What the columns mean stands in docs/rattle.md.
 
 use super::Setting;
-use super::branch_table::{Swept, Traced};
+use super::branch_table::Traced;
 use super::columns::{accelerations, float, integer};
+use super::response::Swept;
 use crate::assembly::Assembly;
 use crate::model::{Structure, Train};
 use crate::numeric::roots;
@@ -88,8 +89,10 @@ fn metrics(m: &Measures, mass: Option<f64>) -> [f64; METRICS.len()] {
     ]
 }
 
-/// Instants at which accelerations are looked at before the largest is refined between its neighbours.
+/// Instants a response period, and at least so many an excitation period, at which accelerations are looked at before the
+/// largest is refined between its neighbours.
 const INSTANTS: usize = 512;
+const INSTANTS_PER_EXCITATION: usize = 64;
 
 /// Largest modulus of the acceleration of every body over one response period, SI; none for reduced systems.
 fn peak_accelerations(assembly: &Assembly, system: &System, orbit: &Orbit) -> Vec<f64> {
@@ -99,13 +102,15 @@ fn peak_accelerations(assembly: &Assembly, system: &System, orbit: &Orbit) -> Ve
         let list = assembly.body_accelerations(system, tau, &state, &mut scratch);
         list.unwrap_or_default()
     };
-    let width = TAU / INSTANTS as f64;
-    let mut best: Vec<(f64, f64)> = Vec::new();
-    for k in 0..INSTANTS {
+    let count = INSTANTS.max(INSTANTS_PER_EXCITATION * system.subharmonic());
+    let width = TAU / count as f64;
+    let mut best = vec![(0.0, 0.0); at(0.0).len()];
+    if best.is_empty() {
+        return Vec::new();
+    }
+    for k in 0..count {
         let tau = k as f64 * width;
-        let list = at(tau);
-        best.resize(list.len(), (0.0, 0.0));
-        for (best, acceleration) in best.iter_mut().zip(list) {
+        for (best, acceleration) in best.iter_mut().zip(at(tau)) {
             if acceleration.abs() > best.1 {
                 *best = (tau, acceleration.abs());
             }
@@ -151,15 +156,11 @@ fn loose_bodies(setting: &Setting<'_>, train: &Train) -> Vec<LooseBody> {
 }
 
 /// The table. `first`: where the values of [`record`] begin among the recorded ones.
-pub(super) fn table(
-    setting: &Setting<'_>,
-    swept: &Swept,
-    traced: &[Traced<'_>],
-    first: usize,
-) -> Table {
+pub(super) fn table(swept: &Swept<'_>, traced: &[Traced<'_>], first: usize) -> Table {
+    let setting = swept.setting;
     let rows: Vec<(usize, usize, &BranchPoint)> = (traced.iter().enumerate())
         .flat_map(|(b, t)| {
-            let points = t.branch.points.iter().enumerate();
+            let points = t.points.iter().enumerate();
             points.map(move |(p, point)| (b, p, point))
         })
         .collect();
@@ -173,7 +174,7 @@ pub(super) fn table(
         let hertz = setting.assembly.scales.frequency / TAU;
         columns.push(float("frequency_hz", "Hz", of(&|p| p.frequency * hertz)));
     }
-    let parameter = of(&|p| p.lambda * swept.factor);
+    let parameter = of(&|p| swept.value(p.lambda));
     columns.push(float("parameter", &swept.unit, parameter));
     let mut next = first;
     for (e, connection) in setting.assembly.connections.iter().enumerate() {

@@ -7,6 +7,7 @@
 use super::family::Family;
 use super::floquet;
 use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
+use super::jumps;
 use super::orbit::Orbit;
 use super::residual::{Linearisation, PeriodicResidual, Residual};
 use super::segment_orbit::SegmentOrbit;
@@ -34,7 +35,7 @@ impl<F: Family> Shooting<F> {
     /// Buffers and tables at a parameter.
     ///
     /// # Errors
-    /// The system cannot be made, or the integrator cannot take it.
+    /// The system cannot be made, the integrator cannot take it, or a law has hidden jumps.
     pub fn new(
         mut family: F,
         lambda: f64,
@@ -42,6 +43,7 @@ impl<F: Family> Shooting<F> {
     ) -> Result<Shooting<F>, SolveError> {
         let system = family.at(lambda)?;
         let size = 2 * system.dof();
+        jumps::refuse_hidden(system)?;
         let integrator = choose(system, choice)?;
         let (state, phi) = (vec![0.0; size], DMatrix::identity(size, size));
         Ok(Shooting {
