@@ -3,6 +3,7 @@
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
 mod bifurcation_diagram;
+mod branch_figure;
 mod branch_table;
 mod columns;
 mod effective_frequencies;
@@ -10,6 +11,7 @@ pub mod flow;
 mod frequency_response;
 mod initial;
 mod modes;
+mod multiplier_table;
 pub mod parameter;
 pub mod parameter_study;
 mod poincare_map;
