@@ -5,6 +5,7 @@
 mod bifurcation_diagram;
 mod branch_table;
 mod columns;
+mod effective_frequencies;
 pub mod flow;
 mod frequency_response;
 mod initial;
@@ -18,6 +19,7 @@ mod response;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
+pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::Modes;
@@ -81,6 +83,10 @@ pub const TYPES: &[(&str, &str)] = &[
     (
         "modes",
         "natural frequencies against the effective stiffness",
+    ),
+    (
+        "effective_frequencies",
+        "natural frequencies against the amplitude of a one-harmonic motion",
     ),
     (
         "frequency_response",
