@@ -342,6 +342,7 @@ fn every_type_knows_its_tables_before_it_runs() {
     let model = REDUCED.split("analyses:").next().unwrap();
     let settings = |kind: &str| match kind {
         "modes" => "points: 2",
+        "effective_frequencies" => "amplitude: [0.1, 0.2], points: 2",
         "frequency_response" => {
             "from: 2.0, to: 1.9, harmonics: 3, orbits: true, methods: [galerkin, shooting]"
         }
@@ -358,7 +359,7 @@ fn every_type_knows_its_tables_before_it_runs() {
             .collect()
     };
     for units in ["nondimensional", "si"] {
-        for (kind, _) in TYPES.iter().filter(|(kind, _)| *kind != "parameter_study") {
+        for (kind, ..) in TYPES.iter().filter(|(kind, ..)| *kind != "parameter_study") {
             let settings = settings(kind);
             let model = match units {
                 "si" => TRAIN.split("analyses:").next().unwrap().replace(
@@ -368,7 +369,8 @@ fn every_type_knows_its_tables_before_it_runs() {
                 _ => model.to_string(),
             };
             let settings = match units {
-                "si" => settings.replace("2.0", "9 kHz").replace("1.9", "8.9 kHz"),
+                "si" => (settings.replace("2.0", "9 kHz").replace("1.9", "8.9 kHz"))
+                    .replace("[0.1, 0.2]", "[10 um, 20 um]"),
                 _ => settings.to_string(),
             };
             let settings = match units {
