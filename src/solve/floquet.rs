@@ -1,5 +1,6 @@
 //! Floquet multipliers from the variational equation along a periodic orbit.
 
+use super::jumps;
 use super::orbit::FourierOrbit;
 use crate::numeric::exponential::exponential;
 use crate::numeric::periodic::Periodic;
@@ -17,12 +18,16 @@ const PANELS_PER_HARMONIC: usize = 8;
 ///
 /// The period is cut at every passage of a breakpoint and every kink of the stiffness variation. Between two cuts A is
 /// constant for piecewise-affine laws and one matrix exponential is exact; elsewhere Magnus' fourth-order rule on panels
-/// keeps det Phi = exp(integral of trace A) to rounding. A continuous force needs no jump at a switch.
+/// keeps det Phi = exp(integral of trace A) to rounding. A force that jumps at a breakpoint adds its saltation matrix
+/// ([`jumps`]), a continuous one needs none. NaN where a law has hidden jumps: nobody knows.
 ///
 /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
 pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
     let size = 2 * system.dof();
-    let cuts = cuts(system, orbit);
+    if jumps::refuse_hidden(system).is_err() {
+        return DMatrix::from_element(size, size, f64::NAN);
+    }
+    let (cuts, mut passages) = cuts(system, orbit);
     let is_constant = is_piecewise_constant(system);
     let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
     let mut variation = Variation::new(system, orbit);
@@ -47,6 +52,15 @@ pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
             };
             phi = exponential(&exponent) * phi;
         }
+        for passage in passages.extract_if(.., |p| p.tau <= end) {
+            let Passage {
+                connection,
+                jump,
+                rate,
+                ..
+            } = passage;
+            jumps::saltate(system, connection, jump, rate, phi.as_mut_slice());
+        }
     }
     phi
 }
@@ -63,11 +77,12 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
     let Some(schur) = Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS) else {
         return Vec::new();
     };
-    let mut list: Vec<_> = schur
-        .complex_eigenvalues()
-        .iter()
-        .map(|mu| Complex::new(mu.re, mu.im))
-        .collect();
+    let list = schur.complex_eigenvalues();
+    by_falling_modulus(list.iter().map(|mu| Complex::new(mu.re, mu.im)).collect())
+}
+
+/// Multipliers by falling modulus, the member of a pair with positive imaginary part first.
+pub fn by_falling_modulus(mut list: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     let key = |mu: &Complex<f64>| (mu.norm(), mu.re, mu.im);
     list.sort_by(|a, b| {
         key(b)
@@ -83,13 +98,37 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
     list
 }
 
-/// 0, every instant where A(tau) is not smooth, 2 pi.
-fn cuts(system: &System, orbit: &FourierOrbit) -> Vec<f64> {
-    let mut list = vec![0.0, TAU];
+/// A connection passes a jump of its force.
+struct Passage {
+    tau: f64,
+    connection: usize,
+    jump: f64,
+    rate: f64,
+}
+
+/// 0, every instant where A(tau) is not smooth, 2 pi; and the jumps among them.
+fn cuts(system: &System, orbit: &FourierOrbit) -> (Vec<f64>, Vec<Passage>) {
+    let (mut list, mut passages) = (vec![0.0, TAU], Vec::new());
     for (k, mount) in system.mounts().iter().enumerate() {
-        if !mount.element.breakpoints().is_empty() {
-            let extrema = orbit.deformation(system, k).extrema();
-            list.extend(orbit.crossings(system, k, &extrema).iter().map(|c| c.tau));
+        let breakpoints = mount.element.breakpoints();
+        if !breakpoints.is_empty() {
+            let deformation = orbit.deformation(system, k);
+            let extrema = deformation.extrema();
+            for level in breakpoints {
+                for tau in deformation.crossings(level, &extrema) {
+                    let rate = orbit.omega * deformation.at(tau)[1];
+                    let phase = orbit.subharmonic as f64 * tau;
+                    list.push(tau);
+                    // The period's begin is its end.
+                    let tau = if tau > 0.0 { tau } else { TAU };
+                    passages.push(Passage {
+                        tau,
+                        connection: k,
+                        jump: jumps::size(mount, level, rate, phase),
+                        rate,
+                    });
+                }
+            }
         }
         for series in [&mount.stiffness_variation, &mount.transmission_error]
             .into_iter()
@@ -106,7 +145,8 @@ fn cuts(system: &System, orbit: &FourierOrbit) -> Vec<f64> {
         }
     }
     list.sort_by(f64::total_cmp);
-    list
+    passages.retain(|p| p.jump != 0.0);
+    (list, passages)
 }
 
 /// Whether df/dq, df/dv and the stiffness variation are constant between two cuts.

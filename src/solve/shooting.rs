@@ -7,6 +7,7 @@
 use super::family::Family;
 use super::floquet;
 use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
+use super::jumps;
 use super::orbit::Orbit;
 use super::residual::{Linearisation, PeriodicResidual, Residual};
 use super::segment_orbit::SegmentOrbit;
@@ -34,7 +35,7 @@ impl<F: Family> Shooting<F> {
     /// Buffers and tables at a parameter.
     ///
     /// # Errors
-    /// The system cannot be made, or the integrator cannot take it.
+    /// The system cannot be made, the integrator cannot take it, or a law has hidden jumps.
     pub fn new(
         mut family: F,
         lambda: f64,
@@ -42,6 +43,7 @@ impl<F: Family> Shooting<F> {
     ) -> Result<Shooting<F>, SolveError> {
         let system = family.at(lambda)?;
         let size = 2 * system.dof();
+        jumps::refuse_hidden(system)?;
         let integrator = choose(system, choice)?;
         let (state, phi) = (vec![0.0; size], DMatrix::identity(size, size));
         Ok(Shooting {
@@ -123,9 +125,11 @@ impl<F: Family> Residual for Shooting<F> {
             out.r[k] = valid * (x - u[k]);
             out.magnitude = out.magnitude.max(x.abs());
         }
-        out.dr_du.copy_from(&self.phi);
-        for k in 0..u.len() {
-            out.dr_du[(k, k)] -= 1.0;
+        let mut jacobian = out.dr_du.block_mut(u.len(), (0, 0));
+        for c in 0..u.len() {
+            let column = jacobian.column(c);
+            column.copy_from_slice(self.phi.column(c).as_slice());
+            column[c] -= 1.0;
         }
         Ok(())
     }
