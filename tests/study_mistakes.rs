@@ -41,7 +41,7 @@ fn paths_and_values() {
         ),
         (
             "grid: {mesh.half_gap: [1, -1]}",
-            &["grid.mesh.half_gap.1", "half_gap = -1", ">= 0"],
+            &["grid.mesh.half_gap.1", "found -1.0, must be >= 0"],
         ),
         (
             "grid: {mesh.half_gap: [5 um]}",
