@@ -16,10 +16,15 @@ fn parquet_has_the_cells_of_the_table() {
     let table = place.table("results/m/study.csv");
     let file = std::fs::File::open(place.path("results/m/study.parquet")).unwrap();
     let reader = SerializedFileReader::new(file).unwrap();
-    let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+    let rows: Vec<_> = reader
+        .get_row_iter(None)
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
     assert_eq!(rows.len(), 30);
     for (row, cells) in rows.iter().zip(&table[1..]) {
-        for ((name, field), (wanted, cell)) in row.get_column_iter().zip(table[0].iter().zip(cells)) {
+        for ((name, field), (wanted, cell)) in row.get_column_iter().zip(table[0].iter().zip(cells))
+        {
             assert_eq!(name, wanted);
             match field {
                 Field::Double(x) => assert_eq!(*x, cell.parse::<f64>().unwrap()),

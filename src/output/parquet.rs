@@ -59,7 +59,9 @@ pub fn write(table: &Path, path: &Path, columns: &[Column]) -> Result<(), Error>
 
 fn begin(file: File, columns: &[Column]) -> Result<SerializedFileWriter<File>, ParquetError> {
     let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
-    let schema = Type::group_type_builder("table").with_fields(fields).build()?;
+    let schema = Type::group_type_builder("table")
+        .with_fields(fields)
+        .build()?;
     let unit = |c: &Column| KeyValue::new(format!("unit.{}", c.name), c.unit.clone());
     let units = columns.iter().filter(|c| !c.unit.is_empty()).map(unit);
     let properties = WriterProperties::builder()
@@ -111,8 +113,11 @@ fn write_group(
                 list.clear();
             }
             Values::Text(list) => {
-                let words: Vec<ByteArray> = list.iter().map(|w| ByteArray::from(w.as_str())).collect();
-                column.typed::<ByteArrayType>().write_batch(&words, None, None)?;
+                let words: Vec<ByteArray> =
+                    list.iter().map(|w| ByteArray::from(w.as_str())).collect();
+                column
+                    .typed::<ByteArrayType>()
+                    .write_batch(&words, None, None)?;
                 list.clear();
             }
         }

@@ -70,6 +70,33 @@ impl Drop for RowFile {
     }
 }
 
+/// Writes a table that is on disk in the other formats that this program has. Returns the names of all files that hold it.
+///
+/// # Errors
+/// `Error::File` when the table cannot be read back, or another file cannot be written.
+pub fn formats(table: &Path, columns: &[Column]) -> Result<Vec<String>, Error> {
+    let name = |path: &Path| {
+        let name = path.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    };
+    let mut names = vec![name(table)];
+    for (extension, write) in FORMATS {
+        let path = table.with_extension(extension);
+        write(table, &path, columns)?;
+        names.push(name(&path));
+    }
+    Ok(names)
+}
+
+/// Writes a table, in the second file, from the first one.
+type Format = fn(&Path, &Path, &[Column]) -> Result<(), Error>;
+
+/// Formats beside CSV, by the ending of their names.
+#[cfg(feature = "parquet")]
+const FORMATS: [(&str, Format); 1] = [("parquet", super::parquet::write)];
+#[cfg(not(feature = "parquet"))]
+const FORMATS: [(&str, Format); 0] = [];
+
 /// What is kept of a table that is too long for memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {

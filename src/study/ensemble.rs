@@ -208,10 +208,9 @@ pub(super) fn conclude(
         .summary
         .insert("statistics".into(), statistics.into());
     report.summary.insert("study".into(), json!(record));
-    let name = table.file_name().unwrap_or_default();
     report.streamed = Some(Streamed {
         rows: survey.rows,
-        files: vec![name.to_string_lossy().into_owned()],
+        files: stream::formats(table, columns)?,
     });
     Ok(report)
 }
