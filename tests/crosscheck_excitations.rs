@@ -80,12 +80,6 @@ fn three_methods_agree_under_every_excitation() {
             1e-5,
         ),
         (
-            "table of errors",
-            ", transmission_error: {table: [0, 1 um, 3 um, 2 um, -1 um, -2 um]}",
-            "",
-            1e-4,
-        ),
-        (
             "stiffness harmonics",
             ", stiffness_variation: {harmonics: [{order: 1, amplitude: 0.2}, {order: 2, amplitude: 0.05}]}",
             RIPPLE,

@@ -107,7 +107,7 @@ fn a_planetary_set_has_the_modes_of_its_symmetry() {
     let couples = 3.0 * ks * ks * rs * rs * rp * rp / (4e-4 * 3e-4);
     let couples = couples + 3.0 * kr * kr * rp * rp * rr * rr / (3e-4 * 0.02);
     let minors = a * planet + planet * b + a * b - couples;
-    let root = (trace * trace / 4.0 - minors).sqrt();
+    let root = f64::sqrt(trace * trace / 4.0 - minors);
     let mut wanted = vec![planet, planet, trace / 2.0 - root, trace / 2.0 + root];
     wanted.sort_by(f64::total_cmp);
     let found: Vec<f64> = frequencies(&text).iter().map(|w| w * w).collect();

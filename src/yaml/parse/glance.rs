@@ -69,7 +69,7 @@ impl Glance<'_> {
             if self.end_of_line() {
                 return Some(Line::Opens);
             }
-            if self.run(|b| b == b' ') == 0 {
+            if self.bytes[self.at - 1] != b' ' {
                 return None;
             }
         }
