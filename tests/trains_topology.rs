@@ -25,7 +25,7 @@ fn close(found: &[f64], wanted: &[f64]) {
 #[test]
 fn pairs_of_every_geometry() {
     // omega^2 = K sum(arm^2/inertia), whatever the signs of the arms.
-    let mesh = (2e8 * (0.05 * 0.05 / 1e-3 + 0.08 * 0.08 / 4e-3) as f64).sqrt();
+    let mesh = f64::sqrt(2e8 * (0.05 * 0.05 / 1e-3 + 0.08 * 0.08 / 4e-3));
     let bodies = "bodies: {A: {inertia: 1e-3}, B: {inertia: 4e-3}}\n";
     for (connection, wanted) in [
         ("gear: {A: 50 mm, B: 80 mm}, stiffness: 200 N/um", mesh),
