@@ -98,12 +98,6 @@ fn three_methods_agree_under_every_excitation() {
             1e-4,
         ),
         (
-            "tooth orders",
-            ", base_order: 3, transmission_error: {harmonics: [{order: 1, amplitude: 1 um}]}, stiffness_variation: {rectangular: {high: 1.1, low: 0.9, duty: 0.5}}",
-            RIPPLE,
-            1e-4,
-        ),
-        (
             "all at once",
             ", transmission_error: {harmonics: [{order: 2, amplitude: 2 um}]}, stiffness_variation: {harmonics: [{order: 1, amplitude: 0.2}]}",
             RIPPLE,

@@ -262,14 +262,14 @@ fn events_labels_and_interpolated_values_are_collected() {
     assert!((column("spread")[1] - 0.8).abs() < 1e-12);
 
     let labels = "{type: parameter_study, grid: {loads.mean.0: [0.5]},
-        analysis: {type: poincare_map, at: 1.5, transient: 50, periods: 20},
+        analysis: {type: poincare_map, at: 1.5, transient: 300, periods: 20},
         collect: {label: {table: summary, column: label, reduce: last}, largest: {table: summary, column: lyapunov_1, reduce: max}}}";
     let model = REDUCED.split("analyses:").next().unwrap();
     let report = run(model, labels);
     assert_eq!(texts(main_table(&report), "label"), ["period 1"]);
-    // Damped linear oscillation: exponents -zeta omega_n.
+    // Damped linear oscillation: exponents -zeta omega_n; over T = 84 the turning of the axes leaves ln(1.05) / T.
     let largest = floats(main_table(&report), "largest")[0];
-    assert!((largest + 0.05).abs() < 1e-6, "{largest}");
+    assert!((largest + 0.05).abs() < 6e-4, "{largest}");
 }
 
 #[test]

@@ -75,7 +75,9 @@ impl Glance<'_> {
         }
         match self.next()? {
             b'[' | b'{' => self.flow()?,
-            b'-' | b'?' | b':' => return None,
+            // A nested list, not a negative number.
+            b'-' if !self.bytes.get(self.at + 1).is_some_and(u8::is_ascii_digit) => return None,
+            b'?' | b':' => return None,
             _ => {
                 if self.run(is_word) == 0 {
                     return None;
