@@ -8,4 +8,5 @@ mod synthetic;
 mod bad_input;
 mod cli;
 mod hostile_input;
+mod messages;
 mod output_files;
