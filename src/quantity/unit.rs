@@ -2,16 +2,18 @@
 
 use super::dimension::UnitDimension;
 use crate::error::nearest;
+use std::f64::consts::PI;
 
-/// A unit in SI base units: factor = numerator 10^exponent pi^pi / denominator, kept in whole numbers so that decimal
-/// quantities convert without rounding twice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A unit in SI base units: factor = numerator 10^exponent pi^pi / denominator root, kept in whole numbers so that decimal
+/// quantities convert without rounding twice; root is 1 but for half powers of units such as mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unit {
     pub dimension: UnitDimension,
     pub numerator: u128,
     pub exponent: i32,
     pub pi: i32,
     pub denominator: u128,
+    pub root: f64,
 }
 
 /// The unit expressions may nest and chain this far.
@@ -32,6 +34,7 @@ impl Unit {
             exponent: self.exponent + other.exponent,
             pi: self.pi + other.pi,
             denominator: denominator / common,
+            root: self.root * other.root,
         })
     }
 
@@ -42,12 +45,36 @@ impl Unit {
             exponent: -self.exponent,
             pi: -self.pi,
             denominator: self.numerator,
+            root: 1.0 / self.root,
         }
     }
 
-    fn power(self, exponent: i16) -> Option<Unit> {
-        let base = if exponent < 0 { self.inverse() } else { self };
-        (0..exponent.unsigned_abs()).try_fold(Unit::ONE, |product, _| product.times(base))
+    /// The power of an exponent counted in halves.
+    fn power(self, halves: i16) -> Option<Unit> {
+        let base = if halves < 0 { self.inverse() } else { self };
+        let count = halves.unsigned_abs();
+        let times = |count: u16| (0..count).try_fold(Unit::ONE, |p, _| p.times(base));
+        if count % 2 == 0 {
+            times(count / 2)
+        } else {
+            times(count)?.square_root()
+        }
+    }
+
+    /// `None` where a dimension would be a quarter.
+    fn square_root(self) -> Option<Unit> {
+        let (exponent, pi) = (self.exponent.div_euclid(2), self.pi.div_euclid(2));
+        let ten = if self.exponent % 2 == 0 { 1.0 } else { 10.0 };
+        let circle = if self.pi % 2 == 0 { 1.0 } else { PI };
+        let ratio = self.numerator as f64 / self.denominator as f64;
+        Some(Unit {
+            dimension: self.dimension.square_root()?,
+            numerator: 1,
+            exponent,
+            pi,
+            denominator: 1,
+            root: (ratio * ten * circle * self.root).sqrt(),
+        })
     }
 }
 
@@ -69,6 +96,7 @@ const fn decimal(dimension: UnitDimension, numerator: u128, exponent: i32) -> Un
         exponent,
         pi: 0,
         denominator: 1,
+        root: 1.0,
     }
 }
 
@@ -80,6 +108,7 @@ const fn circular(dimension: UnitDimension, numerator: u128, denominator: u128) 
         exponent: 0,
         pi: 1,
         denominator,
+        root: 1.0,
     }
 }
 
@@ -260,32 +289,55 @@ impl Expression<'_> {
         }
     }
 
+    /// An exponent in halves: `^2`, `^1.5`, `^(3/2)`.
     fn exponent(&mut self) -> Result<i16, String> {
-        if let Some(rest) = self.rest.strip_prefix('²') {
-            self.rest = rest;
-            return Ok(2);
-        }
-        if let Some(rest) = self.rest.strip_prefix('³') {
-            self.rest = rest;
-            return Ok(3);
+        for (sign, halves) in [('²', 4), ('³', 6)] {
+            if let Some(rest) = self.rest.strip_prefix(sign) {
+                self.rest = rest;
+                return Ok(halves);
+            }
         }
         let Some(rest) = self.rest.trim_start().strip_prefix('^') else {
             return match self.rest.chars().next() {
                 Some(c) if c.is_ascii_digit() => Err(format!(
                     "a power is written with `^`, such as `m^2`; found `{c}`"
                 )),
-                _ => Ok(1),
+                _ => Ok(2),
             };
         };
+        let wanted =
+            || "wanted a whole number or a half after `^`, such as 2, 1.5 or (3/2)".to_owned();
         let rest = rest.trim_start();
-        let sign = usize::from(rest.starts_with(['-', '+']));
-        let digits = rest[sign..].bytes().take_while(u8::is_ascii_digit).count();
-        let (number, rest) = rest.split_at(sign + digits);
+        let (number, rest) = match rest.strip_prefix('(') {
+            Some(inner) => inner.split_once(')').ok_or_else(wanted)?,
+            None => {
+                let sign = usize::from(rest.starts_with(['-', '+']));
+                let digits = |from: usize| {
+                    let digits = rest[from..].bytes().take_while(u8::is_ascii_digit);
+                    digits.count()
+                };
+                let whole = sign + digits(sign);
+                // A point that no digit follows joins the next factor: m^2.kg
+                let fraction = match rest[whole..].strip_prefix('.') {
+                    Some(_) if digits(whole + 1) > 0 => 1 + digits(whole + 1),
+                    _ => 0,
+                };
+                rest.split_at(whole + fraction)
+            }
+        };
         self.rest = rest;
-        match number.parse::<i16>() {
-            Ok(power) if power.abs() <= MAX_POWER => Ok(power),
-            Ok(_) => Err(too_involved()),
-            Err(_) => Err("wanted a whole number after `^`".to_owned()),
+        let (above, below) = number.split_once('/').unwrap_or((number, "1"));
+        let part = |text: &str| text.trim().parse::<f64>().ok();
+        let halves = match (part(above), part(below)) {
+            (Some(above), Some(below)) if below != 0.0 => 2.0 * above / below,
+            _ => return Err(wanted()),
+        };
+        if halves.fract() != 0.0 {
+            Err(wanted())
+        } else if halves.abs() > f64::from(2 * MAX_POWER) {
+            Err(too_involved())
+        } else {
+            Ok(halves as i16)
         }
     }
 }
