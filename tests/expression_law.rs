@@ -206,7 +206,7 @@ fn laws_say_what_they_are() {
         ("max(q^2 - 1, 0)", false, false, false, false, 1),
         ("if(q^2 > 1, q, 0)", false, true, true, false, 1),
         ("max(sin(phase), 0)*q", false, false, false, false, 1),
-        ("q + log(q + 2)", false, false, false, false, 1),
+        ("q + log(q + 1)", false, false, false, false, 1),
     ] {
         let law = law(force, &[]);
         let found = (
