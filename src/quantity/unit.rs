@@ -20,6 +20,35 @@ pub(super) struct Unit {
 const MAX_FACTORS: usize = 16;
 /// Largest power.
 const MAX_POWER: i16 = 9;
+/// Raised digits, 0 first.
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+/// What some write for a unit, and its symbol.
+const WORDS: [(&str, &str); 24] = [
+    ("sec", "s"),
+    ("second", "s"),
+    ("seconds", "s"),
+    ("meter", "m"),
+    ("metre", "m"),
+    ("micron", "um"),
+    ("microns", "um"),
+    ("inch", "in"),
+    ("inches", "in"),
+    ("feet", "ft"),
+    ("foot", "ft"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("radian", "rad"),
+    ("radians", "rad"),
+    ("newton", "N"),
+    ("newtons", "N"),
+    ("hertz", "Hz"),
+    ("gram", "g"),
+    ("kilogram", "kg"),
+    ("lbs", "lb"),
+    ("lbm", "lb"),
+    ("kp", "kgf"),
+    ("turns", "rev"),
+];
 
 impl Unit {
     const ONE: Unit = si(UnitDimension::NUMBER);
@@ -133,6 +162,8 @@ const UNITS: &[(&str, Unit)] = &[
     ("km", decimal(LENGTH, 1, 3)),
     ("in", decimal(LENGTH, 254, -4)),
     ("ft", decimal(LENGTH, 3048, -4)),
+    ("mil", decimal(LENGTH, 254, -7)),
+    ("thou", decimal(LENGTH, 254, -7)),
     ("rad", si(ANGLE)),
     ("mrad", decimal(ANGLE, 1, -3)),
     ("urad", decimal(ANGLE, 1, -6)),
@@ -155,16 +186,20 @@ const UNITS: &[(&str, Unit)] = &[
     ("mg", decimal(MASS, 1, -6)),
     ("t", decimal(MASS, 1, 3)),
     ("lb", decimal(MASS, 45_359_237, -8)),
+    ("oz", decimal(MASS, 28_349_523_125, -12)),
     ("N", si(FORCE)),
     ("mN", decimal(FORCE, 1, -3)),
     ("kN", decimal(FORCE, 1, 3)),
     ("MN", decimal(FORCE, 1, 6)),
+    ("GN", decimal(FORCE, 1, 9)),
     ("lbf", decimal(FORCE, 44_482_216_152_605, -13)),
+    ("ozf", decimal(FORCE, 27_801_385_095_378_125, -17)),
     ("kgf", decimal(FORCE, 980_665, -5)),
     ("Nm", si(MOMENT)),
     ("mNm", decimal(MOMENT, 1, -3)),
     ("Nmm", decimal(MOMENT, 1, -3)),
     ("kNm", decimal(MOMENT, 1, 3)),
+    ("MNm", decimal(MOMENT, 1, 6)),
     ("J", si(MOMENT)),
     ("mJ", decimal(MOMENT, 1, -3)),
     ("kJ", decimal(MOMENT, 1, 3)),
@@ -174,6 +209,7 @@ const UNITS: &[(&str, Unit)] = &[
     ("kHz", circular(FREQUENCY, 2000, 1)),
     ("MHz", circular(FREQUENCY, 2_000_000, 1)),
     ("rpm", circular(FREQUENCY, 1, 30)),
+    ("krpm", circular(FREQUENCY, 100, 3)),
     ("1", Unit::ONE),
 ];
 
@@ -183,7 +219,7 @@ pub fn symbols() -> impl Iterator<Item = &'static str> {
     written.filter(|symbol| *symbol != "1")
 }
 
-/// A unit expression. Factors are joined by spaces, `*`, `.` or `·`; each `/` divides by the next factor.
+/// A unit expression. Factors are joined by spaces, `*`, `.`, `·` or `⋅`; each `/` divides by the next factor.
 ///
 /// # Errors
 /// What is wrong, and what to write instead.
@@ -245,7 +281,7 @@ impl Expression<'_> {
     fn join(&mut self) -> Option<char> {
         self.rest = self.rest.trim_start();
         let sign = self.rest.chars().next();
-        let sign = sign.filter(|c| matches!(c, '*' | '.' | '·' | '/'))?;
+        let sign = sign.filter(|c| matches!(c, '*' | '.' | '·' | '⋅' | '/'))?;
         self.rest = self.rest[sign.len_utf8()..].trim_start();
         Some(sign)
     }
@@ -289,13 +325,29 @@ impl Expression<'_> {
         }
     }
 
-    /// An exponent in halves: `^2`, `^1.5`, `^(3/2)`.
+    /// A power in raised digits, such as `⁻¹`.
+    fn superscript(&mut self) -> Option<Result<i16, String>> {
+        let digits = |text: &str| -> String {
+            let raised = text.chars().map_while(|c| match c {
+                '⁻' => Some('-'),
+                '⁺' => Some('+'),
+                _ => SUPERSCRIPTS
+                    .iter()
+                    .position(|s| *s == c)
+                    .map(|d| char::from(b'0' + d as u8)),
+            });
+            raised.collect()
+        };
+        let number = digits(self.rest);
+        let end = self.rest.char_indices().nth(number.len());
+        self.rest = &self.rest[end.map_or(self.rest.len(), |(at, _)| at)..];
+        (!number.is_empty()).then(|| power_of(&number))
+    }
+
+    /// An exponent in halves: `^2`, `^1.5`, `^(3/2)`, `²`.
     fn exponent(&mut self) -> Result<i16, String> {
-        for (sign, halves) in [('²', 4), ('³', 6)] {
-            if let Some(rest) = self.rest.strip_prefix(sign) {
-                self.rest = rest;
-                return Ok(halves);
-            }
+        if let Some(power) = self.superscript() {
+            return power;
         }
         let Some(rest) = self.rest.trim_start().strip_prefix('^') else {
             return match self.rest.chars().next() {
@@ -305,11 +357,12 @@ impl Expression<'_> {
                 _ => Ok(2),
             };
         };
-        let wanted =
-            || "wanted a whole number or a half after `^`, such as 2, 1.5 or (3/2)".to_owned();
         let rest = rest.trim_start();
         let (number, rest) = match rest.strip_prefix('(') {
-            Some(inner) => inner.split_once(')').ok_or_else(wanted)?,
+            Some(inner) => {
+                let closed = inner.split_once(')');
+                closed.ok_or("a bracket is not closed in the unit")?
+            }
             None => {
                 let sign = usize::from(rest.starts_with(['-', '+']));
                 let digits = |from: usize| {
@@ -326,31 +379,57 @@ impl Expression<'_> {
             }
         };
         self.rest = rest;
-        let (above, below) = number.split_once('/').unwrap_or((number, "1"));
-        let part = |text: &str| text.trim().parse::<f64>().ok();
-        let halves = match (part(above), part(below)) {
-            (Some(above), Some(below)) if below != 0.0 => 2.0 * above / below,
-            _ => return Err(wanted()),
-        };
-        if halves.fract() != 0.0 {
-            Err(wanted())
-        } else if halves.abs() > f64::from(2 * MAX_POWER) {
-            Err(too_involved())
-        } else {
-            Ok(halves as i16)
-        }
+        power_of(number)
+    }
+}
+
+/// A power as written, in halves.
+fn power_of(number: &str) -> Result<i16, String> {
+    let (above, below) = number.split_once('/').unwrap_or((number, "1"));
+    let part = |text: &str| text.trim().parse::<f64>().ok();
+    let halves = match (part(above), part(below)) {
+        (Some(above), Some(below)) if below != 0.0 => 2.0 * above / below,
+        _ => f64::NAN,
+    };
+    if halves.abs() > f64::from(2 * MAX_POWER) {
+        Err(too_involved())
+    } else if halves.fract() == 0.0 {
+        Ok(halves as i16)
+    } else {
+        Err("wanted a whole number or a half as a power, such as `m^2` or `m^1.5`".to_owned())
     }
 }
 
 fn unknown(symbol: &str) -> String {
     let shown: String = symbol.chars().take(30).collect();
-    let help = match nearest(symbol, symbols()) {
+    let word = WORDS
+        .iter()
+        .find(|(word, _)| symbol.to_lowercase() == *word);
+    if let (None, Some((first, second))) = (word, joined(symbol)) {
+        return format!(
+            "unknown unit `{shown}`; write `{first} {second}`, with a space between the factors"
+        );
+    }
+    let help = match word
+        .map(|(_, unit)| *unit)
+        .or_else(|| nearest(symbol, symbols()))
+    {
         Some(near) => format!("did you mean `{near}`?"),
         None if symbol == "%" => "write a pure number, 5 % as 0.05".to_owned(),
         None => "known are m, mm, um, in, rad, deg, s, ms, kg, g, N, kN, Nm, lbf, Hz, rpm and more"
             .to_owned(),
     };
     format!("unknown unit `{shown}`; {help}")
+}
+
+/// The two units that were written without a space, such as `kgm`.
+fn joined(symbol: &str) -> Option<(&str, &str)> {
+    let cuts = symbol
+        .char_indices()
+        .skip(1)
+        .map(|(at, _)| symbol.split_at(at));
+    let is_unit = |text: &str| symbols().any(|known| known == text);
+    cuts.filter(|(a, b)| is_unit(a) && is_unit(b)).last()
 }
 
 fn too_involved() -> String {

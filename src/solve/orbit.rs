@@ -1,5 +1,6 @@
 //! A periodic orbit: deformations, switching instants, extrema.
 
+use super::integrate::Switch;
 use super::segment_orbit::SegmentOrbit;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
@@ -49,6 +50,18 @@ pub struct Crossing {
     pub to: i8,
     /// Rate of the deformation, d/d(omega_c t).
     pub velocity: f64,
+}
+
+impl From<&Switch> for Crossing {
+    fn from(switch: &Switch) -> Crossing {
+        Crossing {
+            tau: switch.tau,
+            connection: switch.connection,
+            from: switch.from,
+            to: switch.to,
+            velocity: switch.velocity,
+        }
+    }
 }
 
 /// Deformation of one connection along an orbit: W q - e.
@@ -134,17 +147,9 @@ impl FourierOrbit {
     /// Deformation of a connection.
     pub fn deformation<'s>(&self, system: &'s System, connection: usize) -> Deformation<'s> {
         let mut coefficients = vec![0.0; 2 * self.harmonics() + 1];
-        for (a, w) in self
-            .coefficients
-            .iter()
-            .zip(system.element_map().row(connection).iter())
-        {
-            if *w != 0.0 {
-                coefficients
-                    .iter_mut()
-                    .zip(a)
-                    .for_each(|(sum, a)| *sum += w * a);
-            }
+        for (j, w) in system.element_map_row(connection) {
+            let terms = coefficients.iter_mut().zip(&self.coefficients[*j]);
+            terms.for_each(|(sum, a)| *sum += w * a);
         }
         let error = system.mounts()[connection].transmission_error.as_ref();
         Deformation {

@@ -143,8 +143,8 @@ impl Recorder for RecordMeasures {
                 m.rms_velocity,
                 k_a,
                 k_dc,
-                m.contact_ratio,
-                m.impacts,
+                m.contacts.ratio(),
+                m.contacts.impacts(),
                 m.force_mean,
             ]);
         }
