@@ -201,12 +201,15 @@ fn hostile_formulas_are_refused_at_once() {
             &force[..10.min(force.len())]
         );
     }
-    // Long but harmless: 4999 terms, and hundreds of switches.
+    // Long but harmless: 5000 terms, and many switches.
     let sum = "q+".repeat(4999) + "q";
     assert_eq!(Expression::new(&sum, &[]).unwrap().eval_at(1.0), 5000.0);
-    let kinks: Vec<String> = (0..500).map(|k| format!("abs(q-{k})")).collect();
+    let kinks: Vec<String> = (0..100).map(|k| format!("abs(q-{k})")).collect();
     let law = Expression::new(&kinks.join("+"), &[]).unwrap();
-    assert_eq!(gearlash::element::Element::breakpoints(&law).len(), 500);
+    assert_eq!(gearlash::element::Element::breakpoints(&law).len(), 100);
+    // One switch too many.
+    let (message, _) = fault(&format!("{}+abs(v)", kinks.join("+")));
+    assert!(message.contains("more than 100 of abs"), "{message}");
     assert!(
         start.elapsed() < Duration::from_secs(2),
         "{:?}",

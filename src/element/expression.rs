@@ -18,6 +18,8 @@ use std::f64::consts::TAU;
 const MAX_TEXT: usize = 10_000;
 /// Deepest nesting of brackets and operators.
 const MAX_DEPTH: usize = 100;
+/// Most places where a formula may switch: each is looked for in every region between the others.
+const MAX_SWITCHES: usize = 100;
 /// Most intermediate values at once.
 const MAX_STACK: usize = 64;
 

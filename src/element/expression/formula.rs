@@ -141,3 +141,16 @@ impl Binary {
         )
     }
 }
+
+impl Node {
+    /// Whether it may have a kink or a jump of its own.
+    pub(super) fn is_switch(&self) -> bool {
+        match self {
+            Node::Unary(operator, _) => matches!(operator, Unary::Abs | Unary::Sign),
+            Node::Binary(operator, ..) => {
+                matches!(operator, Binary::Min | Binary::Max) || operator.is_comparison()
+            }
+            _ => false,
+        }
+    }
+}

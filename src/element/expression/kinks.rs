@@ -187,7 +187,9 @@ impl Search<'_> {
                 v: 0.0,
                 phase: 0.0,
             };
-            function(&values(self.formula, self.parameters, point))
+            // Arguments stand before the node at hand, which has no shape yet.
+            let nodes = &self.formula.nodes[..self.shapes.len()];
+            function(&values(nodes, self.parameters, point))
         };
         let levels = &self.kinks.levels;
         let mut found = Vec::new();
@@ -233,7 +235,7 @@ fn forget_smooth(formula: &Formula, parameters: &[f64], levels: &mut Vec<f64>) {
             v: 0.0,
             phase: 0.0,
         };
-        let all = values(formula, parameters, point);
+        let all = values(&formula.nodes, parameters, point);
         let value = all.last().copied().unwrap_or_default();
         (value.dq, value.value - value.dq * q)
     };

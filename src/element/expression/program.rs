@@ -78,10 +78,10 @@ fn run_on<const SIZE: usize>(code: &[Op], parameters: &[f64], at: Point) -> Dual
     stack[0]
 }
 
-/// Values of all nodes, those of branches that do not count included.
-pub(super) fn values(formula: &Formula, parameters: &[f64], at: Point) -> Vec<Dual> {
-    let mut list: Vec<Dual> = Vec::with_capacity(formula.nodes.len());
-    for node in &formula.nodes {
+/// Values of the first nodes, those of branches that do not count included.
+pub(super) fn values(nodes: &[Node], parameters: &[f64], at: Point) -> Vec<Dual> {
+    let mut list: Vec<Dual> = Vec::with_capacity(nodes.len());
+    for node in nodes {
         list.push(match *node {
             Node::Number(value) => Dual::constant(value),
             Node::Variable(variable) => at.variable(variable),

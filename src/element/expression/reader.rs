@@ -9,7 +9,7 @@ use super::formula::{
 };
 use super::program::Op;
 use super::token::{self, Kind, Token};
-use super::{Fault, MAX_DEPTH, MAX_STACK, MAX_TEXT};
+use super::{Fault, MAX_DEPTH, MAX_STACK, MAX_SWITCHES, MAX_TEXT};
 use crate::error::did_you_mean;
 
 /// Reads a formula; `parameters` are the names it may use besides q, v and phase.
@@ -36,7 +36,15 @@ pub(super) fn read(text: &str, parameters: &[&str]) -> Result<Formula, Fault> {
         let message = "found a condition, wanted a force; `if` makes one of the other";
         return Err(reader.fault(value.start, message));
     }
-    Ok(reader.formula)
+    let nodes = reader.formula.nodes.iter().zip(&reader.formula.places);
+    let mut switches = nodes.filter(|(node, _)| node.is_switch());
+    match switches.nth(MAX_SWITCHES) {
+        Some((_, place)) => {
+            let what = "of abs, sign, min, max and comparisons";
+            Err(reader.fault(*place, format!("more than {MAX_SWITCHES} {what}")))
+        }
+        None => Ok(reader.formula),
+    }
 }
 
 /// What an expression stands for.
