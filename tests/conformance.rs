@@ -194,7 +194,10 @@ impl Element for Faulty {
 #[test]
 fn faults_are_noticed() {
     for (fault, says) in [
-        ("jump", "jumps at a breakpoint, but is_discontinuous is false"),
+        (
+            "jump",
+            "jumps at a breakpoint, but is_discontinuous is false",
+        ),
         ("hidden jump", "the force jumps at q = 0.5"),
         ("no jump", "the force jumps at no breakpoint"),
         ("kink", "the slope jumps at q = 0.5"),

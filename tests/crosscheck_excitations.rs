@@ -80,12 +80,6 @@ fn three_methods_agree_under_every_excitation() {
             1e-5,
         ),
         (
-            "table of errors",
-            ", transmission_error: {table: [0, 1 um, 3 um, 2 um, -1 um, -2 um]}",
-            "",
-            1e-4,
-        ),
-        (
             "stiffness harmonics",
             ", stiffness_variation: {harmonics: [{order: 1, amplitude: 0.2}, {order: 2, amplitude: 0.05}]}",
             RIPPLE,
@@ -100,12 +94,6 @@ fn three_methods_agree_under_every_excitation() {
         (
             "table of stiffnesses",
             ", stiffness_variation: {table: [1.2, 1.1, 0.9, 0.8, 0.9, 1.1]}",
-            RIPPLE,
-            1e-4,
-        ),
-        (
-            "tooth orders",
-            ", base_order: 3, transmission_error: {harmonics: [{order: 1, amplitude: 1 um}]}, stiffness_variation: {rectangular: {high: 1.1, low: 0.9, duty: 0.5}}",
             RIPPLE,
             1e-4,
         ),

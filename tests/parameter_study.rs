@@ -228,7 +228,7 @@ fn samples_are_spread_as_they_were_asked_to() {
 #[test]
 fn events_labels_and_interpolated_values_are_collected() {
     let study = "    grid: {loads.harmonics.0.cos.0: [0.25, 0.01]}
-    analysis: {type: frequency_response, from: 1.4, to: 0.6, harmonics: 5}
+    analysis: {type: frequency_response, from: 1.4, to: 0.6, harmonics: 5, max_step: 0.01}
     collect:
       folds: {table: events, reduce: count, where: {kind: fold}}
       first_fold: {table: events, column: omega, reduce: first, where: {kind: fold}}
@@ -255,21 +255,21 @@ fn events_labels_and_interpolated_values_are_collected() {
     let omega: f64 = 1.1234;
     let rms = 0.01 / ((1.0 - omega * omega).powi(2) + (0.1 * omega).powi(2)).sqrt() / 2f64.sqrt();
     assert!(
-        (column("half")[1] / rms - 1.0).abs() < 0.05,
+        (column("half")[1] / rms - 1.0).abs() < 2e-3,
         "{:?}",
         column("half")
     );
     assert!((column("spread")[1] - 0.8).abs() < 1e-12);
 
     let labels = "{type: parameter_study, grid: {loads.mean.0: [0.5]},
-        analysis: {type: poincare_map, at: 1.5, transient: 50, periods: 20},
+        analysis: {type: poincare_map, at: 1.5, transient: 300, periods: 20},
         collect: {label: {table: summary, column: label, reduce: last}, largest: {table: summary, column: lyapunov_1, reduce: max}}}";
     let model = REDUCED.split("analyses:").next().unwrap();
     let report = run(model, labels);
     assert_eq!(texts(main_table(&report), "label"), ["period 1"]);
-    // Damped linear oscillation: exponents -zeta omega_n.
+    // Damped linear oscillation: exponents -zeta omega_n; over T = 84 the turning of the axes leaves ln(1.05) / T.
     let largest = floats(main_table(&report), "largest")[0];
-    assert!((largest + 0.05).abs() < 1e-6, "{largest}");
+    assert!((largest + 0.05).abs() < 6e-4, "{largest}");
 }
 
 #[test]
@@ -396,7 +396,7 @@ fn every_type_knows_its_tables_before_it_runs() {
             let promised = analysis.tables(&setting);
             assert!(!promised.is_empty(), "{kind}");
             assert!(promised.iter().all(|t| t.rows() == 0), "{kind}");
-            let delivered = report.tables.iter().filter(|t| t.name != "multipliers");
+            let delivered = (report.tables.iter()).filter(|t| !t.name.starts_with("multiplier"));
             let delivered: Vec<_> = delivered.map(|t| (t.name.clone(), shape(t))).collect();
             let promised: Vec<_> = promised
                 .iter()

@@ -57,7 +57,10 @@ fn main() -> ExitCode {
     }
     let own = std::env::current_exe().expect("the test is a file");
     for arguments in [&["elements"][..], &["check", "m.yaml"], &["run", "m.yaml"]] {
-        let output = Command::new(&own).args(arguments).env(AS_PROGRAM, "1").output();
+        let output = Command::new(&own)
+            .args(arguments)
+            .env(AS_PROGRAM, "1")
+            .output();
         let output = output.expect("the test runs itself");
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{said}");
@@ -70,7 +73,10 @@ fn main() -> ExitCode {
             assert!(said.contains(part), "wanted {part:?} in:\n{said}");
         }
         assert!(output.stdout.is_empty(), "nothing is done");
-        assert!(!said.contains("`backlash`"), "laws in order are not named:\n{said}");
+        assert!(
+            !said.contains("`backlash`"),
+            "laws in order are not named:\n{said}"
+        );
     }
     println!("laws registered twice are refused");
     ExitCode::SUCCESS

@@ -250,10 +250,8 @@ fn known_to_the_loader(text: &str, path: &str) -> BTreeSet<String> {
         .unwrap_or_else(|| panic!("{path}: {list:?}"));
     let help = about.help.as_deref().unwrap();
     let names = help.strip_prefix("known: ").or_else(|| {
-        Some(
-            help.strip_prefix("the only known name is `")?
-                .strip_suffix('`')?,
-        )
+        help.strip_prefix("the only known name is `")?
+            .strip_suffix('`')
     });
     names
         .unwrap_or_else(|| panic!("{path}: {help}"))

@@ -33,6 +33,10 @@ fn joined_parts_are_the_table_of_one_run() {
             ended.out
         );
         assert!(place.read("all/study.csv") == wanted, "{count}");
+        // A folder belongs to one part of one division.
+        for folder in folders {
+            std::fs::remove_dir_all(place.path(folder)).unwrap();
+        }
     }
     assert_eq!(place.names("all"), place.names("undisturbed"));
     assert!(place.read("all/study.svg") == place.read("undisturbed/study.svg"));

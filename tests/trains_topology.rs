@@ -25,7 +25,7 @@ fn close(found: &[f64], wanted: &[f64]) {
 #[test]
 fn pairs_of_every_geometry() {
     // omega^2 = K sum(arm^2/inertia), whatever the signs of the arms.
-    let mesh = (2e8 * (0.05 * 0.05 / 1e-3 + 0.08 * 0.08 / 4e-3) as f64).sqrt();
+    let mesh = f64::sqrt(2e8 * (0.05 * 0.05 / 1e-3 + 0.08 * 0.08 / 4e-3));
     let bodies = "bodies: {A: {inertia: 1e-3}, B: {inertia: 4e-3}}\n";
     for (connection, wanted) in [
         ("gear: {A: 50 mm, B: 80 mm}, stiffness: 200 N/um", mesh),
@@ -107,7 +107,7 @@ fn a_planetary_set_has_the_modes_of_its_symmetry() {
     let couples = 3.0 * ks * ks * rs * rs * rp * rp / (4e-4 * 3e-4);
     let couples = couples + 3.0 * kr * kr * rp * rp * rr * rr / (3e-4 * 0.02);
     let minors = a * planet + planet * b + a * b - couples;
-    let root = (trace * trace / 4.0 - minors).sqrt();
+    let root = f64::sqrt(trace * trace / 4.0 - minors);
     let mut wanted = vec![planet, planet, trace / 2.0 - root, trace / 2.0 + root];
     wanted.sort_by(f64::total_cmp);
     let found: Vec<f64> = frequencies(&text).iter().map(|w| w * w).collect();

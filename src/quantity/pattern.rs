@@ -18,8 +18,7 @@ pub fn pattern() -> String {
     known.sort_by_key(|symbol| std::cmp::Reverse(symbol.chars().count()));
     let number = r"[-+]?[0-9]+(?:\.[0-9]+)?";
     let fraction = format!(r"\(\s*{number}\s*(?:/\s*[0-9]+\s*)?\)");
-    let power =
-        format!(r"(?:[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|\s*(?:\^|\*\*)\s*(?:{number}|{fraction}))?");
+    let power = format!(r"(?:[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|\s*(?:\^|\*\*)\s*(?:{number}|{fraction}))?");
     let joint = r"\s*[*.·⋅/]?\s*";
     let symbol = format!(
         "(?:(?:{})(?![A-Za-zµμ°%_])|1(?![0-9])){power}",

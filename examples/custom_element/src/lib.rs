@@ -26,7 +26,11 @@ pub struct Hertz {
 }
 
 /// Exponents are counted in halves: force^1 displacement^(-3/2).
-const COEFFICIENT: Dimension = Dimension { force: 2, displacement: -3, time: 0 };
+const COEFFICIENT: Dimension = Dimension {
+    force: 2,
+    displacement: -3,
+    time: 0,
+};
 
 gearlash::register_element! {
     tag: "hertz",
@@ -49,12 +53,20 @@ impl Element for Hertz {
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {
-        let Hertz { half_gap, coefficient } = self;
+        let Hertz {
+            half_gap,
+            coefficient,
+        } = self;
         for (name, dimension, value) in [
             ("half_gap", Dimension::DISPLACEMENT, half_gap),
             ("coefficient", COEFFICIENT, coefficient),
         ] {
-            visit(Parameter { name, index: None, dimension, value });
+            visit(Parameter {
+                name,
+                index: None,
+                dimension,
+                value,
+            });
         }
     }
 
@@ -83,8 +95,12 @@ impl Element for Hertz {
 
     fn validate(&self) -> Result<(), InvalidParameter> {
         match (self.half_gap, self.coefficient) {
-            (b, _) if !(b >= 0.0 && b.is_finite()) => Err(InvalidParameter::new("half_gap", b, ">= 0")),
-            (_, c) if !(c > 0.0 && c.is_finite()) => Err(InvalidParameter::new("coefficient", c, "> 0")),
+            (b, _) if !(b >= 0.0 && b.is_finite()) => {
+                Err(InvalidParameter::new("half_gap", b, ">= 0"))
+            }
+            (_, c) if !(c > 0.0 && c.is_finite()) => {
+                Err(InvalidParameter::new("coefficient", c, "> 0"))
+            }
             _ => Ok(()),
         }
     }

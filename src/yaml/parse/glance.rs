@@ -69,13 +69,15 @@ impl Glance<'_> {
             if self.end_of_line() {
                 return Some(Line::Opens);
             }
-            if self.run(|b| b == b' ') == 0 {
+            if self.bytes[self.at - 1] != b' ' {
                 return None;
             }
         }
         match self.next()? {
             b'[' | b'{' => self.flow()?,
-            b'-' | b'?' | b':' => return None,
+            // A nested list, not a negative number.
+            b'-' if !self.bytes.get(self.at + 1).is_some_and(u8::is_ascii_digit) => return None,
+            b'?' | b':' => return None,
             _ => {
                 if self.run(is_word) == 0 {
                     return None;
