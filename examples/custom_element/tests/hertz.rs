@@ -137,6 +137,12 @@ fn the_command_line_knows_the_law() {
         list.contains("coefficient [force/displacement^(3/2)] > 0"),
         "{list}"
     );
+    let ended = program(&["schema"]);
+    let schema = text(&ended.stdout);
+    assert!(
+        schema.contains("\"hertz\"") && schema.contains("contact coefficient c"),
+        "the schema has the law and its parameters"
+    );
     let ended = program(&["check", "hertz_pair.yaml"]);
     assert_eq!(ended.status.code(), Some(0), "{}", text(&ended.stderr));
     let page = text(&ended.stdout);
