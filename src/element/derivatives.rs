@@ -224,6 +224,11 @@ fn product(slope: f64, derivative: f64) -> f64 {
     }
 }
 
+/// Derivative of a quotient from those above and below the line.
+fn quotient_slope(quotient: f64, divisor: f64, (above, below): (f64, f64)) -> f64 {
+    product(1.0 / divisor, above - product(quotient, below))
+}
+
 impl From<f64> for Dual {
     fn from(value: f64) -> Dual {
         Dual::constant(value)
@@ -303,12 +308,10 @@ impl Div for Dual {
 
     fn div(self, other: Dual) -> Dual {
         let value = self.value / other.value;
-        let derivative =
-            |above: f64, below: f64| product(1.0 / other.value, above - product(value, below));
         Dual {
             value,
-            dq: derivative(self.dq, other.dq),
-            dv: derivative(self.dv, other.dv),
+            dq: quotient_slope(value, other.value, (self.dq, other.dq)),
+            dv: quotient_slope(value, other.value, (self.dv, other.dv)),
         }
     }
 }

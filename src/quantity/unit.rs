@@ -83,7 +83,7 @@ impl Unit {
         let base = if halves < 0 { self.inverse() } else { self };
         let count = halves.unsigned_abs();
         let times = |count: u16| (0..count).try_fold(Unit::ONE, |p, _| p.times(base));
-        if count % 2 == 0 {
+        if count.is_multiple_of(2) {
             times(count / 2)
         } else {
             times(count)?.square_root()
