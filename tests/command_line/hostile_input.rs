@@ -68,6 +68,64 @@ fn millions_of_values() {
 }
 
 #[test]
+fn a_million_connections() {
+    let many = |count: usize| {
+        let list: String = (0..count)
+            .map(|k| format!(" c{k}: {{ground: A, stiffness: 1}}\n"))
+            .collect();
+        format!("bodies: {{A: {{inertia: 1}}}}\nconnections:\n{list}")
+    };
+    refused(&many(1_000_000), "16 MiB");
+    refused(&many(300_000), "found 300000, wanted at most 4096");
+}
+
+#[test]
+fn hundreds_of_thousands_of_mistakes() {
+    let list: String = (0..300_000).map(|k| format!(" b{k}: 1\n")).collect();
+    refused(
+        &format!("bodies:\n{list}"),
+        "found 300000, wanted at most 8192",
+    );
+    refused(
+        &format!("{}bodies: {{}}\n", list.replace(' ', "")),
+        "more mistakes",
+    );
+    refused(
+        &format!("bodies: {{A: {{inertia: 1}}}}\nloads:\n{list}"),
+        "more mistakes",
+    );
+}
+
+/// What is refused needs little room: here half a gigabyte of addresses, threads and program included.
+#[cfg(unix)]
+#[test]
+fn little_memory() {
+    for text in [
+        "[".repeat(16 << 20),
+        format!("x: [{}0]\n", "0,".repeat(4_000_001)),
+        "- 0\n".repeat(4_100_000),
+        format!("bodies:\n{}", " a: 1\n".repeat(2_000_000)),
+        format!("x: \"{}\"\n", "y".repeat(16_000_000)),
+    ] {
+        let what = text[..20].to_owned();
+        let place = Place::with(&text);
+        let program = assert_cmd::cargo::cargo_bin("gearlash");
+        let command = format!("ulimit -v 524288; exec {} check m.yaml", program.display());
+        let output = std::process::Command::new("sh")
+            .args(["-c", &command])
+            .current_dir(place.folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{what}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+}
+
+#[test]
 fn deep_circles_of_files() {
     let place = Place::with("extends: b.yaml\n");
     place.write("b.yaml", "extends: c.yaml\n");
