@@ -9,4 +9,5 @@ mod bad_input;
 mod cli;
 mod hostile_input;
 mod laws_in_models;
+mod messages;
 mod output_files;
