@@ -8,5 +8,6 @@ mod synthetic;
 mod bad_input;
 mod cli;
 mod hostile_input;
+mod laws_in_models;
 mod messages;
 mod output_files;

@@ -126,7 +126,7 @@ const CASES: &[(&str, &str, &[&str])] = &[
         "harmonics: 5",
         "harmonics: 5, orbits: all",
         &[
-            "m.yaml:17:84",
+            "m.yaml:17:88",
             "found the text `all`, wanted false, true or `marks`",
         ],
     ),

@@ -8,6 +8,7 @@ use crate::quantity::Quantity;
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::FrequencyFamily;
 use crate::solve::galerkin::{Galerkin, GalerkinOptions};
+use crate::solve::jumps::refuse_hidden;
 use crate::solve::newton::NewtonOptions;
 
 /// First step when none is given.
@@ -131,6 +132,16 @@ impl BranchSettings {
         if methods.iter().any(|m| *m != Method::Galerkin) {
             let system = &setting.assembly.system;
             faults.extend(flow::integrator(setting, system, self.integrator).err());
+        }
+        if methods.contains(&Method::Shooting)
+            && let Err(error) = refuse_hidden(&setting.assembly.system)
+        {
+            let key = if self.methods.is_some() {
+                "methods"
+            } else {
+                "method"
+            };
+            faults.push(Fault::new(key, setting.name_connection(&error)));
         }
         faults
     }
