@@ -17,8 +17,7 @@ use crate::system::System;
 /// stability is asked for, the estimated multipliers.
 pub struct MeasureRecorder<'a> {
     meter: Meter,
-    setting: &'a Setting<'a>,
-    range: (f64, f64),
+    swept: &'a Swept<'a>,
     points: usize,
     estimates_multipliers: bool,
     /// Connections whose contact pulled somewhere on the branch.
@@ -30,12 +29,11 @@ const PER_CONNECTION: usize = 12;
 
 impl<'a> MeasureRecorder<'a> {
     /// A recorder for orbits of so many samples.
-    pub fn new(setting: &'a Setting<'a>, samples: usize, range: (f64, f64)) -> Self {
-        let pulling = vec![false; setting.assembly.connections.len()];
+    pub fn new(swept: &'a Swept<'a>, samples: usize) -> Self {
+        let pulling = vec![false; swept.setting.assembly.connections.len()];
         MeasureRecorder {
             meter: Meter::new(samples),
-            setting,
-            range,
+            swept,
             points: 0,
             estimates_multipliers: false,
             pulling,
@@ -51,11 +49,22 @@ impl<'a> MeasureRecorder<'a> {
     }
 }
 
+impl MeasureRecorder<'_> {
+    /// Stiffness of every connection over the one of the model as written, whose scales do not change along a parameter.
+    fn stiffening(&self, lambda: f64) -> Vec<f64> {
+        let written = &self.swept.setting.assembly.scales.stiffness;
+        let assembly = self.swept.assembly(lambda);
+        let here = assembly.as_ref().map_or(written, |a| &a.scales.stiffness);
+        here.iter().zip(written).map(|(k, k_0)| k / k_0).collect()
+    }
+}
+
 impl Recorder for MeasureRecorder<'_> {
-    fn record(&mut self, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
+    fn record(&mut self, lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
         let measures = self.meter.measure(system, orbit);
         let mut slopes = Vec::with_capacity(measures.len());
-        for (m, pulling) in measures.iter().zip(&mut self.pulling) {
+        let stiffening = self.stiffening(lambda);
+        for ((m, pulling), k) in measures.iter().zip(&mut self.pulling).zip(stiffening) {
             let Measures {
                 mean,
                 rms,
@@ -71,9 +80,9 @@ impl Recorder for MeasureRecorder<'_> {
             values.extend([
                 m.contacts.ratio(),
                 m.contacts.impacts(),
-                m.force_mean,
-                m.force_max,
-                m.force_std,
+                k * m.force_mean,
+                k * m.force_max,
+                k * m.force_std,
             ]);
             slopes.push(m.effective_stiffness.unwrap_or(m.mean_slope));
             *pulling |= m.pulls;
@@ -89,13 +98,16 @@ impl Recorder for MeasureRecorder<'_> {
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
         self.points += 1;
-        let (from, to) = self.range;
+        let (from, to) = self.swept.range;
         let share = ((point.lambda - from) / (to - from)).clamp(0.0, 1.0);
-        let words = format!("point {} at {:.4}", self.points, point.lambda);
-        self.setting
-            .control
-            .progress(self.setting.name, share, &words);
-        !self.setting.control.is_interrupted()
+        let words = format!(
+            "point {} at {}",
+            self.points,
+            self.swept.place(point.lambda)
+        );
+        let Setting { name, control, .. } = self.swept.setting;
+        control.progress(name, share, &words);
+        !control.is_interrupted()
     }
 }
 
