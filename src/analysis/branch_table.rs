@@ -49,22 +49,16 @@ impl<'a> MeasureRecorder<'a> {
     }
 }
 
-impl MeasureRecorder<'_> {
-    /// Stiffness of every connection over the one of the model as written, whose scales do not change along a parameter.
-    fn stiffening(&self, lambda: f64) -> Vec<f64> {
-        let written = &self.swept.setting.assembly.scales.stiffness;
-        let assembly = self.swept.assembly(lambda);
-        let here = assembly.as_ref().map_or(written, |a| &a.scales.stiffness);
-        here.iter().zip(written).map(|(k, k_0)| k / k_0).collect()
-    }
-}
-
 impl Recorder for MeasureRecorder<'_> {
     fn record(&mut self, lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
-        let measures = self.meter.measure(system, orbit);
+        let mut measures = self.meter.measure(system, orbit);
+        let here = self.swept.here(lambda);
+        for (m, stiffening) in measures.iter_mut().zip(&here.stiffening) {
+            // The law is in units of its own stiffness, the report in those of the stiffness as written.
+            m.scale_force(*stiffening);
+        }
         let mut slopes = Vec::with_capacity(measures.len());
-        let stiffening = self.stiffening(lambda);
-        for ((m, pulling), k) in measures.iter().zip(&mut self.pulling).zip(stiffening) {
+        for (m, pulling) in measures.iter().zip(&mut self.pulling) {
             let Measures {
                 mean,
                 rms,
@@ -80,15 +74,21 @@ impl Recorder for MeasureRecorder<'_> {
             values.extend([
                 m.contacts.ratio(),
                 m.contacts.impacts(),
-                k * m.force_mean,
-                k * m.force_max,
-                k * m.force_std,
+                m.force_mean,
+                m.force_max,
+                m.force_std,
             ]);
             slopes.push(m.effective_stiffness.unwrap_or(m.mean_slope));
             *pulling |= m.pulls;
         }
         values.extend(natural_frequencies(system, &slopes));
-        rattle::record(self.setting.assembly, system, orbit, &measures, values);
+        rattle::record(
+            self.swept.setting,
+            &here,
+            (system, orbit),
+            &measures,
+            values,
+        );
         if self.estimates_multipliers {
             let means = measures.iter().map(|m| [m.mean_slope, m.mean_damping]);
             let list = averaged_multipliers(system, &means.collect::<Vec<_>>());

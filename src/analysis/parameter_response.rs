@@ -5,7 +5,7 @@ use super::response::{self, BranchSettings, Swept, branch_settings, response_key
 use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
-use crate::report::Report;
+use crate::report::{Report, Table};
 use crate::system::System;
 use crate::yaml::Node;
 use serde_json::json;
@@ -54,6 +54,13 @@ impl Analysis for ParameterResponse {
         let mut report = response::run(&settings, &swept.map_err(refused)?, options)?;
         report.summary.insert("parameter".into(), json!(path));
         Ok(report)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let settings = branch_settings!(self);
+        let path = self.path(setting).unwrap_or_default();
+        let swept = Swept::number(setting, &settings, (&path, &self.parameter), 1.0);
+        swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
     }
 }
 
@@ -114,8 +121,8 @@ fn check_values(
     let mut variation = Variation::new(setting, path);
     let (from, to) = (settings.from.value, settings.to.value);
     let mut system = |value: f64| {
-        let assembly = variation.assembly(Node::number(value));
-        assembly.map(|a| a.system).map_err(|list| joined(&list))
+        let found = variation.at(Node::number(value));
+        found.map(|f| f.1.system).map_err(|list| joined(&list))
     };
     let one = |message: String| vec![Fault::new("parameter", message)];
     let first = system(from).map_err(one)?;

@@ -110,11 +110,11 @@ mod tests {
             [0.5, f64::NAN, 1.0],
             [0.5, 1.0, f64::NAN],
         ] {
-            let mut work = Linearisation::new(3);
+            let mut work = Linearisation::new(&Structure::Dense(3));
             work.r.copy_from_slice(&r);
             assert!(work.norm().is_nan(), "{r:?}");
         }
-        let mut work = Linearisation::new(3);
+        let mut work = Linearisation::new(&Structure::Dense(3));
         work.r.copy_from_slice(&[0.5, -2.0, 1.0]);
         work.magnitude = 4.0;
         assert_eq!(work.norm(), 0.5);

@@ -1,6 +1,7 @@
 //! Periodic orbits of systems that do not exist everywhere.
 
 use crate::error::SolveError;
+use crate::numeric::jacobian::Structure;
 use crate::solve::orbit::Orbit;
 use crate::solve::residual::{Linearisation, PeriodicResidual, Residual};
 use crate::system::System;
@@ -14,6 +15,10 @@ pub(super) struct Guarded<'a>(pub &'a mut dyn PeriodicResidual);
 impl Residual for Guarded<'_> {
     fn dim(&self) -> usize {
         self.0.dim()
+    }
+
+    fn structure(&self) -> Structure {
+        self.0.structure()
     }
 
     fn linearise(

@@ -72,8 +72,8 @@ impl<'a> ModelFamily<'a> {
     /// The system of the model, read and assembled.
     fn built(&mut self, lambda: f64) -> Result<System, SolveError> {
         let value = Node::number(self.track.value(lambda));
-        let assembly = self.variation.assembly(value);
-        let assembly = assembly.map_err(|list| SolveError::NoSystem {
+        let found = self.variation.at(value);
+        let (_, assembly) = found.map_err(|list| SolveError::NoSystem {
             reason: joined(&list),
         })?;
         let mut system = assembly.system;

@@ -6,6 +6,7 @@ use crate::analysis::parameter::{Parameter, Variation, joined};
 use crate::analysis::{Fault, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
+use crate::model::Model;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::system::System;
@@ -57,6 +58,14 @@ impl Track {
         let listed = self.exact.iter().find(|(x, _)| *x == lambda);
         listed.map_or_else(|| from + lambda * (to - from), |(_, value)| *value)
     }
+}
+
+/// The model at one value of the parameter.
+pub(in crate::analysis) struct Here<'a> {
+    pub model: Cow<'a, Model>,
+    pub assembly: Cow<'a, Assembly>,
+    /// Stiffness of every connection over the one of the model as written, whose scales do not change along a parameter.
+    pub stiffening: Vec<f64>,
 }
 
 impl<'a> Swept<'a> {
@@ -133,18 +142,35 @@ impl<'a> Swept<'a> {
         })
     }
 
-    /// The assembly at lambda.
-    ///
-    /// # Errors
-    /// What the model says about the value.
-    pub fn assembly(&self, lambda: f64) -> Result<Cow<'a, Assembly>, String> {
+    /// The model at lambda with its assembly.
+    fn model(&self, lambda: f64) -> Result<(Cow<'a, Model>, Cow<'a, Assembly>), String> {
         let Kind::Number(track) = &self.kind else {
-            return Ok(Cow::Borrowed(self.setting.assembly));
+            let Setting {
+                model, assembly, ..
+            } = self.setting;
+            return Ok((Cow::Borrowed(model), Cow::Borrowed(assembly)));
         };
         let mut variation = Variation::new(self.setting, &track.path);
-        let value = Node::number(track.value(lambda));
-        let assembly = variation.assembly(value);
-        assembly.map(Cow::Owned).map_err(|list| joined(&list))
+        let found = variation.at(Node::number(track.value(lambda)));
+        let (model, assembly) = found.map_err(|list| joined(&list))?;
+        Ok((Cow::Owned(model), Cow::Owned(assembly)))
+    }
+
+    /// The model at a point of a branch; as written where it does not exist, which is nowhere on a branch.
+    pub fn here(&self, lambda: f64) -> Here<'a> {
+        let setting = self.setting;
+        let written = (
+            Cow::Borrowed(setting.model),
+            Cow::Borrowed(setting.assembly),
+        );
+        let (model, assembly) = self.model(lambda).unwrap_or(written);
+        let stiffness = assembly.scales.stiffness.iter();
+        let stiffening = stiffness.zip(&setting.assembly.scales.stiffness);
+        Here {
+            stiffening: stiffening.map(|(k, written)| k / written).collect(),
+            model,
+            assembly,
+        }
     }
 
     /// The system at lambda with subharmonic index 1.
@@ -152,7 +178,7 @@ impl<'a> Swept<'a> {
     /// # Errors
     /// What the model says about the value.
     pub fn system(&self, lambda: f64) -> Result<System, String> {
-        let mut system = self.assembly(lambda)?.into_owned().system;
+        let mut system = self.model(lambda)?.1.into_owned().system;
         system.set_excitation_frequency(self.excitation(lambda));
         Ok(system)
     }

@@ -78,6 +78,9 @@ struct First<'a> {
     found: Start,
 }
 
+/// Distance in which the end of a model explains the end of a branch.
+const BORDER: f64 = 1e-4;
+
 /// Share of the tolerance that shooting's corrector is held to.
 const SHOOTING_TOLERANCE: f64 = 1e-2;
 
@@ -208,10 +211,15 @@ impl<'a> Work<'a> {
                 };
             }
             PathEnd::StepTooSmall { .. } => {
-                // The smallest step may have ended where there is no model any more.
+                // The steps may have ended where there is no model any more; difference quotients reach a little further.
                 if let [.., before, last] = points {
-                    let onwards = (last.lambda - before.lambda).signum() * self.settings.min_step;
-                    if let Err(error) = problem.system_at(last.lambda + onwards) {
+                    let onwards = (last.lambda - before.lambda).signum();
+                    let beyond = [1.0, 1e3, 1e6].map(|k| k * self.settings.min_step);
+                    let lost = |step: &f64| {
+                        let there = last.lambda + onwards * step.min(BORDER);
+                        problem.system_at(there).err()
+                    };
+                    if let Some(error) = beyond.iter().find_map(lost) {
                         (reason, message) = ("no_model", error.to_string());
                     }
                 }
