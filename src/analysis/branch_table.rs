@@ -5,6 +5,7 @@ use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::postprocess::measures::{Measures, Meter};
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Table, Values};
 use crate::solve::branch::{Branch, BranchPoint, Recorder, Stability};
+use crate::solve::events::{BifurcationEvent, EventKind};
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 
@@ -307,7 +308,7 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
         ),
         integer(
             "located",
-            rows.iter().map(|(_, e)| i64::from(e.located)).collect(),
+            rows.iter().map(|(_, e)| i64::from(e.is_located())).collect(),
         ),
         float("bracket_low", &swept.unit, of(&|_, low, _| low * factor)),
         float("bracket_high", &swept.unit, of(&|_, _, high| high * factor)),
@@ -316,13 +317,15 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
             "after_point",
             rows.iter().map(|(_, e)| e.after_point as i64).collect(),
         ),
-        text("connection", rows.iter().map(|_| String::new()).collect()),
+        text(
+            "connection",
+            rows.iter().map(|(_, e)| touched(setting, e)).collect(),
+        ),
     ];
     for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
         if name.starts_with("rms.") {
-            let value = |e: &crate::solve::events::BifurcationEvent| {
-                e.recorded.get(k).map_or(f64::NAN, |x| x * factor)
-            };
+            let value =
+                |e: &BifurcationEvent| e.recorded.get(k).map_or(f64::NAN, |x| x * factor);
             columns.push(float(
                 name,
                 unit,
@@ -338,10 +341,40 @@ pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
             of(&|lambda, _, _| lambda * hertz),
         ));
     }
+    columns.push(breakpoints(setting, rows.iter().map(|(_, e)| *e)));
     Table {
         name: "events".into(),
         columns,
     }
+}
+
+/// Name of the connection that grazes; empty for bifurcations.
+fn touched(setting: &Setting<'_>, event: &BifurcationEvent) -> String {
+    match event.kind {
+        EventKind::Grazing { connection, .. } => setting.assembly.connections[connection].clone(),
+        _ => String::new(),
+    }
+}
+
+/// The breakpoint that is touched, in the unit of its connection.
+fn breakpoints<'e>(
+    setting: &Setting<'_>,
+    events: impl Iterator<Item = &'e BifurcationEvent>,
+) -> Column {
+    let units = (0..setting.assembly.connections.len()).map(|k| setting.model.units_of(k).0);
+    let mut units: Vec<_> = units.collect();
+    units.dedup();
+    let unit = match (&units[..], setting.is_si()) {
+        ([unit], true) => unit.to_string(),
+        _ => String::new(),
+    };
+    let value = |e: &BifurcationEvent| match (e.kind, e.breakpoint) {
+        (EventKind::Grazing { connection, .. }, Some(b)) if setting.is_si() => {
+            b * setting.assembly.scales.displacement[connection]
+        }
+        (_, b) => b.unwrap_or(f64::NAN),
+    };
+    float("breakpoint", unit, events.map(value).collect())
 }
 
 /// Panels drawn at most; the table has every connection.

@@ -21,8 +21,17 @@ const PANELS_PER_HARMONIC: usize = 8;
 ///
 /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
 pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
+    monodromy_between(system, orbit, &orbit.extrema(system))
+}
+
+/// The same with the extrema of the deformations already known, one list a connection.
+pub fn monodromy_between(
+    system: &System,
+    orbit: &FourierOrbit,
+    extrema: &[Vec<(f64, f64)>],
+) -> DMatrix<f64> {
     let size = 2 * system.dof();
-    let cuts = cuts(system, orbit);
+    let cuts = cuts(system, orbit, extrema);
     let is_constant = is_piecewise_constant(system);
     let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
     let mut variation = Variation::new(system, orbit);
@@ -84,12 +93,17 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
 }
 
 /// 0, every instant where A(tau) is not smooth, 2 pi.
-fn cuts(system: &System, orbit: &FourierOrbit) -> Vec<f64> {
+fn cuts(system: &System, orbit: &FourierOrbit, extrema: &[Vec<(f64, f64)>]) -> Vec<f64> {
     let mut list = vec![0.0, TAU];
     for (k, mount) in system.mounts().iter().enumerate() {
-        if !mount.element.breakpoints().is_empty() {
-            let extrema = orbit.deformation(system, k).extrema();
-            list.extend(orbit.crossings(system, k, &extrema).iter().map(|c| c.tau));
+        if !extrema[k].is_empty() {
+            let deformation = orbit.deformation(system, k);
+            let levels = mount.element.breakpoints();
+            list.extend(
+                levels
+                    .iter()
+                    .flat_map(|b| deformation.crossings(*b, &extrema[k])),
+            );
         }
         for series in [&mount.stiffness_variation, &mount.transmission_error]
             .into_iter()

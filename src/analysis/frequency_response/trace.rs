@@ -192,7 +192,7 @@ impl Work<'_> {
                 "{name}: the contact pulls somewhere on the branch (1 + beta v < 0): impact damping is beyond its range"
             ));
         }
-        for event in branch.events.iter().filter(|e| !e.located) {
+        for event in branch.events.iter().filter(|e| !e.is_located()) {
             let (low, high) = event.bracket;
             list.push(format!(
                 "a {} between {low} and {high} could not be located",

@@ -3,6 +3,7 @@
 //! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
 
 mod bordered;
+mod interpolant;
 mod types;
 
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
@@ -281,24 +282,6 @@ impl Continuation {
             point.orientation = -point.orientation;
         }
         Ok(Some((fraction, point)))
-    }
-
-    /// Cubic Hermite interpolant of the last step.
-    fn interpolate(&self, x: f64) -> (DVector<f64>, f64) {
-        let (a, b) = (&self.origin, &self.point);
-        let chord = &b.u - &a.u;
-        let length = self
-            .dot(&chord, b.lambda - a.lambda, &chord, b.lambda - a.lambda)
-            .sqrt();
-        let h11 = x * x * (x - 1.0) * length;
-        let h10 = x * (x - 1.0) * (x - 1.0) * length;
-        let h01 = x * x * (3.0 - 2.0 * x);
-        let u = &a.u + chord * h01 + &a.tangent_u * h10 + &b.tangent_u * h11;
-        let lambda = a.lambda
-            + (b.lambda - a.lambda) * h01
-            + a.tangent_lambda * h10
-            + b.tangent_lambda * h11;
-        (u, lambda)
     }
 
     fn dot(&self, u: &DVector<f64>, lambda: f64, v: &DVector<f64>, mu: f64) -> f64 {

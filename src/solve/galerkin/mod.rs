@@ -10,14 +10,13 @@ mod hill;
 use super::family::Family;
 use super::floquet;
 use super::orbit::{FourierOrbit, Orbit};
-use super::residual::{Linearisation, PeriodicResidual, Residual};
+use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use crate::error::SolveError;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::trigonometric;
 use crate::system::{LoadKind, System};
 use aft::Sampling;
 use nalgebra::DVector;
-use num_complex::Complex;
 
 /// Size of the Galerkin approximation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -190,16 +189,28 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         self.fourier_orbit(u, lambda).map(Orbit::Fourier)
     }
 
-    fn multipliers(
+    fn survey(
         &mut self,
         u: &DVector<f64>,
         lambda: f64,
-    ) -> Result<Vec<Complex<f64>>, SolveError> {
+        extent: Extent,
+    ) -> Result<Survey, SolveError> {
         let orbit = self.fourier_orbit(u, lambda)?;
-        Ok(floquet::multipliers(&floquet::monodromy(
-            self.family.at(lambda)?,
-            &orbit,
-        )))
+        let system = self.family.at(lambda)?;
+        let extrema = orbit.extrema(system);
+        let multipliers = match extent {
+            Extent::Motion => Vec::new(),
+            Extent::Stability => {
+                floquet::multipliers(&floquet::monodromy_between(system, &orbit, &extrema))
+            }
+        };
+        let orbit = Orbit::Fourier(orbit);
+        Ok(Survey {
+            orbit,
+            extrema,
+            breakpoints: system.breakpoints(),
+            multipliers,
+        })
     }
 }
 
