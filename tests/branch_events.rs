@@ -34,7 +34,10 @@ fn list(branch: &Branch) -> Vec<(EventKind, f64)> {
 
 #[test]
 fn print_events() {
-    let size = GalerkinOptions { harmonics: 12, samples: 1024 };
+    let size = GalerkinOptions {
+        harmonics: 12,
+        samples: 1024,
+    };
     for (second, gaps, amplitude, ratio, to) in [
         (3f64.sqrt(), [1.0, 0.1], 0.25, 0.05, 0.3),
         (3f64.sqrt(), [1.0, 0.5], 0.25, 0.05, 0.3),
@@ -48,17 +51,53 @@ fn print_events() {
         let long = common::balance(&system, (2.5, to), size, &[], 0.1);
         let t1 = t.elapsed();
         let short = common::balance(&system, (2.5, to), size, &[], 0.005);
-        println!("== {second} {gaps:?} {} {} {:?} {:?} in {t1:?} {:?}", long.points.len(), short.points.len(), long.end, short.end, t.elapsed());
+        println!(
+            "== {second} {gaps:?} {} {} {:?} {:?} in {t1:?} {:?}",
+            long.points.len(),
+            short.points.len(),
+            long.end,
+            short.end,
+            t.elapsed()
+        );
         let (l, s) = (&long.events, &short.events);
         println!("   {} {}", l.len(), s.len());
         for e in l.iter() {
-            let near = s.iter().filter(|f| f.kind == e.kind).map(|f| (f.lambda - e.lambda).abs()).fold(9.0, f64::min);
-            let n = s.iter().filter(|f| f.kind == e.kind && (f.lambda - e.lambda).abs() < 1e-7).count();
-            println!("{:?} {} loc {} width {:e} near {:e} {} after {}", e.kind, e.lambda, e.is_located(), e.bracket.1 - e.bracket.0, near, n, e.after_point);
+            let near = s
+                .iter()
+                .filter(|f| f.kind == e.kind)
+                .map(|f| (f.lambda - e.lambda).abs())
+                .fold(9.0, f64::min);
+            let n = s
+                .iter()
+                .filter(|f| f.kind == e.kind && (f.lambda - e.lambda).abs() < 1e-7)
+                .count();
+            println!(
+                "{:?} {} loc {} width {:e} near {:e} {} after {}",
+                e.kind,
+                e.lambda,
+                e.is_located(),
+                e.bracket.1 - e.bracket.0,
+                near,
+                n,
+                e.after_point
+            );
         }
         for e in s.iter() {
-            let near = l.iter().filter(|f| f.kind == e.kind).map(|f| (f.lambda - e.lambda).abs()).fold(9.0, f64::min);
-            if near > 1e-7 { println!("  MISSED {:?} {} loc {} near {:e} after {}", e.kind, e.lambda, e.is_located(), near, e.after_point); }
+            let near = l
+                .iter()
+                .filter(|f| f.kind == e.kind)
+                .map(|f| (f.lambda - e.lambda).abs())
+                .fold(9.0, f64::min);
+            if near > 1e-7 {
+                println!(
+                    "  MISSED {:?} {} loc {} near {:e} after {}",
+                    e.kind,
+                    e.lambda,
+                    e.is_located(),
+                    near,
+                    e.after_point
+                );
+            }
         }
     }
     let _ = list;

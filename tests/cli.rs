@@ -59,6 +59,7 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response.events.csv",
         "response.json",
         "response.multipliers.csv",
+        "response.rattle.csv",
         "response.svg",
     ];
     assert_eq!(place.names("results/m"), files);
@@ -67,7 +68,7 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response",
         "frequency_response",
         "complete",
-        "10 files in results/m",
+        "11 files in results/m",
     ] {
         assert!(ended.out.contains(part), "{part}: {}", ended.out);
     }

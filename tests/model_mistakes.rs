@@ -235,7 +235,7 @@ fn laws() {
     );
     says(
         &law("{type: backlash, half_gap: -5 um}"),
-        &["m.yaml:9:41: connections.mesh.element.half_gap: half_gap = -0.000005: must be >= 0"],
+        &["m.yaml:9:41: connections.mesh.element.half_gap: found the text `-5 um`, must be >= 0"],
     );
     says(
         &law("{type: backlash, half_gap: 5 kg}"),

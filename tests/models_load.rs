@@ -62,7 +62,7 @@ fn reverse_idler_is_case_1() {
     assert!((frequencies[1] - 3f64.sqrt()).abs() < 1e-12);
     let names: Vec<&str> = study.runs.iter().map(|r| r.name.as_str()).collect();
     let figures = [
-        "fig_02", "fig_10", "fig_11", "fig_12", "fig_07", "fig_08", "fig_17",
+        "fig_02", "fig_10", "fig_11", "fig_12", "fig_07", "fig_08", "fig_16", "fig_17",
     ];
     assert_eq!(names, figures);
 }

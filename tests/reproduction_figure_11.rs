@@ -150,7 +150,10 @@ fn every_bifurcation_is_located() {
             kind(bifurcation["kind"].as_str().unwrap()),
             bifurcation["parameter"].as_f64().unwrap(),
         );
-        let events = branch.events.iter().filter(|e| e.kind == kind && e.is_located());
+        let events = branch
+            .events
+            .iter()
+            .filter(|e| e.kind == kind && e.is_located());
         let gap = events
             .map(|e| (e.lambda - parameter).abs())
             .fold(f64::INFINITY, f64::min);

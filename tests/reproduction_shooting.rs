@@ -3,17 +3,10 @@
 mod common;
 
 use common::{backlash, floats, load, reference};
-use gearlash::postprocess::measures::Meter;
-use gearlash::solve::branch::{self, Branch, BranchPoint, TraceOptions};
-use gearlash::solve::continuation::{ContinuationOptions, PathEnd};
+use gearlash::solve::branch::{Branch, BranchPoint};
+use gearlash::solve::continuation::PathEnd;
 use gearlash::solve::events::EventKind;
-use gearlash::solve::family::FrequencyFamily;
-use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::integrate::IntegratorChoice;
-use gearlash::solve::newton::NewtonOptions;
-use gearlash::solve::residual::PeriodicResidual;
-use gearlash::solve::shooting::Shooting;
-use gearlash::solve::start::{self, Start, StartMode};
 use gearlash::system::System;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
@@ -81,7 +74,10 @@ fn events_gap(branch: &Branch, data: &Value, nu: i64) -> f64 {
                 _ => EventKind::NeimarkSacker,
             };
             let parameter = b["parameter"].as_f64().unwrap();
-            let of_kind = branch.events.iter().filter(|e| e.kind == kind && e.is_located());
+            let of_kind = branch
+                .events
+                .iter()
+                .filter(|e| e.kind == kind && e.is_located());
             of_kind
                 .map(|e| (e.lambda - parameter).abs())
                 .fold(f64::INFINITY, f64::min)
@@ -128,7 +124,11 @@ fn figure_11_orbits_multipliers_and_bifurcations() {
     let found: Vec<_> = branch.events.iter().map(|e| (e.kind, e.lambda)).collect();
     assert!(gap < 1e-9, "bifurcations: {gap:e}, {found:?}");
     assert_eq!(
-        branch.events.iter().filter(|e| e.kind.is_bifurcation()).count(),
+        branch
+            .events
+            .iter()
+            .filter(|e| e.kind.is_bifurcation())
+            .count(),
         data["bifurcations"].as_array().unwrap().len()
     );
 }

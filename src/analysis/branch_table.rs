@@ -1,11 +1,14 @@
 //! Branches as tables and figures: the columns of a frequency response.
 
-use super::Setting;
+use super::columns::{float, integer, text};
+use super::response::{Method, Swept};
+use super::{Setting, rattle};
+use crate::postprocess::attractor::Label;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::postprocess::measures::{Measures, Meter};
-use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Table, Values};
-use crate::solve::branch::{Branch, BranchPoint, Recorder, Stability};
-use crate::solve::events::{BifurcationEvent, EventKind};
+use crate::report::{Curve, CurveStyle, Figure, Panel, Table};
+use crate::solve::branch::{BranchPoint, Recorder, Stability};
+use crate::solve::events::BifurcationEvent;
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 
@@ -47,8 +50,6 @@ impl Recorder for MeasureRecorder<'_> {
                 min,
                 max,
                 rms_velocity,
-                contact_ratio,
-                impacts,
                 ..
             } = *m;
             let stiffness =
@@ -56,8 +57,8 @@ impl Recorder for MeasureRecorder<'_> {
             values.extend([mean, rms, min, max, rms_velocity]);
             values.extend(stiffness);
             values.extend([
-                contact_ratio,
-                impacts,
+                m.contacts.ratio(),
+                m.contacts.impacts(),
                 m.force_mean,
                 m.force_max,
                 m.force_std,
@@ -66,6 +67,7 @@ impl Recorder for MeasureRecorder<'_> {
             *pulling |= m.pulls;
         }
         values.extend(natural_frequencies(system, &slopes));
+        rattle::record(self.setting.assembly, system, orbit, &measures, values);
     }
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
@@ -81,14 +83,14 @@ impl Recorder for MeasureRecorder<'_> {
 }
 
 /// A recorded column: its name, unit, and the factor from nondimensional to reported values.
-struct Recorded {
-    name: String,
-    unit: String,
-    factor: f64,
+pub(super) struct Recorded {
+    pub name: String,
+    pub unit: String,
+    pub factor: f64,
 }
 
 /// Names, units and factors of the recorded values, in their order.
-fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
+pub(super) fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
     let scales = &setting.assembly.scales;
     let is_si = setting.is_si();
     let mut list = Vec::new();
@@ -144,57 +146,27 @@ fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
     list
 }
 
-/// One branch with its number and the word for its method.
+/// What one method delivered.
 pub struct Traced<'a> {
-    /// The branch.
-    pub branch: &'a Branch,
-    /// `galerkin`, `shooting`, ...
-    pub method: &'static str,
-}
-
-/// The swept parameter as it is reported.
-pub struct Swept {
-    /// Unit of the column `parameter`.
-    pub unit: String,
-    /// Factor from the continued parameter to the column.
-    pub factor: f64,
-}
-
-fn float(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Column {
-    Column {
-        name: name.into(),
-        unit: unit.into(),
-        values: Values::Float(values),
-    }
-}
-
-fn integer(name: &str, values: Vec<i64>) -> Column {
-    Column {
-        name: name.into(),
-        unit: String::new(),
-        values: Values::Integer(values),
-    }
-}
-
-fn text(name: &str, values: Vec<String>) -> Column {
-    Column {
-        name: name.into(),
-        unit: String::new(),
-        values: Values::Text(values),
-    }
+    /// Points in their order.
+    pub points: &'a [BranchPoint],
+    /// Events in their order.
+    pub events: &'a [BifurcationEvent],
+    /// Kinds of the attractors, one a point; none for branches of periodic solutions.
+    pub labels: &'a [Label],
+    /// How the points were computed.
+    pub method: Method,
 }
 
 /// The main table: one row a point.
-pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Table {
+pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    let setting = swept.setting;
     let rows: Vec<(usize, usize, &Traced<'_>, &BranchPoint)> = traced
         .iter()
         .enumerate()
         .flat_map(|(b, t)| {
-            t.branch
-                .points
-                .iter()
-                .enumerate()
-                .map(move |(p, point)| (b, p, t, point))
+            let points = t.points.iter().enumerate();
+            points.map(move |(p, point)| (b, p, t, point))
         })
         .collect();
     let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;
@@ -214,7 +186,7 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
         ),
         text(
             "method",
-            rows.iter().map(|r| r.2.method.to_string()).collect(),
+            rows.iter().map(|r| r.2.method.word().into()).collect(),
         ),
         float("omega", "", of(&|p| p.frequency)),
     ];
@@ -224,7 +196,7 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
     columns.push(float(
         "parameter",
         &swept.unit,
-        of(&|p| p.lambda * swept.factor),
+        of(&|p| swept.value(p.lambda)),
     ));
     columns.push(float("stable", "", of(&stable)));
     columns.push(float(
@@ -240,17 +212,28 @@ pub fn points(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Ta
     for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
         columns.push(float(name, unit, of(&|p| p.recorded[k] * factor)));
     }
+    if traced.iter().any(|t| t.method == Method::Integration) {
+        let label = |(_, p, t, _): &(usize, usize, &Traced<'_>, &BranchPoint)| {
+            t.labels.get(*p).map_or(String::new(), Label::to_string)
+        };
+        columns.push(text("label", rows.iter().map(label).collect()));
+    }
     Table {
         name: String::new(),
         columns,
     }
 }
 
+/// Rattle metrics, one row a point.
+pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    rattle::table(swept, traced, recorded_columns(swept.setting).len())
+}
+
 /// All multipliers, by falling modulus; `None` when stability was not asked for.
 pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
     let count = traced
         .iter()
-        .flat_map(|t| &t.branch.points)
+        .flat_map(|t| t.points)
         .map(|p| p.multipliers.len())
         .max()?;
     if count == 0 {
@@ -259,7 +242,8 @@ pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
     let (mut branch, mut point) = (Vec::new(), Vec::new());
     let mut parts = vec![Vec::new(); 2 * count];
     for (b, t) in traced.iter().enumerate() {
-        for (p, accepted) in t.branch.points.iter().enumerate() {
+        let points = t.points.iter().enumerate();
+        for (p, accepted) in points.filter(|(_, p)| !p.multipliers.is_empty()) {
             branch.push(b as i64);
             point.push(p as i64);
             for k in 0..count {
@@ -280,110 +264,14 @@ pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
     })
 }
 
-/// Located events, with the r.m.s. deformation of every connection for the plots.
-pub fn events(setting: &Setting<'_>, swept: &Swept, traced: &[Traced<'_>]) -> Table {
-    let rows: Vec<_> = traced
-        .iter()
-        .enumerate()
-        .flat_map(|(b, t)| t.branch.events.iter().map(move |e| (b, e)))
-        .collect();
-    let of = |f: &dyn Fn(f64, f64, f64) -> f64| {
-        rows.iter()
-            .map(|(_, e)| f(e.lambda, e.bracket.0, e.bracket.1))
-            .collect::<Vec<f64>>()
-    };
-    let factor = swept.factor;
-    let mut columns = vec![
-        text(
-            "kind",
-            rows.iter()
-                .map(|(_, e)| e.kind.word().to_string())
-                .collect(),
-        ),
-        float("omega", "", of(&|lambda, _, _| lambda)),
-        float(
-            "parameter",
-            &swept.unit,
-            of(&|lambda, _, _| lambda * factor),
-        ),
-        integer(
-            "located",
-            rows.iter().map(|(_, e)| i64::from(e.is_located())).collect(),
-        ),
-        float("bracket_low", &swept.unit, of(&|_, low, _| low * factor)),
-        float("bracket_high", &swept.unit, of(&|_, _, high| high * factor)),
-        integer("branch", rows.iter().map(|(b, _)| *b as i64).collect()),
-        integer(
-            "after_point",
-            rows.iter().map(|(_, e)| e.after_point as i64).collect(),
-        ),
-        text(
-            "connection",
-            rows.iter().map(|(_, e)| touched(setting, e)).collect(),
-        ),
-    ];
-    for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
-        if name.starts_with("rms.") {
-            let value =
-                |e: &BifurcationEvent| e.recorded.get(k).map_or(f64::NAN, |x| x * factor);
-            columns.push(float(
-                name,
-                unit,
-                rows.iter().map(|(_, e)| value(e)).collect(),
-            ));
-        }
-    }
-    if setting.is_si() {
-        let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;
-        columns.push(float(
-            "frequency_hz",
-            "Hz",
-            of(&|lambda, _, _| lambda * hertz),
-        ));
-    }
-    columns.push(breakpoints(setting, rows.iter().map(|(_, e)| *e)));
-    Table {
-        name: "events".into(),
-        columns,
-    }
-}
-
-/// Name of the connection that grazes; empty for bifurcations.
-fn touched(setting: &Setting<'_>, event: &BifurcationEvent) -> String {
-    match event.kind {
-        EventKind::Grazing { connection, .. } => setting.assembly.connections[connection].clone(),
-        _ => String::new(),
-    }
-}
-
-/// The breakpoint that is touched, in the unit of its connection.
-fn breakpoints<'e>(
-    setting: &Setting<'_>,
-    events: impl Iterator<Item = &'e BifurcationEvent>,
-) -> Column {
-    let units = (0..setting.assembly.connections.len()).map(|k| setting.model.units_of(k).0);
-    let mut units: Vec<_> = units.collect();
-    units.dedup();
-    let unit = match (&units[..], setting.is_si()) {
-        ([unit], true) => unit.to_string(),
-        _ => String::new(),
-    };
-    let value = |e: &BifurcationEvent| match (e.kind, e.breakpoint) {
-        (EventKind::Grazing { connection, .. }, Some(b)) if setting.is_si() => {
-            b * setting.assembly.scales.displacement[connection]
-        }
-        (_, b) => b.unwrap_or(f64::NAN),
-    };
-    float("breakpoint", unit, events.map(value).collect())
-}
-
 /// Panels drawn at most; the table has every connection.
 pub const MAX_PANELS: usize = 4;
 
-/// R.m.s. deformation of each connection against the frequency, stable solid and unstable dashed, one curve a method, with
-/// the backbone: the response-variant natural frequencies at the same deformation.
-pub fn figure(setting: &Setting<'_>, traced: &[Traced<'_>]) -> Figure {
-    let names = setting
+/// R.m.s. deformation of each connection against the parameter, stable solid and unstable dashed, attractors as dots, one
+/// curve a method; with the backbone: the response-variant natural frequencies at the same deformation.
+pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
+    let names = swept
+        .setting
         .assembly
         .connections
         .iter()
@@ -392,12 +280,13 @@ pub fn figure(setting: &Setting<'_>, traced: &[Traced<'_>]) -> Figure {
     Figure {
         title: String::new(),
         panels: names
-            .map(|(e, name)| panel(setting, traced, e, name))
+            .map(|(e, name)| panel(swept, traced, e, name))
             .collect(),
     }
 }
 
-fn panel(setting: &Setting<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
+fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
+    let setting = swept.setting;
     let (abscissa, x_label) = match setting.is_si() {
         true => ("frequency_hz", "excitation frequency [Hz]"),
         false => ("omega", "excitation frequency \u{3c9}/\u{3c9}c"),
@@ -412,12 +301,15 @@ fn panel(setting: &Setting<'_>, traced: &[Traced<'_>], e: usize, connection: &st
     };
     let mut curves = Vec::new();
     for t in traced {
-        let style = CurveStyle::Branch {
-            branch: "branch".into(),
-            stable: "stable".into(),
+        let style = match t.method {
+            Method::Integration => CurveStyle::Dots,
+            Method::Galerkin | Method::Shooting => CurveStyle::Branch {
+                branch: "branch".into(),
+                stable: "stable".into(),
+            },
         };
         let label = if traced.len() > 1 {
-            format!("{connection}, {}", t.method)
+            format!("{connection}, {}", t.method.word())
         } else {
             connection.to_string()
         };
@@ -426,13 +318,13 @@ fn panel(setting: &Setting<'_>, traced: &[Traced<'_>], e: usize, connection: &st
             abscissa,
             label,
             style,
-            Some(("method".into(), t.method.into())),
+            Some(("method".into(), t.method.word().into())),
         ));
     }
     // The backbones of methods that agree lie on one another: the first one's is drawn.
     let first = traced
         .first()
-        .map(|t| ("method".to_string(), t.method.to_string()));
+        .map(|t| ("method".to_string(), t.method.word().to_string()));
     for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
         let (x, label) = (
             format!("effective_frequency.{i}"),

@@ -1,6 +1,7 @@
 //! What the analyses in the time domain share: the choice of the integrator, the state at rest, and the Poincaré map.
 
 use super::{Fault, Setting};
+use crate::postprocess::attractor::{self, Label};
 use crate::postprocess::lyapunov::{Exponents, Lyapunov};
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::integrate::{self, IntegrationEnd, Integrator, IntegratorChoice};
@@ -83,6 +84,16 @@ pub struct MapRecord {
     pub exponents: Option<Exponents>,
     /// Why the record is shorter than asked for.
     pub stop: Option<Stop>,
+}
+
+impl MapRecord {
+    /// Kind of the attractor, `size` values a point; a record that failed before its end says nothing.
+    pub fn label(&self, size: usize) -> Label {
+        match self.stop {
+            Some(Stop::Failed(..)) => Label::Undecided,
+            _ => attractor::label(&self.points, size, self.exponents.as_ref()),
+        }
+    }
 }
 
 /// States at phase 0 of the excitation, period after period, from `state` = [q; v] at phase 0, which ends as the last state.

@@ -5,12 +5,15 @@
 mod bifurcation_diagram;
 mod branch_table;
 mod columns;
+mod event_table;
 pub mod flow;
 mod frequency_response;
 mod initial;
 mod modes;
 pub mod parameter;
 mod poincare_map;
+mod rattle;
+mod response;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
@@ -18,6 +21,7 @@ pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::Modes;
 pub use poincare_map::PoincareMap;
+pub use response::{Method, Orbits};
 pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;

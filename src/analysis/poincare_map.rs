@@ -1,9 +1,9 @@
 //! States at phase 0 of the excitation, period after period, from one or several initial states (figures 5 and 6).
 
-use super::flow::{self, Lengths, MapRecord, MapSize, Stop};
+use super::flow::{self, Lengths, MapRecord, MapSize};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
-use crate::postprocess::attractor::{self, Label};
+use crate::postprocess::attractor::Label;
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
 use crate::solve::integrate::IntegratorChoice;
@@ -161,10 +161,7 @@ impl PoincareMap {
             size,
             &mut keep_going,
         );
-        let label = match record.stop {
-            Some(Stop::Failed(..)) => Label::Undecided,
-            _ => attractor::label(&record.points, state.len(), record.exponents.as_ref()),
-        };
+        let label = record.label(state.len());
         Ok(Run {
             record,
             label,

@@ -1,6 +1,8 @@
 //! `gearlash elements`.
 
-use crate::element::{Dimension, ElementInfo, ParameterKind, registered};
+use crate::element::{
+    Dimension, ElementInfo, ParameterInfo, ParameterKind, ParameterRange, registered,
+};
 use serde_json::{Value, json};
 
 /// Every registered law as text or JSON.
@@ -19,22 +21,39 @@ pub fn list(as_json: bool) -> String {
 fn as_text(law: &ElementInfo) -> String {
     let mut text = format!("{}\n    {}\n", law.tag, law.doc);
     for p in law.parameters {
-        let default = p
-            .default
-            .map_or("required".to_string(), |d| format!("default {d}"));
         let unit = unit(p.dimension).map_or(String::new(), |u| format!(" [{u}]"));
-        let choice = match p.kind {
+        let kind = match p.kind {
             ParameterKind::Choice(words) => format!(" ({})", words.join(" | ")),
             ParameterKind::List => " (list)".to_string(),
-            _ => String::new(),
+            ParameterKind::Map => " (map)".to_string(),
+            ParameterKind::Number | ParameterKind::Text => String::new(),
         };
+        let range = range(p.range).map_or(String::new(), |r| format!(" {r}"));
+        let presence = presence(p);
         text.push_str(&format!(
-            "    {}{unit}{choice}: {}; {default}\n",
+            "    {}{unit}{kind}{range}: {}; {presence}\n",
             p.name, p.doc
         ));
     }
     text.push_str(&format!("    example: {}\n", law.example));
     text
+}
+
+/// `required`, `default 0`, `exactly one of half_gap and gap`.
+fn presence(p: &ParameterInfo) -> String {
+    match p.default {
+        Some(default) => format!("default {default}"),
+        None if p.is_required() => "required".to_string(),
+        None => format!("exactly one of {}", p.one_of.join(" and ")),
+    }
+}
+
+fn range(range: ParameterRange) -> Option<&'static str> {
+    match range {
+        ParameterRange::Any => None,
+        ParameterRange::NotNegative => Some(">= 0"),
+        ParameterRange::Positive => Some("> 0"),
+    }
 }
 
 fn as_value(law: &ElementInfo) -> Value {
@@ -52,6 +71,9 @@ fn as_value(law: &ElementInfo) -> Value {
                 "kind": kind(p.kind),
                 "choices": choices,
                 "unit": unit(p.dimension),
+                "range": range(p.range),
+                "required": p.is_required(),
+                "one_of": p.one_of,
                 "default": p.default,
             })
         })

@@ -1,6 +1,8 @@
 //! Backlash: two flanks with a gap between them.
 
-use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response};
+use super::{
+    Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
+};
 use serde::{Deserialize, Serialize};
 
 /// How impact damping acts on the flank q < -b.
@@ -96,9 +98,9 @@ crate::register_element! {
     tag: "backlash",
     doc: "two flanks with a gap: f = p (1 + beta sign(p) v), p = q - b for q > b, 0 inside, q + b for q < -b",
     parameters: [
-        { name: "half_gap", doc: "half of the total backlash, >= 0 (give this or gap)", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None },
-        { name: "gap", doc: "total backlash, 2 half_gap", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None },
-        { name: "impact_damping", doc: "impact damping beta, >= 0", kind: ParameterKind::Number, dimension: Dimension::INVERSE_VELOCITY, default: Some("0") },
+        { name: "half_gap", doc: "half of the total backlash", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
+        { name: "gap", doc: "total backlash, 2 half_gap", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
+        { name: "impact_damping", doc: "impact damping beta", kind: ParameterKind::Number, dimension: Dimension::INVERSE_VELOCITY, default: Some("0"), range: ParameterRange::NotNegative },
         { name: "impact_damping_law", doc: "dissipative on both flanks, or literal as in the paper's eq. (1): puts energy in on the back flank", kind: ParameterKind::Choice(&["dissipative", "literal"]), dimension: Dimension::NONE, default: Some("dissipative") },
     ],
     example: "{type: backlash, half_gap: 1.0, impact_damping: 0.05}",

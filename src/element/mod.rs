@@ -11,13 +11,19 @@ mod cubic;
 mod linear;
 mod one_sided;
 mod piecewise_linear;
+mod preloaded;
+mod tanh_friction;
 
 pub use backlash::{Backlash, ImpactDampingLaw};
 pub use cubic::Cubic;
 pub use linear::Linear;
 pub use one_sided::{OneSided, Side};
 pub use piecewise_linear::PiecewiseLinear;
-pub use registry::{ElementInfo, ParameterInfo, ParameterKind, duplicate_tags, find, registered};
+pub use preloaded::Preloaded;
+pub use registry::{
+    ElementInfo, ParameterInfo, ParameterKind, ParameterRange, duplicate_tags, find, registered,
+};
+pub use tanh_friction::TanhFriction;
 
 /// Force of a law and its partial derivatives at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -173,9 +179,22 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// True when f itself may jump (dry friction, hard contact).
+    /// True when f itself may jump, at a breakpoint (a preloaded contact) or elsewhere.
     fn is_discontinuous(&self) -> bool {
         false
+    }
+
+    /// True when f may jump elsewhere than at a listed breakpoint: at a velocity, a phase, a displacement that is not known.
+    ///
+    /// Nobody can locate such a jump: integrators step through it under error control, and what needs a transition matrix
+    /// (shooting, multipliers, Lyapunov exponents) refuses the law.
+    fn has_hidden_jumps(&self) -> bool {
+        false
+    }
+
+    /// What a user must know about this law with these parameters; shown as warnings.
+    fn cautions(&self) -> Vec<String> {
+        Vec::new()
     }
 
     /// True when f depends on v.

@@ -1,6 +1,8 @@
 //! A stop on one side.
 
-use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response};
+use super::{
+    Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
+};
 use serde::{Deserialize, Serialize};
 
 /// Which direction of motion meets the stop.
@@ -29,7 +31,7 @@ crate::register_element! {
     tag: "one_sided",
     doc: "f = max(q - gap, 0), mirrored for side: negative; a stop",
     parameters: [
-        { name: "gap", doc: "distance to the stop, >= 0", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None },
+        { name: "gap", doc: "distance to the stop", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative },
         { name: "side", doc: "side of the stop", kind: ParameterKind::Choice(&["positive", "negative"]), dimension: Dimension::NONE, default: Some("positive") },
     ],
     example: "{type: one_sided, gap: 0.5}",

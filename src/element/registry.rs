@@ -16,8 +16,21 @@ pub enum ParameterKind {
     Choice(&'static [&'static str]),
     /// Any text.
     Text,
-    /// A map from names to numbers.
+    /// A map from names to numbers or quantities of any dimension: the law decides what they mean. It reads SI values; with
+    /// nondimensional systems bare numbers only.
     Map,
+}
+
+/// Range of a parameter, of every number of a list or a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ParameterRange {
+    /// Any finite number.
+    #[default]
+    Any,
+    /// >= 0.
+    NotNegative,
+    /// > 0.
+    Positive,
 }
 
 /// Description of one parameter.
@@ -33,6 +46,51 @@ pub struct ParameterInfo {
     pub dimension: Dimension,
     /// Default as YAML text; `None` when the parameter is required (or one of several must be given).
     pub default: Option<&'static str>,
+    /// What numbers are allowed.
+    pub range: ParameterRange,
+    /// Names of the parameters, this one included, exactly one of which must be given; empty where it stands alone.
+    pub one_of: &'static [&'static str],
+}
+
+impl ParameterInfo {
+    /// A parameter of any range that stands alone.
+    pub const fn new(
+        name: &'static str,
+        doc: &'static str,
+        kind: ParameterKind,
+        dimension: Dimension,
+        default: Option<&'static str>,
+    ) -> ParameterInfo {
+        ParameterInfo {
+            name,
+            doc,
+            kind,
+            dimension,
+            default,
+            range: ParameterRange::Any,
+            one_of: &[],
+        }
+    }
+
+    /// The same within a range.
+    #[must_use]
+    pub const fn within(self, range: ParameterRange) -> ParameterInfo {
+        ParameterInfo { range, ..self }
+    }
+
+    /// The same as one of several that exclude each other.
+    #[must_use]
+    pub const fn one_of(self, names: &'static [&'static str]) -> ParameterInfo {
+        ParameterInfo {
+            one_of: names,
+            ..self
+        }
+    }
+
+    /// Whether it must be given, on its own account.
+    pub fn is_required(&self) -> bool {
+        self.default.is_none() && self.one_of.is_empty()
+    }
 }
 
 /// Description of one law.
@@ -78,22 +136,26 @@ pub fn duplicate_tags() -> Vec<&'static str> {
 /// Adds a law to the table that the program's list, the schema, the loader and the conformance tests read.
 ///
 /// Stands beside `#[typetag::serde(name = "tag")] impl Element for Law`, with the same tag; `conformance::check_registered`
-/// compares the two.
+/// compares the two. Of each parameter `range` and `one_of` may be left out, in this order.
 #[macro_export]
 macro_rules! register_element {
     (
         tag: $tag:literal,
         doc: $doc:literal,
-        parameters: [ $( { name: $name:literal, doc: $pdoc:literal, kind: $kind:expr, dimension: $dim:expr, default: $default:expr } ),* $(,)? ],
+        parameters: [ $( {
+            name: $name:literal, doc: $pdoc:literal, kind: $kind:expr, dimension: $dim:expr, default: $default:expr
+            $(, range: $range:expr)? $(, one_of: [ $( $other:literal ),+ ])? $(,)?
+        } ),* $(,)? ],
         example: $example:literal $(,)?
     ) => {
         $crate::inventory::submit! {
             $crate::element::ElementInfo {
                 tag: $tag,
                 doc: $doc,
-                parameters: &[ $( $crate::element::ParameterInfo {
-                    name: $name, doc: $pdoc, kind: $kind, dimension: $dim, default: $default,
-                } ),* ],
+                parameters: &[ $(
+                    $crate::element::ParameterInfo::new($name, $pdoc, $kind, $dim, $default)
+                        $( .within($range) )? $( .one_of(&[ $( $other ),+ ]) )?
+                ),* ],
                 example: $example,
             }
         }

@@ -39,6 +39,8 @@ impl Mistakes {
 pub(super) enum Measure {
     /// SI units; a quantity with a unit is converted.
     Si(UnitDimension),
+    /// SI units of whatever dimension is written.
+    AnySi,
     /// A nondimensional number: a unit is a mistake.
     Bare,
 }
@@ -66,6 +68,7 @@ pub(super) fn number(
         Measure::Si(dimension) => quantity
             .si(dimension)
             .map_err(|message| Diagnostic::at(node, path, message))?,
+        Measure::AnySi => quantity.value,
         Measure::Bare => bare(&quantity).map_err(|message| {
             Diagnostic::at(node, path, message).with_help(
                 "reduced systems are nondimensional; use bodies and connections for SI units",

@@ -3,7 +3,8 @@
 use super::DeformationUnit;
 use super::fields::{Fields, Measure, Mistakes, Range, entries, number, word};
 use crate::element::{
-    Element, InvalidParameter, Linear, ParameterInfo, ParameterKind, find, registered,
+    Element, InvalidParameter, Linear, ParameterInfo, ParameterKind, ParameterRange, find,
+    registered,
 };
 use crate::error::{Diagnostic, did_you_mean};
 use crate::quantity::UnitDimension;
@@ -24,6 +25,9 @@ impl LawUnits {
         let LawUnits::Si(unit) = self else {
             return Measure::Bare;
         };
+        if parameter.kind == ParameterKind::Map {
+            return Measure::AnySi;
+        }
         let d = parameter.dimension;
         let displacement = unit.dimension();
         Measure::Si(UnitDimension::of_law(
@@ -126,8 +130,13 @@ fn in_si(
     mistakes: &mut Mistakes,
 ) -> Option<Node> {
     let measure = units.measure(parameter);
+    let range = match parameter.range {
+        ParameterRange::Any => Range::Any,
+        ParameterRange::NotNegative => Range::NotNegative,
+        ParameterRange::Positive => Range::Positive,
+    };
     let converted = |node: &Node, path: &str, mistakes: &mut Mistakes| {
-        let value = mistakes.note(number(node, path, measure, Range::Any))?;
+        let value = mistakes.note(number(node, path, measure, range))?;
         Some(Node {
             location: node.location.clone(),
             ..Node::number(value)

@@ -146,10 +146,41 @@ pub fn newton_bracketed(mut f: impl FnMut(f64) -> (f64, f64), (a, fa): (f64, f64
     x
 }
 
+/// Steps of [`maximum`]: they shrink the interval to its 1e-10th, where a smooth function no longer changes.
+const GOLDEN_STEPS: usize = 48;
+
+/// Abscissa of the largest value of a function with one maximum inside the interval, by golden section; at a kink as well as at
+/// a smooth top.
+pub fn maximum(mut f: impl FnMut(f64) -> f64, (mut low, mut high): (f64, f64)) -> f64 {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_left, mut at_right) = (f(left), f(right));
+    for _ in 0..GOLDEN_STEPS {
+        if at_left > at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - golden * (high - low);
+            at_left = f(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + golden * (high - low);
+            at_right = f(right);
+        }
+    }
+    0.5 * (low + high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::convert::Infallible;
+
+    #[test]
+    fn finds_smooth_and_kinked_tops() {
+        let top = maximum(|x| (x - 0.2).cos(), (-1.0, 1.0));
+        assert!((top - 0.2).abs() < 1e-7, "{top}");
+        let top = maximum(|x| -(x - 0.7).abs(), (-1.0, 1.0));
+        assert!((top - 0.7).abs() < 1e-9, "{top}");
+    }
 
     #[test]
     fn finds_smooth_and_kinked_roots() {
@@ -173,8 +204,16 @@ mod tests {
         assert!(found.high - found.low <= 1e-9 && calls <= 5, "{calls}");
         // A slope of the wrong size costs steps, one of the wrong sign or no root at all ends at the limit.
         let f = |x: f64| Ok::<_, Infallible>(x.exp() - 2.0);
-        assert!(near_guess(f, 0.5, 50.0, (0.0, 2.0), 1e-9).unwrap().is_some());
-        assert!(near_guess(f, 0.5, -2.0, (0.0, 2.0), 1e-9).unwrap().is_none());
+        assert!(
+            near_guess(f, 0.5, 50.0, (0.0, 2.0), 1e-9)
+                .unwrap()
+                .is_some()
+        );
+        assert!(
+            near_guess(f, 0.5, -2.0, (0.0, 2.0), 1e-9)
+                .unwrap()
+                .is_none()
+        );
     }
 
     #[test]

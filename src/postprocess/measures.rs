@@ -1,11 +1,12 @@
 //! What is reported of every connection along an orbit.
 
+use super::contacts::Contacts;
 use super::{effective_stiffness, segment_measures};
 use crate::element::{Element, ResponseSeries};
 use crate::numeric::fourier::Fourier;
-use crate::numeric::trigonometric;
+use crate::numeric::{roots, trigonometric};
 use crate::solve::orbit::{Deformation, FourierOrbit, Orbit};
-use crate::system::System;
+use crate::system::{Mount, System};
 use std::f64::consts::TAU;
 
 /// Measures of one connection over one response period, nondimensional.
@@ -27,12 +28,12 @@ pub struct Measures {
     pub effective_stiffness_dc: Option<f64>,
     /// Mean of df/dq, (21): the slope that stands in for k_a where nothing moves.
     pub mean_slope: f64,
-    /// Share of the period in contact with either flank.
-    pub contact_ratio: f64,
-    /// Contacts made (open to contact) per excitation period, over both flanks.
-    pub impacts: f64,
+    /// Contacts of either flank.
+    pub contacts: Contacts,
     /// Mean force.
     pub force_mean: f64,
+    /// Smallest force.
+    pub force_min: f64,
     /// Largest force.
     pub force_max: f64,
     /// Standard deviation of the force.
@@ -98,9 +99,6 @@ impl Meter {
         let (a, c) = (&self.coefficients, &self.force_coefficients);
         let scale = self.deformation.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let crossings = orbit.crossings(system, e, &extrema);
-        let contacts: Vec<(f64, i8, i8)> =
-            crossings.iter().map(|c| (c.tau, c.from, c.to)).collect();
-        let (contact_ratio, impacts) = contact(system, e, &contacts, a[0], nu_of(orbit));
         let mean_of = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
         let force_mean = c[0];
         let variance = mean_of(
@@ -111,6 +109,10 @@ impl Meter {
                 .collect::<Vec<_>>(),
         );
         let derivative_square = trigonometric::mean_square_of_derivative(a);
+        let extreme = |sign: f64| {
+            let force = |tau: f64| sign * force_at(system, orbit, e, &deformation, tau);
+            self.largest_force(&system.mounts()[e], sign, &force, &extrema)
+        };
         Measures {
             mean: a[0],
             rms: trigonometric::mean_square(a).sqrt(),
@@ -120,10 +122,10 @@ impl Meter {
             effective_stiffness: effective_stiffness::alternating(a, c, scale),
             effective_stiffness_dc: effective_stiffness::direct(a[0], force_mean, scale),
             mean_slope: mean_of(&self.slope),
-            contact_ratio,
-            impacts,
+            contacts: Contacts::new(system, e, &crossings, a[0], nu_of(orbit)),
             force_mean,
-            force_max: self.largest_force(system, orbit, e, &deformation, &extrema),
+            force_min: -extreme(-1.0),
+            force_max: extreme(1.0),
             force_std: variance.sqrt(),
             pulls: self.pulls(system, e),
         }
@@ -176,41 +178,30 @@ impl Meter {
             .to_coefficients(&self.force, &mut self.force_coefficients);
     }
 
-    /// Largest sampled force, refined between its neighbours, and the forces at the extrema of the deformation.
+    /// Largest of sign times the force: the largest sample, refined between its neighbours, and the values at the extrema of
+    /// the deformation. `force`: sign times the force at tau.
     fn largest_force(
         &self,
-        system: &System,
-        orbit: &FourierOrbit,
-        e: usize,
-        deformation: &Deformation<'_>,
+        mount: &Mount,
+        sign: f64,
+        force: &dyn Fn(f64) -> f64,
         extrema: &[(f64, f64)],
     ) -> f64 {
-        let force = |tau: f64| force_at(system, orbit, e, deformation, tau);
-        let (best, sampled) =
-            self.force
-                .iter()
-                .enumerate()
-                .fold(
-                    (0, f64::NEG_INFINITY),
-                    |m, (j, f)| if *f > m.1 { (j, *f) } else { m },
-                );
-        let at_extrema = extrema.iter().map(|x| force(x.0)).fold(sampled, f64::max);
-        if !system.mounts()[e].element.depends_on_velocity()
-            && system.mounts()[e].stiffness_variation.is_none()
-        {
+        let sampled = self.force.iter().map(|f| sign * f).enumerate();
+        let (best, largest) =
+            sampled.fold(
+                (0, f64::NEG_INFINITY),
+                |m, (j, f)| {
+                    if f > m.1 { (j, f) } else { m }
+                },
+            );
+        let at_extrema = extrema.iter().map(|x| force(x.0)).fold(largest, f64::max);
+        if !mount.element.depends_on_velocity() && mount.stiffness_variation.is_none() {
             return at_extrema;
         }
         let cell = TAU / self.force.len() as f64;
-        let (mut low, mut high) = ((best as f64 - 1.0) * cell, (best as f64 + 1.0) * cell);
-        for _ in 0..40 {
-            let (left, right) = (low + (high - low) * 0.382, high - (high - low) * 0.382);
-            if force(left) > force(right) {
-                high = right
-            } else {
-                low = left
-            }
-        }
-        at_extrema.max(force(0.5 * (low + high)))
+        let around = ((best as f64 - 1.0) * cell, (best as f64 + 1.0) * cell);
+        at_extrema.max(force(roots::maximum(force, around)))
     }
 
     /// Whether the force points away from the flank somewhere: 1 + beta v < 0.
@@ -227,7 +218,7 @@ impl Meter {
 }
 
 /// Whether the law has an open stretch.
-pub(super) fn is_clearance(element: &dyn Element) -> bool {
+pub fn is_clearance(element: &dyn Element) -> bool {
     element.breakpoints().iter().any(|b| {
         let side = 1e-9 * (1.0 + b.abs());
         element.flank(b - side) == 0 || element.flank(b + side) == 0
@@ -253,36 +244,4 @@ fn force_at(
         .as_ref()
         .map_or(1.0, |s| s.value(phase));
     s * mount.element.eval(x, orbit.omega * slope, phase).f
-}
-
-/// Share of the period in contact, and contacts made per excitation period.
-///
-/// `crossings`: instant, flank before and after, in the order of time; `mean`: the mean deformation, which decides where
-/// nothing crosses.
-pub(super) fn contact(
-    system: &System,
-    e: usize,
-    crossings: &[(f64, i8, i8)],
-    mean: f64,
-    nu: f64,
-) -> (f64, f64) {
-    if crossings.is_empty() {
-        let flank = system.mounts()[e].element.flank(mean);
-        return (if flank == 0 { 0.0 } else { 1.0 }, 0.0);
-    }
-    let count = crossings.len();
-    let duration = |k: usize| {
-        let next = if k + 1 < count {
-            crossings[k + 1].0
-        } else {
-            crossings[0].0 + TAU
-        };
-        next - crossings[k].0
-    };
-    let closed: f64 = (0..count)
-        .filter(|k| crossings[*k].2 != 0)
-        .map(duration)
-        .sum();
-    let made = crossings.iter().filter(|c| c.1 == 0 && c.2 != 0).count();
-    (closed / TAU, made as f64 / nu)
 }

@@ -1,6 +1,7 @@
 //! Quantities derived from orbits: functions of the system and an orbit.
 
 pub mod attractor;
+pub mod contacts;
 pub mod effective_stiffness;
 pub mod lyapunov;
 pub mod measures;

@@ -1,8 +1,10 @@
 //! Measures of orbits that consist of polynomials: integrals by Gauss' rule between switches, extrema as roots.
 
+use super::contacts::Contacts;
 use super::effective_stiffness;
-use super::measures::{Measures, contact, is_clearance};
+use super::measures::{Measures, is_clearance};
 use crate::numeric::bernstein::RootFinder;
+use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, StretchDeformation};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
@@ -32,8 +34,16 @@ struct Sums {
     slope: f64,
     low: f64,
     high: f64,
+    smallest_force: f64,
     largest_force: f64,
     pulls: bool,
+}
+
+impl Sums {
+    fn widen_force(&mut self, f: f64) {
+        self.smallest_force = self.smallest_force.min(f);
+        self.largest_force = self.largest_force.max(f);
+    }
 }
 
 /// Deformation of one connection on one stretch, with its law.
@@ -80,6 +90,7 @@ fn connection(
     let mut sums = Sums {
         low: f64::INFINITY,
         high: f64::NEG_INFINITY,
+        smallest_force: f64::INFINITY,
         largest_force: f64::NEG_INFINITY,
         ..Sums::default()
     };
@@ -107,13 +118,18 @@ fn connection(
             sums.fx += weight * f * x;
             sums.ff += weight * f * f;
             sums.slope += weight * slope;
-            sums.largest_force = sums.largest_force.max(f);
+            sums.widen_force(f);
             sums.pulls |= pulls_possible && f64::from(mount.element.flank(q)) * f < 0.0;
         }
-        for x in piece.deformation.extrema(finder).into_iter().chain([0.0, 1.0]) {
+        for x in piece
+            .deformation
+            .extrema(finder)
+            .into_iter()
+            .chain([0.0, 1.0])
+        {
             let [q, _, f, _] = piece.response(x);
             (sums.low, sums.high) = (sums.low.min(q), sums.high.max(q));
-            sums.largest_force = sums.largest_force.max(f);
+            sums.widen_force(f);
         }
     }
     finish(system, orbit, e, &sums)
@@ -124,8 +140,7 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
     let mean = sums.origin + sums.x;
     let variance = (sums.xx - sums.x * sums.x).max(0.0);
     let own = orbit.switches.iter().filter(|s| s.connection == e);
-    let switches: Vec<(f64, i8, i8)> = own.map(|s| (s.tau, s.from, s.to)).collect();
-    let (contact_ratio, impacts) = contact(system, e, &switches, mean, orbit.subharmonic as f64);
+    let crossings: Vec<Crossing> = own.map(Crossing::from).collect();
     let moves = sums.high - sums.low > 1e-12 * scale;
     Measures {
         mean,
@@ -136,9 +151,9 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
         effective_stiffness: moves.then(|| (sums.fx - sums.f * sums.x) / variance),
         effective_stiffness_dc: effective_stiffness::direct(mean, sums.f, scale),
         mean_slope: sums.slope,
-        contact_ratio,
-        impacts,
+        contacts: Contacts::new(system, e, &crossings, mean, orbit.subharmonic as f64),
         force_mean: sums.f,
+        force_min: sums.smallest_force,
         force_max: sums.largest_force,
         force_std: (sums.ff - sums.f * sums.f).max(0.0).sqrt(),
         pulls: sums.pulls,

@@ -1,5 +1,6 @@
 //! Static equilibrium under the mean load.
 
+use crate::element::{Element, Response};
 use crate::numeric::dense::Lu;
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
@@ -21,13 +22,16 @@ pub struct Equilibrium {
 /// the gap where no load decides.
 const SOFTENING: [f64; 6] = [1.0, 1e-1, 1e-2, 1e-4, 1e-7, 1e-11];
 const MAX_ITERATIONS: usize = 200;
+/// Smallest share of a Newton step that is tried: a step may have to end on the narrow ramp of a jump.
+const SMALLEST_SHARE: f64 = 1e-9;
 /// Residual relative to the load and to the stiffness of a displacement.
 const TOLERANCE: f64 = 1e-9;
 
 /// Nonlinear static equilibrium kappa f(W q - mean(e), 0) = mean load, by a damped Newton iteration on a sequence of
 /// softer and softer auxiliary springs. `None` when there is none (a friction law alone cannot carry a load).
 ///
-/// Stiffness variation counts with its mean, 1; laws that depend on the phase are read at phase 0.
+/// Stiffness variation counts with its mean, 1; laws that depend on the phase are read at phase 0. A force that jumps takes
+/// every value in between at its breakpoint: a connection may rest there (to within 1e-5 of the breakpoint).
 pub fn equilibrium(system: &System) -> Option<Equilibrium> {
     let mut problem = Statics::new(system);
     let mut q = DVector::zeros(system.dof());
@@ -42,11 +46,8 @@ pub fn equilibrium(system: &System) -> Option<Equilibrium> {
         return None;
     }
     let deformation = problem.deformation(&q);
-    let flank = system
-        .mounts()
-        .iter()
-        .zip(&deformation)
-        .map(|(m, x)| m.element.flank(*x))
+    let flank = (system.mounts().iter().zip(&deformation))
+        .map(|(m, x)| flank(m.element.as_ref(), *x))
         .collect();
     Some(Equilibrium {
         q,
@@ -54,6 +55,44 @@ pub fn equilibrium(system: &System) -> Option<Equilibrium> {
         flank,
         is_unique,
     })
+}
+
+/// Flank at a deformation; on a jump of the force the one that it leads to.
+fn flank(element: &dyn Element, x: f64) -> i8 {
+    match ramp(element, x) {
+        Some((low, high)) if element.flank(low) == 0 => element.flank(high),
+        Some((low, _)) => element.flank(low),
+        None => element.flank(x),
+    }
+}
+
+/// Half width of the ramp that stands for a jump, relative to its breakpoint.
+const RAMP: f64 = 1e-5;
+
+/// Both ends of the ramp around a breakpoint where the force jumps, if x lies on one.
+fn ramp(element: &dyn Element, x: f64) -> Option<(f64, f64)> {
+    if !element.is_discontinuous() {
+        return None;
+    }
+    let mut ends = (element.breakpoints().into_iter()).map(|b| {
+        let half = RAMP * b.abs().max(1e-3);
+        (b - half, b + half)
+    });
+    ends.find(|(low, high)| x > *low && x < *high)
+}
+
+/// Static response of a law, jumps as ramps.
+fn respond(element: &dyn Element, x: f64) -> Response {
+    let Some((low, high)) = ramp(element, x) else {
+        return element.eval(x, 0.0, 0.0);
+    };
+    let [begin, end] = [low, high].map(|x| element.eval(x, 0.0, 0.0).f);
+    let slope = (end - begin) / (high - low);
+    Response {
+        f: begin + slope * (x - low),
+        df_dq: slope,
+        df_dv: 0.0,
+    }
 }
 
 struct Statics<'a> {
@@ -106,7 +145,7 @@ impl<'a> Statics<'a> {
             .zip(system.mounts())
             .enumerate()
         {
-            let response = mount.element.eval(x, 0.0, 0.0);
+            let response = respond(mount.element.as_ref(), x);
             let kappa = system.stiffness().column(e);
             self.r.axpy(response.f + auxiliary * x, &kappa, 1.0);
             self.magnitude = self
@@ -149,7 +188,7 @@ impl<'a> Statics<'a> {
                     break;
                 }
                 share *= 0.5;
-                if share < 1e-6 {
+                if share < SMALLEST_SHARE {
                     return is_small.then_some(base);
                 }
             }

@@ -17,6 +17,16 @@ pub trait Family {
     }
 }
 
+impl<F: Family + ?Sized> Family for Box<F> {
+    fn at(&mut self, lambda: f64) -> Result<&System, SolveError> {
+        (**self).at(lambda)
+    }
+
+    fn is_frequency(&self) -> bool {
+        (**self).is_frequency()
+    }
+}
+
 /// Parameter: the excitation frequency omega / omega_c.
 #[derive(Debug, Clone)]
 pub struct FrequencyFamily {

@@ -1,5 +1,6 @@
 //! Floquet multipliers from the variational equation along a periodic orbit.
 
+use super::jumps;
 use super::orbit::FourierOrbit;
 use crate::numeric::exponential::exponential;
 use crate::numeric::periodic::Periodic;
@@ -17,7 +18,8 @@ const PANELS_PER_HARMONIC: usize = 8;
 ///
 /// The period is cut at every passage of a breakpoint and every kink of the stiffness variation. Between two cuts A is
 /// constant for piecewise-affine laws and one matrix exponential is exact; elsewhere Magnus' fourth-order rule on panels
-/// keeps det Phi = exp(integral of trace A) to rounding. A continuous force needs no jump at a switch.
+/// keeps det Phi = exp(integral of trace A) to rounding. A force that jumps at a breakpoint adds its saltation matrix
+/// ([`jumps`]), a continuous one needs none. NaN where a law has hidden jumps: nobody knows.
 ///
 /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
 pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
@@ -31,7 +33,10 @@ pub fn monodromy_between(
     extrema: &[Vec<(f64, f64)>],
 ) -> DMatrix<f64> {
     let size = 2 * system.dof();
-    let cuts = cuts(system, orbit, extrema);
+    if jumps::refuse_hidden(system).is_err() {
+        return DMatrix::from_element(size, size, f64::NAN);
+    }
+    let (cuts, mut passages) = cuts(system, orbit, extrema);
     let is_constant = is_piecewise_constant(system);
     let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
     let mut variation = Variation::new(system, orbit);
@@ -55,6 +60,15 @@ pub fn monodromy_between(
                 variation.magnus(from, width)
             };
             phi = exponential(&exponent) * phi;
+        }
+        for passage in passages.extract_if(.., |p| p.tau <= end) {
+            let Passage {
+                connection,
+                jump,
+                rate,
+                ..
+            } = passage;
+            jumps::saltate(system, connection, jump, rate, phi.as_mut_slice());
         }
     }
     phi
@@ -92,18 +106,42 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
     list
 }
 
-/// 0, every instant where A(tau) is not smooth, 2 pi.
-fn cuts(system: &System, orbit: &FourierOrbit, extrema: &[Vec<(f64, f64)>]) -> Vec<f64> {
-    let mut list = vec![0.0, TAU];
+/// A connection passes a jump of its force.
+struct Passage {
+    tau: f64,
+    connection: usize,
+    jump: f64,
+    rate: f64,
+}
+
+/// 0, every instant where A(tau) is not smooth, 2 pi; and the jumps among them.
+fn cuts(
+    system: &System,
+    orbit: &FourierOrbit,
+    extrema: &[Vec<(f64, f64)>],
+) -> (Vec<f64>, Vec<Passage>) {
+    let (mut list, mut passages) = (vec![0.0, TAU], Vec::new());
     for (k, mount) in system.mounts().iter().enumerate() {
         if !extrema[k].is_empty() {
             let deformation = orbit.deformation(system, k);
-            let levels = mount.element.breakpoints();
-            list.extend(
-                levels
-                    .iter()
-                    .flat_map(|b| deformation.crossings(*b, &extrema[k])),
-            );
+            for level in mount.element.breakpoints() {
+                for tau in deformation.crossings(level, &extrema[k]) {
+                    list.push(tau);
+                    if !mount.element.is_discontinuous() {
+                        continue;
+                    }
+                    let rate = orbit.omega * deformation.at(tau)[1];
+                    let phase = orbit.subharmonic as f64 * tau;
+                    // The period's begin is its end.
+                    let tau = if tau > 0.0 { tau } else { TAU };
+                    passages.push(Passage {
+                        tau,
+                        connection: k,
+                        jump: jumps::size(mount, level, rate, phase),
+                        rate,
+                    });
+                }
+            }
         }
         for series in [&mount.stiffness_variation, &mount.transmission_error]
             .into_iter()
@@ -120,7 +158,8 @@ fn cuts(system: &System, orbit: &FourierOrbit, extrema: &[Vec<(f64, f64)>]) -> V
         }
     }
     list.sort_by(f64::total_cmp);
-    list
+    passages.retain(|p| p.jump != 0.0);
+    (list, passages)
 }
 
 /// Whether df/dq, df/dv and the stiffness variation are constant between two cuts.

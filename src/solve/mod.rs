@@ -11,6 +11,7 @@ pub mod family;
 pub mod floquet;
 pub mod galerkin;
 pub mod integrate;
+pub mod jumps;
 pub mod newton;
 pub mod orbit;
 pub mod residual;

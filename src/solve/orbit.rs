@@ -1,5 +1,6 @@
 //! A periodic orbit: deformations, switching instants, extrema.
 
+use super::integrate::Switch;
 use super::segment_orbit::SegmentOrbit;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
@@ -49,6 +50,18 @@ pub struct Crossing {
     pub to: i8,
     /// Rate of the deformation, d/d(omega_c t).
     pub velocity: f64,
+}
+
+impl From<&Switch> for Crossing {
+    fn from(switch: &Switch) -> Crossing {
+        Crossing {
+            tau: switch.tau,
+            connection: switch.connection,
+            from: switch.from,
+            to: switch.to,
+            velocity: switch.velocity,
+        }
+    }
 }
 
 /// Deformation of one connection along an orbit: W q - e.

@@ -7,6 +7,7 @@
 use super::family::Family;
 use super::floquet;
 use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, Observer, choose};
+use super::jumps;
 use super::orbit::Orbit;
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use super::segment_orbit::SegmentOrbit;
@@ -33,7 +34,7 @@ impl<F: Family> Shooting<F> {
     /// Buffers and tables at a parameter.
     ///
     /// # Errors
-    /// The system cannot be made, or the integrator cannot take it.
+    /// The system cannot be made, the integrator cannot take it, or a law has hidden jumps.
     pub fn new(
         mut family: F,
         lambda: f64,
@@ -41,6 +42,7 @@ impl<F: Family> Shooting<F> {
     ) -> Result<Shooting<F>, SolveError> {
         let system = family.at(lambda)?;
         let size = 2 * system.dof();
+        jumps::refuse_hidden(system)?;
         let integrator = choose(system, choice)?;
         let (state, phi) = (vec![0.0; size], DMatrix::identity(size, size));
         Ok(Shooting {
@@ -171,12 +173,10 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
                 self.map(u, lambda, &mut orbit)?;
                 Vec::new()
             }
-            Extent::Stability => {
-                match self.map_with_variation(u, lambda, &mut orbit)? {
-                    IntegrationEnd::Reached => floquet::multipliers(&self.phi),
-                    _ => Vec::new(),
-                }
-            }
+            Extent::Stability => match self.map_with_variation(u, lambda, &mut orbit)? {
+                IntegrationEnd::Reached => floquet::multipliers(&self.phi),
+                _ => Vec::new(),
+            },
         };
         let system = self.family.at(lambda)?;
         let extrema = orbit.extrema(system);

@@ -94,7 +94,13 @@ pub fn trace(
         harmonics,
         system.subharmonic(),
     ));
-    balance(system, range, GalerkinOptions { harmonics, samples }, marks, 0.1)
+    balance(
+        system,
+        range,
+        GalerkinOptions { harmonics, samples },
+        marks,
+        0.1,
+    )
 }
 
 /// The same with the largest step given.
@@ -157,12 +163,7 @@ fn first_solution(system: &System, frequency: f64, size: GalerkinOptions) -> DVe
     }
 }
 
-fn trace_options(
-    system: &System,
-    range: (f64, f64),
-    marks: &[f64],
-    max_step: f64,
-) -> TraceOptions {
+fn trace_options(system: &System, range: (f64, f64), marks: &[f64], max_step: f64) -> TraceOptions {
     let continuation = ContinuationOptions {
         range,
         step: max_step.min(0.02),
@@ -198,8 +199,8 @@ impl Recorder for RecordMeasures {
                 m.rms_velocity,
                 k_a,
                 k_dc,
-                m.contact_ratio,
-                m.impacts,
+                m.contacts.ratio(),
+                m.contacts.impacts(),
                 m.force_mean,
             ]);
         }

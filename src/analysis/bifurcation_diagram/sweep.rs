@@ -4,7 +4,7 @@ use super::{Reach, Seeds, joined};
 use crate::analysis::flow::{self, MapRecord, MapSize, Stop};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::{Fault, Initial, Setting};
-use crate::postprocess::attractor::{self, Label};
+use crate::postprocess::attractor::Label;
 use crate::solve::integrate::IntegratorChoice;
 use crate::system::System;
 use rand::{RngExt, SeedableRng};
@@ -211,10 +211,7 @@ impl<'a> Work<'a> {
             Some(stop) => self.stop(run, k, value, &stop.to_string()),
             None => {}
         }
-        let label = match record.stop {
-            None => attractor::label(&record.points, state.len(), record.exponents.as_ref()),
-            Some(_) => Label::Undecided,
-        };
+        let label = record.label(state.len());
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let share = done as f64 / self.total as f64;
         let words = format!("{done} of {} points", self.total);

@@ -73,9 +73,7 @@ impl Step<'_> {
         let mut knots = Vec::new();
         let counts: Vec<usize> = a.survey.breakpoints.iter().map(Vec::len).collect();
         for (connection, count) in counts.into_iter().enumerate() {
-            for (breakpoint, is_maximum) in
-                (0..count).flat_map(|k| [(k, false), (k, true)])
-            {
+            for (breakpoint, is_maximum) in (0..count).flat_map(|k| [(k, false), (k, true)]) {
                 let watch = Watch {
                     connection,
                     breakpoint,
@@ -145,10 +143,7 @@ impl Step<'_> {
         .root;
         let spare = b.fraction - a.fraction;
         let target = Target {
-            limits: (
-                (a.fraction - spare).max(0.0),
-                (b.fraction + spare).min(1.0),
-            ),
+            limits: ((a.fraction - spare).max(0.0), (b.fraction + spare).min(1.0)),
             guess,
             slope: slope_near(&mut seen, guess),
             extent: Some(self.extent),

@@ -92,7 +92,11 @@ impl Step<'_> {
             Ok(None) => return Ok(Found::Nothing),
             Ok(Some(sought)) => sought,
         };
-        let lambda_at = |x: f64| seen.iter().find(|s| s.fraction == x).map(|s| s.point.lambda);
+        let lambda_at = |x: f64| {
+            seen.iter()
+                .find(|s| s.fraction == x)
+                .map(|s| s.point.lambda)
+        };
         let ends = (lambda_at(sought.low), lambda_at(sought.high));
         let (Some(low), Some(high)) = ends else {
             return Ok(Found::Lost);
@@ -112,13 +116,7 @@ impl Step<'_> {
     }
 
     /// Adds an event to the list; `ends`: parameters at the two places between which it was sought.
-    pub(super) fn report(
-        &mut self,
-        kind: EventKind,
-        ends: (f64, f64),
-        guess: f64,
-        found: Found,
-    ) {
+    pub(super) fn report(&mut self, kind: EventKind, ends: (f64, f64), guess: f64, found: Found) {
         let outer = (ends.0.min(ends.1), ends.0.max(ends.1));
         let after_point = self.after_point;
         let event = match found {

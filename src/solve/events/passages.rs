@@ -68,7 +68,11 @@ impl Follower {
             k => (k - 1, k),
         };
         let ((a, from), (b, to)) = (self.known[i], self.known[j]);
-        let expected = if b > a { from + (to - from) * ((s - a) / (b - a)) } else { from };
+        let expected = if b > a {
+            from + (to - from) * ((s - a) / (b - a))
+        } else {
+            from
+        };
         let distance = |mu: &&Complex<f64>| (chart(**mu) - expected).norm_sqr();
         let found = *multipliers
             .iter()

@@ -109,7 +109,12 @@ impl Motion {
         let partners = partners(a, b);
         let paths = a.iter().zip(partners);
         Motion {
-            paths: paths.map(|(from, k)| Pathway { from: *from, to: b[k] }).collect(),
+            paths: paths
+                .map(|(from, k)| Pathway {
+                    from: *from,
+                    to: b[k],
+                })
+                .collect(),
         }
     }
 
@@ -152,8 +157,8 @@ impl Motion {
             let near = from.abs().min(to.abs());
             let parabola = known.as_ref().zip(third).and_then(|(list, t)| {
                 let mu = t.multipliers[list[k]];
-                let is_smooth = is_real(path.from) == is_real(path.to)
-                    && is_real(path.from) == is_real(mu);
+                let is_smooth =
+                    is_real(path.from) == is_real(path.to) && is_real(path.from) == is_real(mu);
                 is_smooth.then(|| height((a.x, from), (b.x, to), (t.x, margin(mu))))
             });
             match parabola {

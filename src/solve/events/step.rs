@@ -53,8 +53,7 @@ impl<'a> Step<'a> {
         if self.extent == Extent::Stability {
             self.passages(before, &a.look, &b.look, knots)?;
         }
-        self.found
-            .sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        self.found.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
         Ok(self.found)
     }
 

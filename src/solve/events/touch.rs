@@ -35,7 +35,12 @@ impl Heights {
     pub fn new(x: f64, extrema: &[(f64, f64)], is_maximum: bool, breakpoint: f64) -> Heights {
         let pairs = extrema.windows(2);
         let own = pairs.filter(|w| (w[0].1 > w[1].1) == is_maximum);
-        let list = own.map(|w| Extremum { tau: w[0].0, value: w[0].1 }).collect();
+        let list = own
+            .map(|w| Extremum {
+                tau: w[0].0,
+                value: w[0].1,
+            })
+            .collect();
         let bounds = (f64::INFINITY, f64::NEG_INFINITY);
         let (low, high) = extrema
             .iter()

@@ -9,6 +9,7 @@ mod regions;
 mod stepper;
 
 use super::{IntegrationEnd, Integrator, Observer, Segment};
+use crate::solve::jumps;
 use crate::system::System;
 use nalgebra::DMatrix;
 use pieces::Pieces;
@@ -58,9 +59,9 @@ const LANDINGS: usize = 16;
 
 /// Integrator with its buffers. One call depends on its arguments only, not on the calls before.
 ///
-/// Not for laws whose force jumps ([`crate::element::Element::is_discontinuous`]): the state lands on their breakpoints, but
-/// sticking, jumps in velocity and the jump of Phi at the switch are not treated. A law whose kinks depend on its own
-/// velocity or phase is integrated through them under error control.
+/// Where the force jumps at a breakpoint the state lands on it and Phi gets its saltation matrix; a joint that sticks there
+/// chatters until too many switches end the call. A law whose kinks or jumps depend on its own velocity or phase is
+/// integrated through them under error control.
 #[derive(Debug, Clone)]
 pub struct Dopri5 {
     options: Dopri5Options,
@@ -155,7 +156,7 @@ impl Dopri5 {
         let deformation = self.stepper.deformation(system, self.pieces.clamp(tau));
         self.regions.start(system, deformation);
         self.refresh(system, tau, &mut ());
-        self.regions.switches = 0;
+        self.regions.begin();
         self.work = Work::default();
         let fastest = (1.0 + system.stiffness().amax()).sqrt();
         (self.step, self.last_error) = (self.options.relative.powf(0.2) / fastest, 1e-4);
@@ -172,6 +173,7 @@ impl Dopri5 {
         } = self;
         stepper.refresh(system, regions, pieces, tau / system.omega());
         if regions.settle(system, pieces, &stepper.instant(tau), None, observer) {
+            stepper.saltate(system, regions);
             stepper.refresh(system, regions, pieces, tau / system.omega());
         }
     }
@@ -310,6 +312,7 @@ impl Dopri5 {
         let at = stepper.trial_instant(om * end);
         let mut has_changed = regions.settle(system, pieces, &at, passage, observer);
         stepper.accept();
+        stepper.saltate(system, regions);
         if end >= pieces.end() / om {
             pieces.advance();
             has_changed = true;
@@ -363,6 +366,10 @@ impl Integrator for Dopri5 {
         phi: &mut DMatrix<f64>,
         observer: &mut dyn Observer,
     ) -> IntegrationEnd {
+        if jumps::refuse_hidden(system).is_err() {
+            phi.fill(f64::NAN);
+            return self.run(system, tau, state, None, observer);
+        }
         self.run(system, tau, state, Some(phi), observer)
     }
 }

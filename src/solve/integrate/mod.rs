@@ -106,8 +106,9 @@ impl Observer for () {
 
 /// Advances a state in time.
 ///
-/// Crossings are found on the half-open interval (tau.0, tau.1]: a state that starts on a breakpoint does not fire there. For
-/// a continuous force the variation needs no jump at a switch.
+/// Crossings are found on the half-open interval (tau.0, tau.1]: a state that starts on a breakpoint does not fire there. Where
+/// the force jumps at a switch the variation gets the saltation matrix of [`super::jumps`]; a continuous force needs none.
+/// With hidden jumps ([`crate::element::Element::has_hidden_jumps`]) the variation is not known: Phi becomes NaN.
 pub trait Integrator {
     /// `exact` or `dopri5`: the result says which integrator ran.
     fn name(&self) -> &'static str;

@@ -4,6 +4,7 @@ use super::pieces::Pieces;
 use crate::numeric::periodic::Periodic;
 use crate::solve::integrate::events::{Direction, first_passage};
 use crate::solve::integrate::{Observer, Switch};
+use crate::solve::jumps;
 use crate::system::{Scratch, System};
 
 /// Coefficients of the quintic polynomials of a step.
@@ -30,6 +31,16 @@ pub(super) struct Regions {
     slopes: Vec<f64>,
     /// Breakpoints passed since the start.
     pub(super) switches: usize,
+    /// Jumps of the force passed and not yet given to Phi; `None` before the start.
+    pub(super) jumps: Option<Vec<Jump>>,
+}
+
+/// A jump of a connection's force, passed at a rate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Jump {
+    pub(super) connection: usize,
+    pub(super) size: f64,
+    pub(super) rate: f64,
 }
 
 /// A state with everything that is known about it: tau, [q; v], accelerations, deformations.
@@ -58,7 +69,13 @@ impl Regions {
         let errors = system.mounts().iter().map(|m| &m.transmission_error);
         self.slopes
             .extend(errors.map(|e| e.as_ref().map_or(0.0, slope)));
+        self.jumps = None;
+    }
+
+    /// The motion starts: from now on passages count.
+    pub(super) fn begin(&mut self) {
         self.switches = 0;
+        self.jumps = Some(Vec::new());
     }
 
     /// Rounding of the distance between a deformation and a level, at a phase of the response.
@@ -155,20 +172,20 @@ impl Regions {
         let before = self.switches;
         for k in 0..self.levels.len() {
             if let Some(passage) = landed.filter(|p| p.connection == k) {
-                self.pass(system, at, k, passage.direction, observer);
+                self.pass((system, pieces), at, k, passage.direction, observer);
                 continue;
             }
             while let Some(level) = self.levels[k].get(self.region[k]).copied() {
                 if !self.is_above(system, pieces, at, k, level) {
                     break;
                 }
-                self.pass(system, at, k, Direction::Up, observer);
+                self.pass((system, pieces), at, k, Direction::Up, observer);
             }
             while let Some(below) = self.region[k].checked_sub(1) {
                 if self.is_above(system, pieces, at, k, self.levels[k][below]) {
                     break;
                 }
-                self.pass(system, at, k, Direction::Down, observer);
+                self.pass((system, pieces), at, k, Direction::Down, observer);
             }
         }
         self.switches > before
@@ -209,7 +226,7 @@ impl Regions {
 
     fn pass(
         &mut self,
-        system: &System,
+        (system, pieces): (&System, &Pieces),
         at: &Instant<'_>,
         k: usize,
         direction: Direction,
@@ -232,13 +249,23 @@ impl Regions {
             Direction::Down => (leaving.0, entering.1),
         };
         self.switches += 1;
+        let (mount, rate) = (&system.mounts()[k], at.scratch.rate[k]);
+        if let (true, Some(list)) = (element.is_discontinuous(), &mut self.jumps) {
+            let phase = system.subharmonic() as f64 * pieces.clamp(at.tau);
+            let size = jumps::size(mount, level, rate, phase);
+            list.push(Jump {
+                connection: k,
+                size,
+                rate,
+            });
+        }
         observer.switch(&Switch {
             tau: at.tau,
             connection: k,
             level,
             from: element.flank(from),
             to: element.flank(to),
-            velocity: at.scratch.rate[k],
+            velocity: rate,
         });
     }
 }

@@ -3,6 +3,7 @@
 use super::Dopri5Options;
 use super::pieces::Pieces;
 use super::regions::{COUNT, Instant, Regions};
+use crate::solve::jumps;
 use crate::system::{Scratch, System};
 use nalgebra::DMatrix;
 
@@ -224,6 +225,16 @@ impl Stepper {
         self.state.accept();
         if self.has_variation {
             self.variation.accept();
+        }
+    }
+
+    /// Gives the jumps of forces just passed to Phi.
+    pub(super) fn saltate(&mut self, system: &System, regions: &mut Regions) {
+        for jump in regions.jumps.iter_mut().flat_map(|list| list.drain(..)) {
+            if self.has_variation {
+                let phi = &mut self.variation.value;
+                jumps::saltate(system, jump.connection, jump.size, jump.rate, phi);
+            }
         }
     }
 

@@ -13,6 +13,7 @@ use super::{IntegrationEnd, Integrator, Observer, Segment, Switch};
 use crate::error::SolveError;
 use crate::numeric::bernstein::RootFinder;
 use crate::numeric::periodic::Periodic;
+use crate::solve::jumps;
 use crate::system::System;
 use laws::AffineLaw;
 use nalgebra::DMatrix;
@@ -126,8 +127,8 @@ impl Exact {
             };
             self.report(tau, theta / per_tau, theta, observer);
             self.surface.fill(None);
-            if let Some(c) = crossing {
-                let rate = self.rate(c.connection, theta);
+            let passage = crossing.map(|c| (c, self.rate(c.connection, theta)));
+            if let Some((c, rate)) = passage {
                 self.cross(c, next, rate, observer);
                 switches += 1;
                 if switches > allowed {
@@ -139,6 +140,11 @@ impl Exact {
             if let Some(phi) = phi.as_deref_mut() {
                 // The slopes are still those of the step: `cross` changes the region only.
                 self.vary(phi, theta);
+                if let Some((c, rate)) = passage {
+                    let phase = system.subharmonic() as f64 * next;
+                    let jump = jumps::size(&system.mounts()[c.connection], c.level, rate, phase);
+                    jumps::saltate(system, c.connection, jump, rate, phi.as_mut_slice());
+                }
             }
             tau = next;
         }

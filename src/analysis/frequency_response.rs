@@ -1,0 +1,30 @@
+//! Responses against the excitation frequency (figures 10 to 17).
+
+use super::response::{self, Swept, branch_settings, response_keys};
+use super::{Analysis, Fault, Setting, columns};
+use crate::error::Error;
+use crate::report::Report;
+use serde_json::Value;
+
+response_keys! {
+    /// Settings of `frequency_response`.
+    pub struct FrequencyResponse {}
+}
+
+#[typetag::serde(name = "frequency_response")]
+impl Analysis for FrequencyResponse {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let settings = branch_settings!(self);
+        let mut faults = settings.check_range(&|written| setting.frequency(written));
+        faults.extend(settings.check(setting));
+        faults
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let settings = branch_settings!(self);
+        let swept = Swept::frequency(setting, &settings)
+            .map_err(|fault| columns::refused(setting, fault))?;
+        let options = serde_json::to_value(self).unwrap_or(Value::Null);
+        response::run(&settings, &swept, options)
+    }
+}

@@ -1,0 +1,188 @@
+//! Method `integration`: the attractor followed from value to value of the parameter, summarised like a branch.
+//!
+//! At every value the motion goes on from where the last value left it: transient periods, then a record of Poincaré points
+//! that gives the attractor its label. A period n attractor is measured over its n periods, any other over as many
+//! periods as the record has, from its first point on: means are means over these periods.
+
+use super::report::{Delivered, Ending, early_message};
+use super::{BranchSettings, Method, Swept};
+use crate::analysis::branch_table::MeasureRecorder;
+use crate::analysis::flow::{self, MapRecord, Stop};
+use crate::postprocess::attractor::Label;
+use crate::solve::branch::{BranchPoint, Recorder, Stability};
+use crate::solve::integrate::IntegrationEnd;
+use crate::solve::newton::{NewtonOutcome, NewtonStatus};
+use crate::solve::orbit::Orbit;
+use crate::solve::segment_orbit::SegmentOrbit;
+use crate::system::System;
+use nalgebra::DVector;
+use std::f64::consts::TAU;
+
+/// Values closer than this, relative to the range, are one.
+const SAME: f64 = 1e-12;
+
+/// Follows the attractor; `keep` gets the orbits that are wanted, with the index of their point. Returns what there is to
+/// deliver and warnings.
+pub(super) fn follow(
+    settings: &BranchSettings,
+    swept: &Swept<'_>,
+    recorder: &mut MeasureRecorder<'_>,
+    keep: &mut dyn FnMut(usize, &System, &Orbit),
+) -> (Delivered, Vec<String>) {
+    let mut sweep = Sweep {
+        settings,
+        swept,
+        recorder,
+        keep,
+        state: None,
+        delivered: Delivered::new(Method::Integration),
+        warnings: Vec::new(),
+    };
+    for (lambda, is_mark) in values(settings, swept) {
+        if let Err((reason, message)) = sweep.point(lambda, is_mark) {
+            let message = early_message(swept, &message, &sweep.delivered.points);
+            sweep.delivered.end = Ending::early(reason, message);
+            break;
+        }
+    }
+    (sweep.delivered, sweep.warnings)
+}
+
+/// Evenly spaced values with the marks among them, in the order of the sweep; whether each is a mark.
+fn values(settings: &BranchSettings, swept: &Swept<'_>) -> Vec<(f64, bool)> {
+    let (from, to) = swept.range;
+    let last = settings.points() - 1;
+    let even = |k: usize| match k {
+        _ if k == last => to,
+        _ => from + (to - from) * k as f64 / last as f64,
+    };
+    let is_same = |a: f64, b: f64| (a - b).abs() <= SAME * (to - from).abs();
+    let mut list: Vec<(f64, bool)> = swept.marks.iter().map(|m| (*m, true)).collect();
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    list.dedup_by(|a, b| is_same(a.0, b.0));
+    let marks = list.clone();
+    let is_mark = |x: f64| marks.iter().any(|m| is_same(m.0, x));
+    let plain = (0..=last).map(even).filter(|x| !is_mark(*x));
+    list.extend(plain.map(|x| (x, false)));
+    list.sort_by(|a, b| ((a.0 - b.0) * (to - from)).total_cmp(&0.0));
+    list
+}
+
+/// Why a sweep ends: one word and a sentence.
+type Reason = (&'static str, String);
+
+struct Sweep<'a, 'r> {
+    settings: &'a BranchSettings,
+    swept: &'a Swept<'a>,
+    recorder: &'a mut MeasureRecorder<'r>,
+    keep: &'a mut dyn FnMut(usize, &System, &Orbit),
+    /// Where the last value left the motion.
+    state: Option<Vec<f64>>,
+    delivered: Delivered,
+    warnings: Vec<String>,
+}
+
+impl Sweep<'_, '_> {
+    /// The attractor at one value.
+    fn point(&mut self, lambda: f64, is_mark: bool) -> Result<(), Reason> {
+        let setting = self.swept.setting;
+        let system = self.swept.system(lambda).map_err(|m| ("no_model", m))?;
+        let mut state = match self.state.take() {
+            Some(state) => state,
+            None => {
+                let (state, warning) = flow::rest(&system);
+                self.warnings.extend(warning);
+                state
+            }
+        };
+        let mut integrator = flow::integrator(setting, &system, self.settings.integrator)
+            .map_err(|fault| ("no_integrator", fault.message))?;
+        self.delivered.note_integrator(integrator.name());
+        let size = self.settings.map_size();
+        let mut keep_going = |_: usize| !setting.control.is_interrupted();
+        let record = flow::poincare(
+            integrator.as_mut(),
+            &system,
+            &mut state,
+            size,
+            &mut keep_going,
+        );
+        if let Some(stop) = record.stop {
+            return Err(reason(stop));
+        }
+        let label = record.label(state.len());
+        let (system, orbit) = self.measured(system, &record, label, &state)?;
+        let mut recorded = Vec::new();
+        self.recorder.record(&system, &orbit, &mut recorded);
+        // Newton's iteration has no part in it: what was iterated is the Poincaré map.
+        let newton = NewtonOutcome {
+            status: NewtonStatus::Converged,
+            iterations: size.transient + size.periods,
+            residual_norm: f64::NAN,
+        };
+        let point = BranchPoint {
+            lambda,
+            frequency: system.excitation_frequency(),
+            is_mark,
+            unknowns: DVector::from_column_slice(&state),
+            multipliers: Vec::new(),
+            stability: Stability::Unknown,
+            newton,
+            recorded,
+        };
+        let go_on = self.recorder.accept(&point);
+        if matches!(label, Label::Period(_)) && self.settings.orbits.keeps(is_mark) {
+            (self.keep)(self.delivered.points.len(), &system, &orbit);
+        }
+        self.delivered.points.push(point);
+        self.delivered.labels.push(label);
+        self.state = Some(state);
+        if go_on {
+            Ok(())
+        } else {
+            Err(reason(Stop::Interrupted))
+        }
+    }
+
+    /// The stretch of motion that is measured, as one response period of its system.
+    fn measured(
+        &self,
+        mut system: System,
+        record: &MapRecord,
+        label: Label,
+        last: &[f64],
+    ) -> Result<(System, Orbit), Reason> {
+        let (periods, mut state) = match label {
+            Label::Period(n) => (n, last.to_vec()),
+            _ => {
+                let periods = record.points.len() / last.len();
+                (periods, record.points[..last.len()].to_vec())
+            }
+        };
+        system.set_subharmonic(periods);
+        let setting = self.swept.setting;
+        let mut integrator = flow::integrator(setting, &system, self.settings.integrator)
+            .map_err(|fault| ("no_integrator", fault.message))?;
+        let mut orbit = SegmentOrbit::new(system.omega(), periods, system.dof());
+        let width = TAU / periods as f64;
+        for k in 0..periods {
+            if setting.control.is_interrupted() {
+                return Err(reason(Stop::Interrupted));
+            }
+            let span = (k as f64 * width, (k + 1) as f64 * width);
+            let end = integrator.advance(&system, span, &mut state, &mut orbit);
+            if end != IntegrationEnd::Reached {
+                return Err(reason(Stop::Failed(end, k + 1)));
+            }
+        }
+        Ok((system, Orbit::Segments(orbit)))
+    }
+}
+
+fn reason(stop: Stop) -> Reason {
+    let word = match stop {
+        Stop::Interrupted => "interrupted",
+        Stop::Failed(..) => "integration_failed",
+    };
+    (word, stop.to_string())
+}

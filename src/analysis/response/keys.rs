@@ -1,0 +1,219 @@
+//! The keys that all analyses of responses share.
+
+use serde::{Deserialize, Serialize};
+
+/// Declares the keys of an analysis of responses: its own, then those that all of them share ([`BranchSettings`]), in one map
+/// as users write them.
+///
+/// serde's `flatten` would do without a macro, but it reads through a buffer: mistakes would lose their line, and unknown
+/// keys would pass. A new key of all analyses stands here and in [`branch_settings`].
+macro_rules! response_keys {
+    ($(#[$about:meta])* pub struct $name:ident { $($own:tt)* }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            $($own)*
+            /// First value.
+            pub from: crate::quantity::Quantity,
+            /// Last value.
+            pub to: crate::quantity::Quantity,
+            /// How responses are computed.
+            #[serde(default)]
+            pub method: Option<crate::analysis::response::Method>,
+            /// Several methods, drawn together; excludes `method`.
+            #[serde(default)]
+            pub methods: Option<Vec<crate::analysis::response::Method>>,
+            /// Integrator of shooting and integration.
+            #[serde(default)]
+            pub integrator: crate::solve::integrate::IntegratorChoice,
+            /// Harmonics of the excitation frequency.
+            #[serde(default = "crate::analysis::response::defaults::harmonics")]
+            pub harmonics: usize,
+            /// Samples a response period, a power of two.
+            #[serde(default)]
+            pub samples: Option<usize>,
+            /// Whether to compute Floquet multipliers and the bifurcations that they show.
+            #[serde(default = "crate::analysis::response::defaults::stability")]
+            pub stability: bool,
+            /// nu, excitation periods in a response period.
+            #[serde(default = "crate::analysis::response::defaults::subharmonic")]
+            pub subharmonic: usize,
+            /// Values to solve exactly, every time the branch passes them.
+            #[serde(default)]
+            pub marks: Vec<crate::quantity::Quantity>,
+            /// Which orbits to keep.
+            #[serde(default)]
+            pub orbits: crate::analysis::response::Orbits,
+            /// First step of the path, in arclength; 0.02, or max_step where that is smaller, when absent.
+            #[serde(default)]
+            pub step: Option<f64>,
+            /// Smallest step before the branch is given up.
+            #[serde(default = "crate::analysis::response::defaults::min_step")]
+            pub min_step: f64,
+            /// Largest step.
+            #[serde(default = "crate::analysis::response::defaults::max_step")]
+            pub max_step: f64,
+            /// Points at most.
+            #[serde(default = "crate::analysis::response::defaults::max_points")]
+            pub max_points: usize,
+            /// Largest residual, relative to the size of its terms.
+            #[serde(default = "crate::analysis::response::defaults::tolerance")]
+            pub tolerance: f64,
+            /// Where the search for the first solution begins.
+            #[serde(default)]
+            pub start: crate::solve::start::StartMode,
+            /// Integration: values, evenly spaced, both ends included; 200 when absent.
+            #[serde(default)]
+            pub points: Option<usize>,
+            /// Integration: periods of the excitation before the record begins, at every value; 200 when absent.
+            #[serde(default)]
+            pub transient: Option<usize>,
+            /// Integration: periods recorded at every value; 100 when absent.
+            #[serde(default)]
+            pub periods: Option<usize>,
+        }
+    };
+}
+pub(in crate::analysis) use response_keys;
+
+response_keys! {
+    /// How branches are computed.
+    pub struct BranchSettings {}
+}
+
+/// The shared keys among those of an analysis.
+macro_rules! branch_settings {
+    ($keys:expr) => {
+        crate::analysis::response::BranchSettings {
+            from: $keys.from.clone(),
+            to: $keys.to.clone(),
+            method: $keys.method,
+            methods: $keys.methods.clone(),
+            integrator: $keys.integrator,
+            harmonics: $keys.harmonics,
+            samples: $keys.samples,
+            stability: $keys.stability,
+            subharmonic: $keys.subharmonic,
+            marks: $keys.marks.clone(),
+            orbits: $keys.orbits,
+            step: $keys.step,
+            min_step: $keys.min_step,
+            max_step: $keys.max_step,
+            max_points: $keys.max_points,
+            tolerance: $keys.tolerance,
+            start: $keys.start,
+            points: $keys.points,
+            transient: $keys.transient,
+            periods: $keys.periods,
+        }
+    };
+}
+pub(in crate::analysis) use branch_settings;
+
+pub(in crate::analysis) mod defaults {
+    pub fn harmonics() -> usize {
+        12
+    }
+    pub fn stability() -> bool {
+        true
+    }
+    pub fn subharmonic() -> usize {
+        1
+    }
+    pub fn min_step() -> f64 {
+        1e-8
+    }
+    pub fn max_step() -> f64 {
+        0.1
+    }
+    pub fn max_points() -> usize {
+        10_000
+    }
+    pub fn tolerance() -> f64 {
+        1e-10
+    }
+}
+
+/// How responses are computed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Multi-harmonic balance.
+    #[default]
+    Galerkin,
+    /// Fixed points of the Poincaré map.
+    Shooting,
+    /// The attractor, followed from value to value.
+    Integration,
+}
+
+impl Method {
+    /// Word for files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Method::Galerkin => "galerkin",
+            Method::Shooting => "shooting",
+            Method::Integration => "integration",
+        }
+    }
+}
+
+/// Which orbits to keep.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Orbits {
+    /// None.
+    #[default]
+    None,
+    /// All points.
+    All,
+    /// Points solved at marks.
+    Marks,
+}
+
+impl Orbits {
+    /// Whether any orbit may be kept.
+    pub(super) fn are_kept(self) -> bool {
+        self != Orbits::None
+    }
+
+    /// Whether the orbit of a point is kept.
+    pub(super) fn keeps(self, is_mark: bool) -> bool {
+        match self {
+            Orbits::None => false,
+            Orbits::All => true,
+            Orbits::Marks => is_mark,
+        }
+    }
+}
+
+impl Serialize for Orbits {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Orbits::None => serializer.serialize_bool(false),
+            Orbits::All => serializer.serialize_bool(true),
+            Orbits::Marks => serializer.serialize_str("marks"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Orbits {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "false, true or `marks`")]
+        enum Written {
+            Flag(bool),
+            Word(Marks),
+        }
+        #[derive(Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        enum Marks {
+            Marks,
+        }
+        Ok(match Written::deserialize(deserializer)? {
+            Written::Flag(false) => Orbits::None,
+            Written::Flag(true) => Orbits::All,
+            Written::Word(Marks::Marks) => Orbits::Marks,
+        })
+    }
+}

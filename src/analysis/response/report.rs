@@ -1,0 +1,173 @@
+//! What the methods delivered, as tables, a figure and a summary.
+
+use super::orbits::OrbitTable;
+use super::{Method, Swept};
+use crate::analysis::branch_table::{self, MAX_PANELS, Traced};
+use crate::analysis::event_table;
+use crate::postprocess::attractor::Label;
+use crate::report::{Report, Table, Values};
+use crate::solve::branch::BranchPoint;
+use crate::solve::events::BifurcationEvent;
+use serde_json::{Value, json};
+
+/// What one method delivered: a branch, or attractors along the range.
+pub(super) struct Delivered {
+    pub method: Method,
+    /// Names of the integrators that ran.
+    integrators: Vec<&'static str>,
+    pub points: Vec<BranchPoint>,
+    pub events: Vec<BifurcationEvent>,
+    /// Kinds of the attractors, one a point; none for branches, whose solutions are periodic by construction.
+    pub labels: Vec<Label>,
+    pub end: Ending,
+}
+
+/// Why the points end.
+pub(super) struct Ending {
+    /// One word for files.
+    pub reason: &'static str,
+    /// A sentence for people.
+    pub message: String,
+    /// Whether something is missing.
+    pub is_early: bool,
+}
+
+impl Ending {
+    /// Something is missing.
+    pub fn early(reason: &'static str, message: String) -> Ending {
+        Ending {
+            reason,
+            message,
+            is_early: true,
+        }
+    }
+
+    /// The end of the range.
+    pub fn complete() -> Ending {
+        Ending {
+            reason: "range_reached",
+            message: "the end of the range was reached".into(),
+            is_early: false,
+        }
+    }
+}
+
+/// What happened, where, and after how many points.
+pub(super) fn early_message(swept: &Swept<'_>, message: &str, points: &[BranchPoint]) -> String {
+    match points.last() {
+        Some(last) => format!(
+            "{message} at {} after {} points",
+            swept.place(last.lambda),
+            points.len()
+        ),
+        None => format!("{message} before the first point"),
+    }
+}
+
+impl Delivered {
+    /// Nothing yet.
+    pub fn new(method: Method) -> Delivered {
+        Delivered {
+            method,
+            integrators: Vec::new(),
+            points: Vec::new(),
+            events: Vec::new(),
+            labels: Vec::new(),
+            end: Ending::complete(),
+        }
+    }
+
+    /// Notes which integrator runs.
+    pub fn note_integrator(&mut self, name: &'static str) {
+        if !self.integrators.contains(&name) {
+            self.integrators.push(name);
+        }
+    }
+
+    /// Why it ended early, with the method in front where there are several.
+    fn complaint(&self, methods: usize) -> Option<String> {
+        let message = &self.end.message;
+        self.end.is_early.then(|| {
+            if methods > 1 {
+                format!("{}: {message}", self.method.word())
+            } else {
+                message.clone()
+            }
+        })
+    }
+
+    fn as_value(&self, number: usize) -> Value {
+        let integrator = (!self.integrators.is_empty()).then(|| self.integrators.join(", "));
+        json!({
+            "branch": number,
+            "method": self.method.word(),
+            "integrator": integrator,
+            "points": self.points.len(),
+            "end": { "reason": self.end.reason, "message": self.end.message },
+        })
+    }
+}
+
+/// The report but for its warnings and options.
+pub(super) fn assemble(
+    swept: &Swept<'_>,
+    delivered: &[Delivered],
+    orbits: Option<OrbitTable>,
+) -> Report {
+    let setting = swept.setting;
+    let traced: Vec<Traced<'_>> = delivered
+        .iter()
+        .map(|d| Traced {
+            points: &d.points,
+            events: &d.events,
+            labels: &d.labels,
+            method: d.method,
+        })
+        .collect();
+    let events = event_table::events(swept, &traced);
+    let mut report = Report {
+        figure: Some(branch_table::figure(swept, &traced)),
+        ..Report::default()
+    };
+    let branches = delivered.iter().enumerate().map(|(k, d)| d.as_value(k));
+    for (key, value) in [
+        ("branches", branches.collect()),
+        ("events", rows_as_json(&events)),
+    ] {
+        report.summary.insert(key.into(), value);
+    }
+    report.tables.push(branch_table::points(swept, &traced));
+    report.tables.extend(branch_table::multipliers(&traced));
+    report.tables.push(events);
+    report.tables.push(branch_table::rattle(swept, &traced));
+    report.tables.extend(orbits.map(|o| o.finish(setting)));
+    let count = setting.assembly.connections.len();
+    if count > MAX_PANELS {
+        report.caption = format!(
+            "Shown are the first {MAX_PANELS} of {count} connections; the table has all of them."
+        );
+    }
+    let complaints: Vec<String> = delivered
+        .iter()
+        .filter_map(|d| d.complaint(delivered.len()))
+        .collect();
+    report.ended_early = (!complaints.is_empty()).then(|| complaints.join("; "));
+    report
+}
+
+fn rows_as_json(table: &Table) -> Value {
+    let cell = |values: &Values, row: usize| match values {
+        Values::Float(v) => json!(v[row].is_finite().then_some(v[row])),
+        Values::Integer(v) => json!(v[row]),
+        Values::Text(v) => json!(v[row]),
+    };
+    let row = |r: usize| -> Value {
+        let cells = table.columns.iter();
+        Value::Object(
+            cells
+                .map(|c| (c.name.clone(), cell(&c.values, r)))
+                .collect(),
+        )
+    };
+    Value::Array((0..table.rows()).map(row).collect())
+}

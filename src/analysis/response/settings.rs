@@ -1,0 +1,214 @@
+//! What the shared keys mean for the solvers, and what can be wrong with them.
+
+use super::{BranchSettings, Method};
+use crate::analysis::poincare_map::check_periods;
+use crate::analysis::{Fault, Setting, flow};
+use crate::error::SolveError;
+use crate::quantity::Quantity;
+use crate::solve::continuation::ContinuationOptions;
+use crate::solve::family::FrequencyFamily;
+use crate::solve::galerkin::{Galerkin, GalerkinOptions};
+use crate::solve::newton::NewtonOptions;
+
+/// First step when none is given.
+const FIRST_STEP: f64 = 0.02;
+/// Values of an integrated response when no number is given.
+const POINTS: usize = 200;
+/// Periods before the record at every value when no number is given.
+const TRANSIENT: usize = 200;
+/// Periods recorded at every value when no number is given: as many as a torus needs to be told from chaos.
+const PERIODS: usize = 100;
+
+impl BranchSettings {
+    /// The methods asked for, Galerkin when none is named.
+    pub(super) fn methods(&self) -> Vec<Method> {
+        match &self.methods {
+            Some(list) => list.clone(),
+            None => vec![self.method.unwrap_or_default()],
+        }
+    }
+
+    /// Values of an integrated response.
+    pub(super) fn points(&self) -> usize {
+        self.points.unwrap_or(POINTS)
+    }
+
+    /// Length of an integrated record.
+    pub(super) fn map_size(&self) -> flow::MapSize {
+        flow::MapSize {
+            transient: self.transient.unwrap_or(TRANSIENT),
+            periods: self.periods.unwrap_or(PERIODS),
+            exponents: flow::Lengths::Followed,
+        }
+    }
+
+    pub(super) fn size(&self) -> GalerkinOptions {
+        let samples = self.samples.unwrap_or(GalerkinOptions::default_samples(
+            self.harmonics,
+            self.subharmonic,
+        ));
+        GalerkinOptions {
+            harmonics: self.harmonics,
+            samples,
+        }
+    }
+
+    pub(super) fn newton(&self) -> NewtonOptions {
+        NewtonOptions {
+            tolerance: self.tolerance,
+            ..NewtonOptions::default()
+        }
+    }
+
+    pub(super) fn continuation(&self, range: (f64, f64), weight: f64) -> ContinuationOptions {
+        ContinuationOptions {
+            range,
+            step: self.step.unwrap_or(FIRST_STEP.min(self.max_step)),
+            min_step: self.min_step,
+            max_step: self.max_step,
+            max_points: self.max_points,
+            weight,
+            newton: self.newton(),
+        }
+    }
+
+    /// What is wrong with the ends and the marks, `value` being what a written one stands for.
+    pub(in crate::analysis) fn check_range(
+        &self,
+        value: &dyn Fn(&Quantity) -> Result<f64, String>,
+    ) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let mut read = |key: String, written: &Quantity| match value(written) {
+            Ok(value) => Some(value),
+            Err(message) => {
+                faults.push(Fault::new(key, message));
+                None
+            }
+        };
+        let (from, to) = (read("from".into(), &self.from), read("to".into(), &self.to));
+        let marks = self.marks.iter().enumerate();
+        let marks: Vec<Option<f64>> = marks
+            .map(|(k, mark)| read(format!("marks.{k}"), mark))
+            .collect();
+        let (Some(from), Some(to)) = (from, to) else {
+            return faults;
+        };
+        let (low, high) = (from.min(to), from.max(to));
+        for (k, mark) in marks.iter().enumerate() {
+            if mark.is_some_and(|m| m < low || m > high) {
+                let message = format!(
+                    "{} lies outside the range from {} to {}",
+                    self.marks[k].text, self.from.text, self.to.text
+                );
+                faults.push(Fault::new(format!("marks.{k}"), message));
+            }
+        }
+        if let Err(error) = self.continuation((from, to), 1.0).validate() {
+            faults.push(fault_of(error));
+        }
+        faults
+    }
+
+    /// What is wrong with the other keys.
+    pub(in crate::analysis) fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = self.check_methods(setting);
+        faults.extend(self.check_integration());
+        faults.extend(self.check_size(setting));
+        faults
+    }
+
+    fn check_methods(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.method.is_some() && self.methods.is_some() {
+            let message = "`method` and `methods` exclude each other";
+            faults.push(Fault::new("methods", message));
+        }
+        let methods = self.methods();
+        let repeated = (1..methods.len()).any(|k| methods[..k].contains(&methods[k]));
+        if methods.is_empty() || repeated {
+            faults.push(Fault::new("methods", "wanted a list of different methods"));
+        }
+        if methods.iter().any(|m| *m != Method::Galerkin) {
+            let system = &setting.assembly.system;
+            faults.extend(flow::integrator(setting, system, self.integrator).err());
+        }
+        faults
+    }
+
+    /// The keys that method integration alone reads.
+    fn check_integration(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if !self.methods().contains(&Method::Integration) {
+            let given = [
+                ("points", self.points),
+                ("transient", self.transient),
+                ("periods", self.periods),
+            ];
+            for (key, _) in given.iter().filter(|(_, value)| value.is_some()) {
+                let message = format!(
+                    "`{key}` belongs to the method `integration`, which is not asked for; other methods choose their \
+                     points themselves (`max_step`, `marks`)"
+                );
+                faults.push(Fault::new(*key, message));
+            }
+            return faults;
+        }
+        if self.points() < 2 {
+            let message = format!("{} must be at least 2", self.points());
+            faults.push(Fault::new("points", message));
+        }
+        faults.extend(check_periods(self.map_size().periods, 1));
+        faults
+    }
+
+    fn check_size(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.subharmonic == 0 {
+            faults.push(Fault::new("subharmonic", "0 must be at least 1"));
+            return faults;
+        }
+        if self.harmonics == 0 || self.harmonics * self.subharmonic > 4096 {
+            let message = format!(
+                "{} must be at least 1, and at most 4096 with the subharmonic index",
+                self.harmonics
+            );
+            faults.push(Fault::new("harmonics", message));
+            return faults;
+        }
+        if let Some(samples) = self.samples {
+            let least = 16 * self.harmonics * self.subharmonic;
+            if !samples.is_power_of_two() || samples < least || samples > 1 << 22 {
+                let message = format!(
+                    "{samples} must be a power of two, at least {least} (16 a harmonic), at most {}",
+                    1 << 22
+                );
+                faults.push(Fault::new("samples", message));
+            }
+        }
+        if !(self.tolerance > 0.0 && self.tolerance < 1e-2) {
+            faults.push(Fault::new(
+                "tolerance",
+                format!("{} must be between 0 and 0.01", self.tolerance),
+            ));
+        }
+        let is_periodic = self.methods().iter().any(|m| *m != Method::Integration);
+        if faults.is_empty() && is_periodic {
+            let mut system = setting.assembly.system.clone();
+            system.set_subharmonic(self.subharmonic);
+            let galerkin = Galerkin::new(FrequencyFamily::new(system), 1.0, self.size());
+            faults.extend(galerkin.err().map(fault_of));
+        }
+        faults
+    }
+}
+
+fn fault_of(error: SolveError) -> Fault {
+    match error {
+        SolveError::Option {
+            name,
+            found,
+            wanted,
+        } => Fault::new(name, format!("{found} must be {wanted}")),
+        other => Fault::new("", other.to_string()),
+    }
+}

@@ -1,0 +1,264 @@
+//! Method by method from a first solution along the parameter.
+
+use super::integration;
+use super::orbits::OrbitTable;
+use super::report::{self, Delivered, Ending};
+use super::{BranchSettings, Method, Swept};
+use crate::analysis::branch_table::MeasureRecorder;
+use crate::error::Error;
+use crate::report::Report;
+use crate::solve::branch::{self, Branch, TraceOptions};
+use crate::solve::continuation::PathEnd;
+use crate::solve::equilibrium::equilibrium;
+use crate::solve::family::Family;
+use crate::solve::galerkin::Galerkin;
+use crate::solve::residual::PeriodicResidual;
+use crate::solve::shooting::Shooting;
+use crate::solve::start::{self, Start};
+use crate::system::System;
+use nalgebra::DVector;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+/// Runs every method and reports; `options` are the settings as they go to the results.
+pub(in crate::analysis) fn run(
+    settings: &BranchSettings,
+    swept: &Swept<'_>,
+    options: Value,
+) -> Result<Report, Error> {
+    let began = Instant::now();
+    let mut work = Work {
+        settings,
+        swept,
+        delivered: Vec::new(),
+        orbits: OrbitTable::new(swept.setting),
+        warnings: Vec::new(),
+    };
+    work.trace_all()?;
+    let Work {
+        delivered,
+        orbits,
+        warnings,
+        ..
+    } = work;
+    let orbits = settings.orbits.are_kept().then_some(orbits);
+    let mut report = report::assemble(swept, &delivered, orbits);
+    report.warnings = warnings;
+    let seconds = began.elapsed().as_secs_f64();
+    for (key, value) in [
+        ("options", options),
+        ("timings", json!({ "seconds": seconds })),
+    ] {
+        report.summary.insert(key.into(), value);
+    }
+    Ok(report)
+}
+
+/// What a run collects while it goes from method to method.
+struct Work<'a> {
+    settings: &'a BranchSettings,
+    swept: &'a Swept<'a>,
+    delivered: Vec<Delivered>,
+    orbits: OrbitTable,
+    warnings: Vec<String>,
+}
+
+/// The first periodic solution, as the Galerkin method sees it.
+struct First<'a> {
+    galerkin: Galerkin<Box<dyn Family + 'a>>,
+    found: Start,
+}
+
+/// Share of the tolerance that shooting's corrector is held to.
+const SHOOTING_TOLERANCE: f64 = 1e-2;
+
+impl<'a> Work<'a> {
+    fn trace_all(&mut self) -> Result<(), Error> {
+        let mut first = None;
+        for method in self.settings.methods() {
+            if method == Method::Integration {
+                self.integrate();
+                continue;
+            }
+            let first = match &mut first {
+                Some(first) => first,
+                None => first.insert(self.first()?),
+            };
+            let delivered = self.periodic(method, first)?;
+            self.delivered.push(delivered);
+        }
+        Ok(())
+    }
+
+    /// Looks for the first solution at the beginning of the range.
+    fn first(&mut self) -> Result<First<'a>, Error> {
+        let (settings, from) = (self.settings, self.swept.range.0);
+        let mut galerkin = Galerkin::new(self.swept.family(), from, settings.size())?;
+        let system = galerkin.system_at(from)?;
+        let found = start::find(
+            system,
+            system.excitation_frequency(),
+            settings.size(),
+            settings.start,
+            settings.newton(),
+        )?;
+        if let Start::Found { how, .. } = &found
+            && *how != start::LINEAR
+        {
+            self.warnings
+                .push(format!("the first solution was found by {how}"));
+        }
+        Ok(First { galerkin, found })
+    }
+
+    /// A branch of periodic solutions.
+    fn periodic(&mut self, method: Method, first: &mut First<'_>) -> Result<Delivered, Error> {
+        let from = self.swept.range.0;
+        let mut delivered = Delivered::new(method);
+        let u = match &first.found {
+            Start::Found { u, .. } => u.clone(),
+            Start::Failed(reasons) => {
+                let message = format!("no first solution: {}", reasons.join("; "));
+                delivered.end = Ending::early("no_start", message);
+                return Ok(delivered);
+            }
+        };
+        if method == Method::Galerkin {
+            self.trace(&mut first.galerkin, u, &mut delivered)?;
+            return Ok(delivered);
+        }
+        let orbit = first.galerkin.orbit(&u, from)?;
+        let mut state = vec![0.0; 2 * first.galerkin.system_at(from)?.dof()];
+        orbit.state(0.0, &mut state);
+        let mut shooting = Shooting::new(self.swept.family(), from, self.settings.integrator)?;
+        delivered.note_integrator(shooting.integrator());
+        self.trace(&mut shooting, DVector::from_vec(state), &mut delivered)?;
+        // Along some parameters the law stops being piecewise affine.
+        delivered.note_integrator(shooting.integrator());
+        Ok(delivered)
+    }
+
+    /// Follows one branch from a guess.
+    fn trace(
+        &mut self,
+        problem: &mut dyn PeriodicResidual,
+        guess: DVector<f64>,
+        delivered: &mut Delivered,
+    ) -> Result<(), Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        let weight = weight(problem.system_at(swept.range.0)?);
+        let mut continuation = settings.continuation(swept.range, weight);
+        if delivered.method == Method::Shooting {
+            // The flow is good to rounding, and so shall the fixed point be.
+            continuation.newton.tolerance *= SHOOTING_TOLERANCE;
+            continuation.weight *= 0.5;
+        }
+        let options = TraceOptions {
+            continuation,
+            marks: swept.marks.clone(),
+            stability: settings.stability,
+        };
+        let samples = settings.size().samples;
+        let mut recorder = MeasureRecorder::new(swept.setting, samples, swept.range);
+        let branch = match branch::trace(problem, guess, &options, &mut recorder)? {
+            Ok(branch) => branch,
+            Err(outcome) => {
+                let message = format!("the first point cannot be corrected: {}", outcome.status);
+                delivered.end = Ending::early("no_start", message);
+                return Ok(());
+            }
+        };
+        delivered.end = ending(swept, &branch);
+        (delivered.points, delivered.events) = (branch.points, branch.events);
+        self.warn(delivered, branch.end, &recorder.pulling);
+        let number = self.delivered.len();
+        let points = delivered.points.iter().enumerate();
+        for (index, point) in points.filter(|(_, p)| settings.orbits.keeps(p.is_mark)) {
+            let orbit = problem.orbit(&point.unknowns, point.lambda)?;
+            let system = problem.system_at(point.lambda)?;
+            self.orbits.add((number, index), system, &orbit);
+        }
+        Ok(())
+    }
+
+    /// The attractors along the range.
+    fn integrate(&mut self) {
+        let (settings, swept) = (self.settings, self.swept);
+        let mut recorder = MeasureRecorder::new(swept.setting, 1, swept.range);
+        let number = self.delivered.len();
+        let orbits = &mut self.orbits;
+        let mut keep = |index: usize, system: &System, orbit: &_| {
+            orbits.add((number, index), system, orbit);
+        };
+        let (delivered, warnings) = integration::follow(settings, swept, &mut recorder, &mut keep);
+        self.warnings.extend(warnings);
+        self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
+        self.delivered.push(delivered);
+    }
+
+    fn warn(&mut self, delivered: &Delivered, end: PathEnd, pulling: &[bool]) {
+        let (swept, list) = (self.swept, &mut self.warnings);
+        let connections = &swept.setting.assembly.connections;
+        for (name, _) in connections.iter().zip(pulling).filter(|(_, pulls)| **pulls) {
+            list.push(format!(
+                "{name}: the contact pulls somewhere on the branch (1 + beta v < 0): impact damping is beyond its range"
+            ));
+        }
+        for event in delivered.events.iter().filter(|e| !e.is_located()) {
+            let (low, high) = event.bracket;
+            list.push(format!(
+                "a {} between {} and {} could not be located",
+                event.kind.word(),
+                swept.place(low),
+                swept.place(high),
+            ));
+        }
+        if end != PathEnd::RangeReached {
+            return;
+        }
+        for (mark, written) in swept.marks.iter().zip(&self.settings.marks) {
+            let is_solved = |p: &branch::BranchPoint| {
+                p.is_mark && (p.lambda - mark).abs() <= 1e-12 * mark.abs()
+            };
+            if !delivered.points.iter().any(is_solved) {
+                list.push(format!("the mark {} could not be solved", written.text));
+            }
+        }
+    }
+}
+
+/// Weight of the unknowns in the arclength: a change of the deformations by their own size counts like a change of the
+/// parameter by 1 (the frequency by omega_c, any other by its range).
+fn weight(system: &System) -> f64 {
+    let rest = equilibrium(system);
+    let size = system
+        .mounts()
+        .iter()
+        .enumerate()
+        .fold(0.0_f64, |size, (e, mount)| {
+            let breakpoint = mount
+                .element
+                .breakpoints()
+                .iter()
+                .fold(0.0_f64, |b, x| b.max(x.abs()));
+            let at_rest = rest.as_ref().map_or(0.0, |r| r.deformation[e].abs());
+            size.max(breakpoint).max(at_rest)
+        });
+    let size = if size > 0.0 { size } else { 1.0 };
+    1.0 / (system.dof() as f64 * size * size)
+}
+
+fn ending(swept: &Swept<'_>, branch: &Branch) -> Ending {
+    let end = branch.end;
+    match end {
+        PathEnd::RangeReached | PathEnd::Closed => Ending {
+            reason: end.reason(),
+            message: end.message(),
+            is_early: false,
+        },
+        end => Ending::early(
+            end.reason(),
+            report::early_message(swept, &end.message(), &branch.points),
+        ),
+    }
+}

@@ -1,0 +1,110 @@
+//! A joint pressed against its flanks: backlash with a force that has to be overcome first.
+
+use super::{
+    Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
+};
+use serde::{Deserialize, Serialize};
+
+/// Backlash with a preload on both flanks.
+///
+///     f = q - b + F0/K for q > b, 0 inside, q + b - F0/K for q < -b
+///
+/// b: half gap, F0: preload (a force), K: reference stiffness. The force jumps by F0 at the flanks. With b = 0 the joint is
+/// always in contact and has to be torn off its middle: f = q + sign(q) F0/K.
+///
+/// Not physical where the load on the joint stays below the preload for good: there it sticks to the flank, which a force that
+/// is a function of q cannot say. Integrators chatter and end early with that reason; a steep stage of `piecewise_linear`
+/// in the place of the jump is the way out.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Preloaded {
+    /// Half of the total gap b \[displacement\], >= 0.
+    pub half_gap: f64,
+    /// F0 \[force\], >= 0.
+    pub preload: f64,
+}
+
+crate::register_element! {
+    tag: "preloaded",
+    doc: "backlash with a preload: f = q - b + F0/K for q > b, 0 inside, q + b - F0/K for q < -b; jumps at the flanks",
+    parameters: [
+        { name: "half_gap", doc: "half of the total backlash", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative },
+        { name: "preload", doc: "force F0 on both flanks", kind: ParameterKind::Number, dimension: Dimension::FORCE, default: None, range: ParameterRange::NotNegative },
+    ],
+    example: "{type: preloaded, half_gap: 0.6, preload: 0.2}",
+}
+
+#[typetag::serde(name = "preloaded")]
+impl Element for Preloaded {
+    #[inline]
+    fn eval(&self, q: f64, _v: f64, _phase: f64) -> Response {
+        let p = q - q.clamp(-self.half_gap, self.half_gap);
+        let contact = match p {
+            _ if p > 0.0 => 1.0,
+            _ if p < 0.0 => -1.0,
+            _ => 0.0,
+        };
+        let is_closed = contact != 0.0 || self.half_gap == 0.0;
+        Response {
+            f: p + contact * self.preload,
+            df_dq: if is_closed { 1.0 } else { 0.0 },
+            df_dv: 0.0,
+        }
+    }
+
+    fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {
+        visit(Parameter {
+            name: "half_gap",
+            index: None,
+            dimension: Dimension::DISPLACEMENT,
+            value: &mut self.half_gap,
+        });
+        visit(Parameter {
+            name: "preload",
+            index: None,
+            dimension: Dimension::FORCE,
+            value: &mut self.preload,
+        });
+    }
+
+    fn clone_box(&self) -> Box<dyn Element> {
+        Box::new(*self)
+    }
+
+    fn breakpoints(&self) -> Vec<f64> {
+        if self.half_gap > 0.0 {
+            vec![-self.half_gap, self.half_gap]
+        } else if self.preload > 0.0 {
+            vec![0.0]
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn flank(&self, q: f64) -> i8 {
+        if q > self.half_gap {
+            1
+        } else if q < -self.half_gap {
+            -1
+        } else {
+            i8::from(self.half_gap == 0.0)
+        }
+    }
+
+    fn is_piecewise_affine(&self) -> bool {
+        true
+    }
+
+    fn is_discontinuous(&self) -> bool {
+        self.preload != 0.0
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+
+    fn validate(&self) -> Result<(), InvalidParameter> {
+        super::not_negative("half_gap", self.half_gap)?;
+        super::not_negative("preload", self.preload)
+    }
+}

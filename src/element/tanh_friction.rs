@@ -1,0 +1,74 @@
+//! Dry friction, regularised.
+
+use super::{
+    Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
+};
+use serde::{Deserialize, Serialize};
+
+/// Friction that grows from 0 to a constant force within a small velocity.
+///
+///     f = (F/K) tanh(v / v0)
+///
+/// F: friction force, v0: regularisation, K: reference stiffness. Carries no static load: below F it creeps with
+/// v = v0 artanh(load/F), it never sticks. Take v0 small against the velocities of interest; the smaller, the stiffer the
+/// equation (a viscous damper F/v0 around v = 0).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TanhFriction {
+    /// F \[force\], >= 0.
+    pub force: f64,
+    /// v0 \[displacement/time\], > 0.
+    pub velocity: f64,
+}
+
+crate::register_element! {
+    tag: "tanh_friction",
+    doc: "f = (force/K) tanh(v/velocity); dry friction, regularised: it creeps instead of sticking",
+    parameters: [
+        { name: "force", doc: "friction force", kind: ParameterKind::Number, dimension: Dimension::FORCE, default: None, range: ParameterRange::NotNegative },
+        { name: "velocity", doc: "regularisation: tanh(1) of the force is reached at this velocity", kind: ParameterKind::Number, dimension: Dimension::VELOCITY, default: None, range: ParameterRange::Positive },
+    ],
+    example: "{type: tanh_friction, force: 0.3, velocity: 0.7}",
+}
+
+#[typetag::serde(name = "tanh_friction")]
+impl Element for TanhFriction {
+    #[inline]
+    fn eval(&self, _q: f64, v: f64, _phase: f64) -> Response {
+        let t = (v / self.velocity).tanh();
+        Response {
+            f: self.force * t,
+            df_dq: 0.0,
+            df_dv: self.force * (1.0 - t * t) / self.velocity,
+        }
+    }
+
+    fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {
+        visit(Parameter {
+            name: "force",
+            index: None,
+            dimension: Dimension::FORCE,
+            value: &mut self.force,
+        });
+        visit(Parameter {
+            name: "velocity",
+            index: None,
+            dimension: Dimension::VELOCITY,
+            value: &mut self.velocity,
+        });
+    }
+
+    fn clone_box(&self) -> Box<dyn Element> {
+        Box::new(*self)
+    }
+
+    fn validate(&self) -> Result<(), InvalidParameter> {
+        super::not_negative("force", self.force)?;
+        super::finite("velocity", self.velocity)?;
+        if self.velocity > 0.0 {
+            Ok(())
+        } else {
+            Err(InvalidParameter::new("velocity", self.velocity, "> 0"))
+        }
+    }
+}
