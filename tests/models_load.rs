@@ -62,7 +62,8 @@ fn reverse_idler_is_case_1() {
     assert!((frequencies[1] - 3f64.sqrt()).abs() < 1e-12);
     let names: Vec<&str> = study.runs.iter().map(|r| r.name.as_str()).collect();
     let figures = [
-        "fig_02", "fig_10", "fig_11", "fig_12", "fig_07", "fig_08", "fig_16", "fig_17",
+        "fig_02", "fig_03a", "fig_03b", "fig_04a", "fig_04b", "fig_07", "fig_08", "fig_10",
+        "fig_11", "fig_12", "fig_16", "fig_17",
     ];
     assert_eq!(names, figures);
 }
@@ -76,8 +77,8 @@ fn heavy_idler_is_case_2() {
     assert!((frequencies[1] - 1.36).abs() < 1e-12);
     let names: Vec<&str> = study.runs.iter().map(|r| r.name.as_str()).collect();
     let figures = [
-        "fig_13", "fig_14", "fig_15", "fig_05a", "fig_05b", "fig_05c", "fig_06a", "fig_06b",
-        "fig_06c", "fig_09",
+        "fig_05a", "fig_05b", "fig_05c", "fig_06a", "fig_06b", "fig_06c", "fig_09", "fig_13",
+        "fig_14", "fig_15",
     ];
     assert_eq!(names, figures);
 }

@@ -136,6 +136,11 @@ impl Analysis for BifurcationDiagram {
             .insert("timings".into(), json!({ "seconds": seconds }));
         Ok(report)
     }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let plan = self.plan(setting);
+        plan.map_or(Vec::new(), |plan| self.report(setting, &plan, &[]).tables)
+    }
 }
 
 impl BifurcationDiagram {

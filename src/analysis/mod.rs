@@ -5,21 +5,26 @@
 mod bifurcation_diagram;
 mod branch_table;
 mod columns;
+mod effective_frequencies;
 mod event_table;
 pub mod flow;
 mod frequency_response;
 mod initial;
 mod modes;
 pub mod parameter;
+pub mod parameter_study;
 mod poincare_map;
 mod rattle;
+pub mod read;
 mod response;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
+pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::Modes;
+pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use response::{Method, Orbits};
 pub use time_history::TimeHistory;
@@ -28,7 +33,7 @@ use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
-use crate::report::Report;
+use crate::report::{Report, Table};
 use crate::yaml::Node;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -43,6 +48,16 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// Misuse that `check` could not see.
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error>;
+
+    /// Tables that a run delivers, with all their columns and no rows: what a parameter study can collect.
+    fn tables(&self, _setting: &Setting<'_>) -> Vec<Table> {
+        Vec::new()
+    }
+
+    /// The study that this is, if it is one: its runs are handed out one by one.
+    fn study(&self) -> Option<&ParameterStudy> {
+        None
+    }
 }
 
 /// A key of an analysis and what is wrong with its value.
@@ -71,6 +86,10 @@ pub const TYPES: &[(&str, &str)] = &[
         "natural frequencies against the effective stiffness",
     ),
     (
+        "effective_frequencies",
+        "natural frequencies against the amplitude of a one-harmonic motion",
+    ),
+    (
         "frequency_response",
         "periodic responses against the excitation frequency, with stability",
     ),
@@ -85,6 +104,10 @@ pub const TYPES: &[(&str, &str)] = &[
     (
         "bifurcation_diagram",
         "states at phase 0 of the excitation against a parameter, with Lyapunov exponents",
+    ),
+    (
+        "parameter_study",
+        "many runs of another analysis over a grid, a list or a random sample of parameters",
     ),
 ];
 

@@ -143,6 +143,11 @@ impl Analysis for TimeHistory {
         }
         Ok(report)
     }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let record = Record::new(setting, &setting.assembly.system, self.samples_per_period);
+        record.tables(setting)
+    }
 }
 
 /// Collects rows and switches while the integrator runs.

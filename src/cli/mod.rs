@@ -2,12 +2,14 @@
 
 mod check;
 mod elements;
+mod merge;
 mod progress;
 mod run;
 
 use crate::element::duplicate_tags;
 use crate::error::{Colour, Error, render};
 use crate::output::FigureFormat;
+use crate::study::Shard;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -33,6 +35,8 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Join the parts of a sharded study into results as one run would have written them.
+    Merge(MergeArguments),
     /// Print shell completions.
     Completions {
         /// The shell.
@@ -56,9 +60,28 @@ struct RunArguments {
     /// Formats of the static figures.
     #[arg(long, value_delimiter = ',', default_value = "svg", value_parser = figure_format)]
     figures: Vec<FigureFormat>,
+    /// Only part I of N of the runs of every parameter study, I from 1: for job arrays; see `gearlash merge`.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// Threads [default: the machine's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    /// Print nothing but warnings and errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct MergeArguments {
+    /// Folders of the parts, each written by `gearlash run --shard I/N`.
+    #[arg(required = true, value_name = "DIR")]
+    parts: Vec<PathBuf>,
+    /// Folder of the results.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Formats of the static figures.
+    #[arg(long, value_delimiter = ',', default_value = "svg", value_parser = figure_format)]
+    figures: Vec<FigureFormat>,
     /// Print nothing but warnings and errors.
     #[arg(long)]
     quiet: bool,
@@ -108,6 +131,7 @@ pub fn main() -> ExitCode {
     }
     let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Merge(arguments) => merge::merge(&arguments),
         Command::Check(arguments) => check::check(&arguments).map(|()| ExitCode::SUCCESS),
         Command::Elements { json } => print(&elements::list(json)),
         Command::Completions { shell } => {

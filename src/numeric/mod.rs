@@ -2,9 +2,14 @@
 
 pub mod assignment;
 pub mod bernstein;
+pub mod block;
 pub mod dense;
 pub mod exponential;
+pub mod factors;
 pub mod fourier;
+pub mod jacobian;
+pub mod pattern;
 pub mod periodic;
+pub mod quadrature;
 pub mod roots;
 pub mod trigonometric;

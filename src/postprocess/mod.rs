@@ -2,6 +2,7 @@
 
 pub mod attractor;
 pub mod contacts;
+pub mod describing_function;
 pub mod effective_stiffness;
 pub mod lyapunov;
 pub mod measures;

@@ -4,21 +4,11 @@ use super::contacts::Contacts;
 use super::effective_stiffness;
 use super::measures::{Measures, is_clearance};
 use crate::numeric::bernstein::RootFinder;
+use crate::numeric::quadrature::unit_nodes;
 use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, StretchDeformation};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
-
-/// Nodes and weights of Gauss' rule with 12 points on [-1, 1], positive half: exact to degree 23, and to rounding for the
-/// squares of the polynomials here, whose high coefficients are tiny.
-const GAUSS: [(f64, f64); 6] = [
-    (0.125_233_408_511_468_9, 0.249_147_045_813_402_8),
-    (0.367_831_498_998_180_2, 0.233_492_536_538_354_8),
-    (0.587_317_954_286_617_5, 0.203_167_426_723_065_9),
-    (0.769_902_674_194_304_7, 0.160_078_328_543_346_2),
-    (0.904_117_256_370_474_9, 0.106_939_325_995_318_4),
-    (0.981_560_634_246_719_2, 0.047_175_336_386_511_8),
-];
 
 /// Sums over an orbit.
 #[derive(Debug, Default)]
@@ -104,10 +94,8 @@ fn connection(
         if sums.low > sums.high {
             sums.origin = piece.deformation.at(0.0).0;
         }
-        for (x, weight) in GAUSS
-            .iter()
-            .flat_map(|(x, w)| [(0.5 - 0.5 * x, 0.5 * w), (0.5 + 0.5 * x, 0.5 * w)])
-        {
+        // Exact to rounding for the squares of the polynomials here, whose high coefficients are tiny.
+        for (x, weight) in unit_nodes() {
             let [q, v, f, slope] = piece.response(x);
             let weight = weight * share;
             let x = q - sums.origin;

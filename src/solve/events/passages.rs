@@ -10,6 +10,9 @@ use num_complex::Complex;
 
 /// Halvings of a stretch in which the multipliers move too far for one look.
 const MAX_HALVINGS: usize = 7;
+/// The same where a pair becomes real, or two real multipliers a pair, near the circle: what passes first, and as what, takes
+/// a close look.
+const MAX_HALVINGS_MIXED: usize = 24;
 /// Width to which a passage is sought on the interpolant, as a share of its stretch.
 const SKETCH: f64 = 1e-3;
 /// Stretches shorter than this share of the step hold nothing.
@@ -123,10 +126,17 @@ impl Step<'_> {
         let motion = Motion::between(&a.survey.multipliers, &b.survey.multipliers);
         let place = |look: &Look| stretch.abscissa(look.fraction);
         let (at_a, at_b) = (place(a), place(b));
-        if depth < MAX_HALVINGS && self.looks_left > 0 {
+        let is_mixed = motion.has_mixed();
+        let deepest = if is_mixed {
+            MAX_HALVINGS_MIXED
+        } else {
+            MAX_HALVINGS
+        };
+        if depth < deepest && self.looks_left > 0 {
             let (p, q) = (Place::new(at_a, a), Place::new(at_b, b));
             let beyond = third.map(|t| Place::new(place(t), t));
-            let is_doubtful = motion.is_unclear() || motion.may_touch(&p, &q, beyond.as_ref());
+            let is_doubtful =
+                is_mixed || motion.is_unclear() || motion.may_touch(&p, &q, beyond.as_ref());
             if is_doubtful {
                 let middle = stretch.fraction(0.5 * (at_a + at_b));
                 let m = self.look(middle, Extent::Stability)?;

@@ -118,12 +118,14 @@ impl Motion {
         }
     }
 
-    /// Whether another matching, hardly more costly, tells another story; or a passage of which it is not clear what it is.
+    /// Whether something passes of which it is not clear what it is.
+    pub fn has_mixed(&self) -> bool {
+        self.paths.iter().any(|p| p.passage() == Passage::Mixed)
+    }
+
+    /// Whether another matching, hardly more costly, tells another story.
     pub fn is_unclear(&self) -> bool {
         let kinds: Vec<Passage> = self.paths.iter().map(Pathway::passage).collect();
-        if kinds.contains(&Passage::Mixed) {
-            return true;
-        }
         let count = self.paths.len();
         (0..count).any(|i| (i + 1..count).any(|j| self.may_exchange((i, j), &kinds)))
     }

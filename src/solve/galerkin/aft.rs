@@ -104,13 +104,7 @@ impl Sampling {
             self.a.copy_from_slice(&u.as_slice()[e * c..(e + 1) * c]);
         } else {
             self.a.fill(0.0);
-            for (j, w) in system
-                .element_map()
-                .row(e)
-                .iter()
-                .enumerate()
-                .filter(|(_, w)| **w != 0.0)
-            {
+            for (j, w) in system.element_map_row(e) {
                 let block = &u.as_slice()[j * c..(j + 1) * c];
                 self.a.iter_mut().zip(block).for_each(|(a, b)| *a += w * b);
             }
@@ -162,16 +156,11 @@ impl Sampling {
     fn add_force(&mut self, system: &System, e: usize, out: &mut Linearisation) {
         self.fourier.to_coefficients(&self.force, &mut self.c);
         let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        for (block, kappa) in
-            blocks(&mut out.r, self.c.len()).zip(system.stiffness().column(e).iter())
-        {
-            if *kappa != 0.0 {
-                block
-                    .iter_mut()
-                    .zip(&self.c)
-                    .for_each(|(r, c)| *r += kappa * c);
-                out.magnitude = out.magnitude.max(kappa.abs() * largest);
-            }
+        for (i, kappa) in system.stiffness_column(e) {
+            let block = block_mut(&mut out.r, *i, self.c.len());
+            let terms = block.iter_mut().zip(&self.c);
+            terms.for_each(|(r, c)| *r += kappa * c);
+            out.magnitude = out.magnitude.max(kappa.abs() * largest);
         }
     }
 
@@ -186,40 +175,25 @@ impl Sampling {
             .zip(&self.damping)
             .for_each(|(v, d)| *v *= d / frequency);
         self.fourier.to_coefficients(&self.rate, &mut self.c);
-        for (block, kappa) in
-            blocks(&mut out.dr_dlambda, self.c.len()).zip(system.stiffness().column(e).iter())
-        {
-            block
-                .iter_mut()
-                .zip(&self.c)
-                .for_each(|(r, c)| *r += kappa * c);
+        for (i, kappa) in system.stiffness_column(e) {
+            let block = block_mut(&mut out.dr_dlambda, *i, self.c.len());
+            let terms = block.iter_mut().zip(&self.c);
+            terms.for_each(|(r, c)| *r += kappa * c);
         }
     }
 
     fn add_jacobian(&self, system: &System, e: usize, out: &mut Linearisation) {
         let c = self.c.len();
-        for (i, kappa) in system.stiffness().column(e).iter().enumerate() {
-            for (j, w) in system.element_map().row(e).iter().enumerate() {
-                let factor = kappa * w;
-                if factor == 0.0 {
-                    continue;
-                }
-                for l in 0..c {
-                    let source = &self.hill.as_slice()[l * c..(l + 1) * c];
-                    let rows = out.dr_du.nrows();
-                    let begin = (j * c + l) * rows + i * c;
-                    let target = &mut out.dr_du.as_mut_slice()[begin..begin + c];
-                    target
-                        .iter_mut()
-                        .zip(source)
-                        .for_each(|(t, s)| *t += factor * s);
-                }
+        for (i, kappa) in system.stiffness_column(e) {
+            for (j, w) in system.element_map_row(e) {
+                let hill = self.hill.as_slice();
+                out.dr_du.block_mut(c, (*i, *j)).add(kappa * w, hill);
             }
         }
     }
 }
 
-/// The coordinates' blocks of a coordinate-major vector.
-fn blocks(vector: &mut DVector<f64>, c: usize) -> impl Iterator<Item = &mut [f64]> {
-    vector.as_mut_slice().chunks_exact_mut(c)
+/// One coordinate's block of a coordinate-major vector.
+fn block_mut(vector: &mut DVector<f64>, i: usize, c: usize) -> &mut [f64] {
+    &mut vector.as_mut_slice()[i * c..(i + 1) * c]
 }
