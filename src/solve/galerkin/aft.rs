@@ -1,6 +1,7 @@
 //! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
 
 use super::hill;
+use super::jumps::{self, Edge};
 use crate::element::ResponseSeries;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::trigonometric;
@@ -30,6 +31,8 @@ pub struct Sampling {
     g: Vec<f64>,
     hill: DMatrix<f64>,
     hill_rate: DMatrix<f64>,
+    /// Jumps of the force at hand.
+    edges: Vec<Edge>,
 }
 
 impl Sampling {
@@ -55,6 +58,7 @@ impl Sampling {
             g: vec![0.0; 4 * harmonics + 1],
             hill: DMatrix::zeros(c, c),
             hill_rate: DMatrix::zeros(c, c),
+            edges: Vec::new(),
         }
     }
 
@@ -87,9 +91,11 @@ impl Sampling {
         for e in 0..system.element_count() {
             self.deform(system, e, u);
             let is_rate_dependent = self.respond(system, e);
+            self.find_jumps(system, e);
             self.add_force(system, e, out);
             self.fourier.to_coefficients(&self.slope, &mut self.g);
             hill::fill(&self.g, &mut self.hill);
+            jumps::add_slopes(&self.edges, &mut self.hill);
             if is_rate_dependent {
                 self.add_damping(system, e, out);
             }
@@ -153,8 +159,25 @@ impl Sampling {
         is_rate_dependent
     }
 
+    /// Where the force jumps between two samples.
+    fn find_jumps(&mut self, system: &System, e: usize) {
+        let mount = &system.mounts()[e];
+        let (a, nu) = (&self.a, system.subharmonic() as f64);
+        let at = |tau: f64| {
+            let [mut x, mut slope, _] = trigonometric::evaluate(a, tau);
+            if let Some(error) = &mount.transmission_error {
+                x -= error.value(nu * tau);
+                slope -= nu * error.derivative(nu * tau);
+            }
+            [x, slope]
+        };
+        let rates = (system.omega(), nu);
+        jumps::edges(mount, &self.deformation, at, rates, &mut self.edges);
+    }
+
     fn add_force(&mut self, system: &System, e: usize, out: &mut Linearisation) {
         self.fourier.to_coefficients(&self.force, &mut self.c);
+        jumps::correct(&self.edges, &mut self.c);
         let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         for (i, kappa) in system.stiffness_column(e) {
             let block = block_mut(&mut out.r, *i, self.c.len());
