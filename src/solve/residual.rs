@@ -113,4 +113,16 @@ pub trait PeriodicResidual: Residual {
         lambda: f64,
         extent: Extent,
     ) -> Result<Survey, SolveError>;
+
+    /// Floquet multipliers over one response period, by falling modulus.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn multipliers(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Vec<Complex<f64>>, SolveError> {
+        Ok(self.survey(u, lambda, Extent::Stability)?.multipliers)
+    }
 }

@@ -33,6 +33,9 @@ macro_rules! response_keys {
             /// Samples a response period, a power of two.
             #[serde(default)]
             pub samples: Option<usize>,
+            /// How the forces are integrated over a period.
+            #[serde(default)]
+            pub quadrature: crate::analysis::response::Quadrature,
             /// Whether to compute Floquet multipliers and the bifurcations that they show.
             #[serde(default = "crate::analysis::response::defaults::stability")]
             pub stability: bool,
@@ -93,6 +96,7 @@ macro_rules! branch_settings {
             integrator: $keys.integrator,
             harmonics: $keys.harmonics,
             samples: $keys.samples,
+            quadrature: $keys.quadrature,
             stability: $keys.stability,
             subharmonic: $keys.subharmonic,
             marks: $keys.marks.clone(),
@@ -157,6 +161,17 @@ impl Method {
             Method::Integration => "integration",
         }
     }
+}
+
+/// How the Galerkin method integrates forces over a period.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quadrature {
+    /// Equally spaced samples; any law.
+    #[default]
+    Sampled,
+    /// Closed form between switching instants; piecewise-affine laws.
+    Exact,
 }
 
 /// Which orbits to keep.

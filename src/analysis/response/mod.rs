@@ -11,7 +11,7 @@ mod settings;
 mod swept;
 mod trace;
 
-pub use keys::{BranchSettings, Method, Orbits};
+pub use keys::{BranchSettings, Method, Orbits, Quadrature};
 pub(super) use keys::{branch_settings, defaults, response_keys};
 pub(super) use swept::Swept;
 pub(super) use trace::{run, tables};

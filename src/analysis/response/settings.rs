@@ -1,12 +1,12 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
-use super::{BranchSettings, Method};
+use super::{BranchSettings, Method, Quadrature};
 use crate::analysis::poincare_map::check_periods;
 use crate::analysis::{Fault, Setting, flow};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
 use crate::solve::continuation::ContinuationOptions;
-use crate::solve::family::FrequencyFamily;
+use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::galerkin::{Galerkin, GalerkinOptions};
 use crate::solve::newton::NewtonOptions;
 
@@ -50,6 +50,21 @@ impl BranchSettings {
         GalerkinOptions {
             harmonics: self.harmonics,
             samples,
+        }
+    }
+
+    /// The same problem with the quadrature asked for.
+    ///
+    /// # Errors
+    /// A connection that does not allow it.
+    pub(super) fn with_quadrature<F: Family>(
+        &self,
+        galerkin: Galerkin<F>,
+        lambda: f64,
+    ) -> Result<Galerkin<F>, SolveError> {
+        match self.quadrature {
+            Quadrature::Sampled => Ok(galerkin),
+            Quadrature::Exact => galerkin.with_exact_quadrature(lambda),
         }
     }
 
@@ -195,8 +210,14 @@ impl BranchSettings {
         if faults.is_empty() && is_periodic {
             let mut system = setting.assembly.system.clone();
             system.set_subharmonic(self.subharmonic);
-            let galerkin = Galerkin::new(FrequencyFamily::new(system), 1.0, self.size());
-            faults.extend(galerkin.err().map(fault_of));
+            match Galerkin::new(FrequencyFamily::new(system), 1.0, self.size()) {
+                Err(error) => faults.push(fault_of(error)),
+                Ok(galerkin) => {
+                    let refused = self.with_quadrature(galerkin, 1.0).err();
+                    let message = refused.map(|error| setting.name_connection(&error));
+                    faults.extend(message.map(|m| Fault::new("quadrature", m)));
+                }
+            }
         }
         faults
     }

@@ -101,7 +101,8 @@ impl<'a> Work<'a> {
     /// Looks for the first solution at the beginning of the range.
     fn first(&mut self) -> Result<First<'a>, Error> {
         let (settings, from) = (self.settings, self.swept.range.0);
-        let mut galerkin = Galerkin::new(self.swept.family(), from, settings.size())?;
+        let galerkin = Galerkin::new(self.swept.family(), from, settings.size())?;
+        let mut galerkin = settings.with_quadrature(galerkin, from)?;
         let system = galerkin.system_at(from)?;
         let found = start::find(
             system,

@@ -35,6 +35,9 @@ pub enum Started {
 
 /// Largest angle between successive tangents; a step that turns further is halved [rad].
 const MAX_TURN: f64 = 0.5;
+/// Largest distance of a point from its prediction, in lengths of the step: a smooth path that turns by the largest angle stays
+/// nearer, and what lies farther may be another path.
+const MAX_SHIFT: f64 = 0.3;
 /// Angle between successive tangents that the step length aims for [rad].
 const TURN_AIM: f64 = 0.15;
 /// Steps below this share of the first one may turn as they like: the path has a corner there.
@@ -143,9 +146,10 @@ impl Continuation {
                 base.lambda + base.tangent_lambda * self.step,
             )?;
             let turn = self.turn(&base, &next);
+            let shift = self.shift(&base, &next);
             let is_corner = self.step < CORNER_STEP * self.options.step;
-            if next.newton.is_converged() && next.orientation != 0 && (turn < MAX_TURN || is_corner)
-            {
+            let is_near = turn < MAX_TURN && shift < MAX_SHIFT;
+            if next.newton.is_converged() && next.orientation != 0 && (is_near || is_corner) {
                 self.stride = self.step;
                 self.adapt(next.newton.iterations, turn);
                 self.origin = base;
@@ -302,6 +306,13 @@ impl Continuation {
         )
         .clamp(-1.0, 1.0)
         .acos()
+    }
+
+    /// Distance of a corrected point from its prediction, in lengths of the step.
+    fn shift(&self, base: &PathPoint, next: &PathPoint) -> f64 {
+        let u = &next.u - &base.u - &base.tangent_u * self.step;
+        let lambda = next.lambda - base.lambda - base.tangent_lambda * self.step;
+        self.dot(&u, lambda, &u, lambda).sqrt() / self.step
     }
 
     /// Step length for the next step: few iterations and small turns lengthen it.

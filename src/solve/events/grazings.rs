@@ -141,12 +141,13 @@ impl Step<'_> {
             SKETCH * (b.fraction - a.fraction),
         )?
         .root;
-        let spare = b.fraction - a.fraction;
+        let is_whole = a.fraction == 0.0 && b.fraction == 1.0;
         let target = Target {
-            limits: ((a.fraction - spare).max(0.0), (b.fraction + spare).min(1.0)),
+            limits: (0.0, 1.0),
             guess,
             slope: slope_near(&mut seen, guess),
             extent: Some(self.extent),
+            values: is_whole.then_some((low, high)),
         };
         let found = self.locate(&target, |x, _, survey| {
             survey.map_or(f64::NAN, |s| follower.over(&watch.heights(x, s)))
@@ -166,7 +167,7 @@ impl Step<'_> {
                 self.report(watch.kind(), (a.lambda, b.lambda), guess, Found::Root(root));
             }
             // Between two interpolated places the corrected path has the last word.
-            Found::Nothing if a.fraction > 0.0 || b.fraction < 1.0 => {}
+            Found::Nothing if !is_whole => {}
             found => self.report(watch.kind(), (a.lambda, b.lambda), guess, found),
         }
         Ok(())

@@ -26,6 +26,9 @@ pub(super) struct Target {
     pub slope: f64,
     /// What the test function looks at besides the point.
     pub extent: Option<Extent>,
+    /// Two fractions with values of opposite sign on the path: where the search from the guess ends at a limit, the root lies
+    /// between them.
+    pub values: Option<((f64, f64), (f64, f64))>,
 }
 
 /// What a search brought.
@@ -58,7 +61,7 @@ impl Step<'_> {
     ) -> Result<Found, SolveError> {
         let mut seen: Vec<Root> = Vec::new();
         let width = self.width(target.guess);
-        let evaluate = |x: f64| {
+        let mut evaluate = |x: f64| {
             let point = self.path.at_fraction(self.problem, x).map_err(Some)?;
             let point = point.ok_or(None)?;
             let survey = match target.extent {
@@ -86,7 +89,11 @@ impl Step<'_> {
             slope,
             ..
         } = *target;
-        let sought = match roots::near_guess(evaluate, guess, slope, limits, width) {
+        let mut sought = roots::near_guess(&mut evaluate, guess, slope, limits, width);
+        if let (Ok(None), Some((low, high))) = (&sought, target.values) {
+            sought = roots::bracketed(&mut evaluate, low, high, width).map(Some);
+        }
+        let sought = match sought {
             Err(Some(error)) => return Err(error),
             Err(None) => return Ok(Found::Lost),
             Ok(None) => return Ok(Found::Nothing),
@@ -99,7 +106,8 @@ impl Step<'_> {
         };
         let ends = (lambda_at(sought.low), lambda_at(sought.high));
         let (Some(low), Some(high)) = ends else {
-            return Ok(Found::Lost);
+            // The search ran into an end that it was told about: the path does not change its sign there.
+            return Ok(Found::Nothing);
         };
         let root = seen.into_iter().find(|s| s.fraction == sought.root);
         Ok(root.map_or(Found::Lost, |mut root| {

@@ -1,7 +1,7 @@
 //! Multipliers that pass the unit circle between two places of a step.
 
 use super::locate::{Found, Target};
-use super::spectrum::{Motion, Passage, Pathway, Place, chart, is_real, margin};
+use super::spectrum::{Motion, Passage, Place, is_real};
 use super::{EventKind, Look, Step};
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -10,9 +10,9 @@ use num_complex::Complex;
 
 /// Halvings of a stretch in which the multipliers move too far for one look.
 const MAX_HALVINGS: usize = 7;
-/// The same where a pair becomes real, or two real multipliers a pair, near the circle: what passes first, and as what, takes
-/// a close look.
-const MAX_HALVINGS_MIXED: usize = 24;
+/// The same where more than one thing passes, or a pair becomes real near the circle: what passes first, and as what, takes a
+/// close look.
+const MAX_HALVINGS_CROWDED: usize = 16;
 /// Width to which a passage is sought on the interpolant, as a share of its stretch.
 const SKETCH: f64 = 1e-3;
 /// Stretches shorter than this share of the step hold nothing.
@@ -49,43 +49,34 @@ impl Stretch {
     }
 }
 
-/// One multiplier followed from place to place.
-struct Follower {
-    /// Abscissa and place in the chart, by abscissa.
-    known: Vec<(f64, Complex<f64>)>,
+/// What passes the circle in a stretch, as far as the matching tells.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tally {
+    doublings: usize,
+    pairs: usize,
+    /// Multipliers that pass and change between real and complex on the way.
+    mixed: usize,
 }
 
-impl Follower {
-    fn new((a, b): (f64, f64), path: &Pathway) -> Follower {
-        Follower {
-            known: vec![(a, chart(path.from)), (b, chart(path.to))],
+impl Tally {
+    fn of(motion: &Motion) -> Tally {
+        let mut tally = Tally::default();
+        for path in &motion.paths {
+            match path.passage() {
+                // A passage of +1 shows as a fold or a branch point of the path.
+                Passage::None | Passage::PlusOne => {}
+                Passage::MinusOne => tally.doublings += 1,
+                Passage::Pair => tally.pairs += usize::from(path.from.im > 0.0),
+                Passage::Mixed => tally.mixed += 1,
+            }
         }
+        tally
     }
 
-    /// The multiplier nearest to where the neighbouring places let expect it.
-    fn pick(&mut self, s: f64, multipliers: &[Complex<f64>]) -> Option<Complex<f64>> {
-        let after = self.known.partition_point(|k| k.0 < s);
-        let (i, j) = match after {
-            0 => (0, 1),
-            k if k >= self.known.len() => (self.known.len() - 2, self.known.len() - 1),
-            k => (k - 1, k),
-        };
-        let ((a, from), (b, to)) = (self.known[i], self.known[j]);
-        let expected = if b > a {
-            from + (to - from) * ((s - a) / (b - a))
-        } else {
-            from
-        };
-        let distance = |mu: &&Complex<f64>| (chart(**mu) - expected).norm_sqr();
-        let found = *multipliers
-            .iter()
-            .min_by(|x, y| distance(x).total_cmp(&distance(y)))?;
-        self.known.insert(after, (s, chart(found)));
-        Some(found)
-    }
-
-    fn margin(&mut self, s: f64, multipliers: &[Complex<f64>]) -> f64 {
-        self.pick(s, multipliers).map_or(f64::NAN, margin)
+    /// Whether a test function may have more than one root. A single multiplier that passes and changes its kind is no
+    /// trouble: it shows in the functions that it turns round.
+    fn is_crowded(&self) -> bool {
+        self.doublings + self.mixed > 1 || self.pairs + self.mixed > 1
     }
 }
 
@@ -124,19 +115,19 @@ impl Step<'_> {
         depth: usize,
     ) -> Result<(), SolveError> {
         let motion = Motion::between(&a.survey.multipliers, &b.survey.multipliers);
+        let tally = Tally::of(&motion);
         let place = |look: &Look| stretch.abscissa(look.fraction);
         let (at_a, at_b) = (place(a), place(b));
-        let is_mixed = motion.has_mixed();
-        let deepest = if is_mixed {
-            MAX_HALVINGS_MIXED
-        } else {
-            MAX_HALVINGS
+        let deepest = match tally.is_crowded() {
+            true => MAX_HALVINGS_CROWDED,
+            false => MAX_HALVINGS,
         };
         if depth < deepest && self.looks_left > 0 {
             let (p, q) = (Place::new(at_a, a), Place::new(at_b, b));
             let beyond = third.map(|t| Place::new(place(t), t));
-            let is_doubtful =
-                is_mixed || motion.is_unclear() || motion.may_touch(&p, &q, beyond.as_ref());
+            let is_doubtful = tally.is_crowded()
+                || motion.is_unclear()
+                || motion.may_touch(&p, &q, beyond.as_ref());
             if is_doubtful {
                 let middle = stretch.fraction(0.5 * (at_a + at_b));
                 let m = self.look(middle, Extent::Stability)?;
@@ -144,16 +135,16 @@ impl Step<'_> {
                 return self.scan_passages(stretch, (&m, b), Some(a), depth + 1);
             }
         }
-        for path in &motion.paths {
-            let kind = path.passage();
-            let is_first_of_pair = path.from.im > 0.0 || (is_real(path.from) && path.to.im > 0.0);
-            let counts = match kind {
-                Passage::None | Passage::PlusOne => false,
-                Passage::MinusOne => true,
-                Passage::Pair | Passage::Mixed => is_first_of_pair,
-            };
-            if counts {
-                self.locate_passage(stretch, (a, b), path)?;
+        for (test, count) in [
+            (Test::Doubling, tally.doublings),
+            (Test::Pairing, tally.pairs),
+        ] {
+            let changes =
+                test.value(&a.survey.multipliers) * test.value(&b.survey.multipliers) < 0.0;
+            if changes && count + tally.mixed > 0 {
+                self.locate_passage(stretch, (a, b), test)?;
+            } else if count > 0 {
+                self.report(test.kind(), (a.lambda, b.lambda), a.fraction, Found::Lost);
             }
         }
         Ok(())
@@ -163,64 +154,99 @@ impl Step<'_> {
         &mut self,
         stretch: &Stretch,
         (a, b): (&Look, &Look),
-        path: &Pathway,
+        test: Test,
     ) -> Result<(), SolveError> {
         let ends = (stretch.abscissa(a.fraction), stretch.abscissa(b.fraction));
-        let mut follower = Follower::new(ends, path);
-        let (low, high) = (margin(path.from), margin(path.to));
-        let mut seen = vec![(a.fraction, low), (b.fraction, high)];
+        let values = [a, b].map(|look| test.value(&look.survey.multipliers));
+        let mut seen = vec![(a.fraction, values[0]), (b.fraction, values[1])];
         let sketch = roots::bracketed(
             |s| {
                 let fraction = stretch.fraction(s);
                 let look = self.look(fraction, Extent::Stability)?;
-                let value = follower.margin(s, &look.survey.multipliers);
+                let value = test.value(&look.survey.multipliers);
                 seen.push((fraction, value));
                 Ok::<f64, SolveError>(value)
             },
-            (ends.0, low),
-            (ends.1, high),
+            (ends.0, values[0]),
+            (ends.1, values[1]),
             SKETCH * (ends.1 - ends.0),
         )?;
         let guess = stretch.fraction(sketch.root);
-        let spare = b.fraction - a.fraction;
+        let is_whole = a.fraction == stretch.low && b.fraction == stretch.high;
         let target = Target {
-            limits: (
-                (a.fraction - spare).max(stretch.low),
-                (b.fraction + spare).min(stretch.high),
-            ),
+            limits: (stretch.low, stretch.high),
             guess,
             slope: slope_near(&mut seen, guess),
             extent: Some(Extent::Stability),
+            values: is_whole.then_some(((a.fraction, values[0]), (b.fraction, values[1]))),
         };
-        let mut kind = kind_of(path, None);
-        let found = self.locate(&target, |x, _, survey| {
-            let multipliers = survey.map_or(&[][..], |s| &s.multipliers);
-            let mu = follower.pick(stretch.abscissa(x), multipliers);
-            kind = kind_of(path, mu);
-            mu.map_or(f64::NAN, margin)
+        let found = self.locate(&target, |_, _, survey| {
+            survey.map_or(f64::NAN, |s| test.value(&s.multipliers))
         })?;
-        let Some(kind) = kind else {
-            return Ok(());
+        let largest = values[0].abs().max(values[1].abs());
+        let is_event = match &found {
+            Found::Root(root) => root.survey.as_ref().is_some_and(|s| {
+                root.value.abs() < VANISHES * largest && test.holds(&s.multipliers)
+            }),
+            // Between two interpolated places the corrected path has the last word.
+            Found::Nothing => is_whole,
+            Found::Lost => true,
         };
-        // Between two interpolated places the corrected path has the last word.
-        let is_sure = a.fraction == stretch.low && b.fraction == stretch.high;
-        if !matches!(found, Found::Nothing) || is_sure {
-            self.report(kind, (a.lambda, b.lambda), guess, found);
+        if is_event {
+            self.report(test.kind(), (a.lambda, b.lambda), guess, found);
         }
         Ok(())
     }
 }
 
-/// What passes; a passage of +1 shows as a fold or a branch point of the path and is none here.
-fn kind_of(path: &Pathway, at_root: Option<Complex<f64>>) -> Option<EventKind> {
-    match (path.passage(), at_root) {
-        (Passage::MinusOne, _) => Some(EventKind::PeriodDoubling),
-        (Passage::Pair, _) => Some(EventKind::NeimarkSacker),
-        (Passage::Mixed, Some(mu)) if is_real(mu) && mu.re < 0.0 => Some(EventKind::PeriodDoubling),
-        (Passage::Mixed, Some(mu)) if !is_real(mu) => Some(EventKind::NeimarkSacker),
-        (Passage::Mixed, None) => Some(EventKind::NeimarkSacker),
-        _ => None,
+/// Functions of all multipliers together that change their sign where some pass the circle: smooth also where two of them meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Test {
+    /// det(Phi + I) = product of (mu_i + 1).
+    Doubling,
+    /// Product of (mu_i mu_j - 1) over all pairs i < j.
+    Pairing,
+}
+
+/// Value of a test function at a root, relative to its largest at the ends: above it the function jumps there.
+const VANISHES: f64 = 1e-3;
+
+impl Test {
+    /// Value, every factor divided by its largest possible size.
+    fn value(self, multipliers: &[Complex<f64>]) -> f64 {
+        let product: Complex<f64> = match self {
+            Test::Doubling => multipliers
+                .iter()
+                .map(|mu| (mu + 1.0) / (1.0 + mu.norm()))
+                .product(),
+            Test::Pairing => pairs(multipliers)
+                .map(|(mu, nu)| (mu * nu - 1.0) / (1.0 + mu.norm() * nu.norm()))
+                .product(),
+        };
+        product.re
     }
+
+    /// Whether the multipliers at a root are those of the event: two real ones whose product is 1 are a neutral saddle.
+    fn holds(self, multipliers: &[Complex<f64>]) -> bool {
+        let gap = |p: &(Complex<f64>, Complex<f64>)| (p.0 * p.1 - 1.0).norm();
+        let nearest = || pairs(multipliers).min_by(|p, q| gap(p).total_cmp(&gap(q)));
+        match self {
+            Test::Doubling => true,
+            Test::Pairing => nearest().is_some_and(|(mu, _)| !is_real(mu)),
+        }
+    }
+
+    fn kind(self) -> EventKind {
+        match self {
+            Test::Doubling => EventKind::PeriodDoubling,
+            Test::Pairing => EventKind::NeimarkSacker,
+        }
+    }
+}
+
+fn pairs(list: &[Complex<f64>]) -> impl Iterator<Item = (Complex<f64>, Complex<f64>)> {
+    let later = |i: usize| list[i + 1..].iter().copied();
+    (0..list.len()).flat_map(move |i| later(i).map(move |nu| (list[i], nu)))
 }
 
 /// Slope between the two places nearest to an abscissa.

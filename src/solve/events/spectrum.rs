@@ -15,7 +15,7 @@ const CLEAR: f64 = 4.0;
 const TRUST: f64 = 2.0;
 
 /// Place of a multiplier in the chart.
-pub fn chart(mu: Complex<f64>) -> Complex<f64> {
+fn chart(mu: Complex<f64>) -> Complex<f64> {
     let modulus = mu.norm();
     if modulus <= 1.0 {
         mu
@@ -116,11 +116,6 @@ impl Motion {
                 })
                 .collect(),
         }
-    }
-
-    /// Whether something passes of which it is not clear what it is.
-    pub fn has_mixed(&self) -> bool {
-        self.paths.iter().any(|p| p.passage() == Passage::Mixed)
     }
 
     /// Whether another matching, hardly more costly, tells another story.

@@ -94,6 +94,7 @@ impl<'a> Step<'a> {
                 guess: 0.5,
                 slope: orientation(b) - orientation(a),
                 extent: None,
+                values: None,
             };
             let found = self.locate(&target, |_, p, _| orientation(p))?;
             self.report(EventKind::BranchPoint, (a.lambda, b.lambda), 0.5, found);
@@ -112,6 +113,7 @@ impl<'a> Step<'a> {
             guess,
             slope: (b.tangent_lambda - a.tangent_lambda) / (y - x),
             extent: None,
+            values: None,
         };
         let found = self.locate(&target, |_, p, _| p.tangent_lambda)?;
         self.report(EventKind::Fold, (a.lambda, b.lambda), guess, found);
