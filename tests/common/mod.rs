@@ -111,8 +111,35 @@ pub fn balance(
     marks: &[f64],
     max_step: f64,
 ) -> Branch {
+    let problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
+    balance_problem(system, problem, range, size, marks, max_step)
+}
+
+/// The same with forces integrated in closed form.
+pub fn balance_exactly(
+    system: &System,
+    range: (f64, f64),
+    harmonics: usize,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
+    let samples = GalerkinOptions::default_samples(harmonics, system.subharmonic());
+    let size = GalerkinOptions { harmonics, samples };
+    let problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size)
+        .and_then(|p| p.with_exact_quadrature(range.0))
+        .unwrap();
+    balance_problem(system, problem, range, size, marks, max_step)
+}
+
+fn balance_problem(
+    system: &System,
+    mut problem: Galerkin<FrequencyFamily>,
+    range: (f64, f64),
+    size: GalerkinOptions,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
     let u = first_solution(system, range.0, size);
-    let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
     let mut options = trace_options(system, range, marks, max_step);
     options.continuation.weight = 1.0 / system.dof() as f64;
     let meter = Meter::new(size.samples);
