@@ -35,7 +35,7 @@ fn is_the_papers(study: &Study, x: f64) {
 }
 
 #[test]
-fn every_model_loads_without_warnings() {
+fn every_model_loads_without_warnings_and_rests_somewhere() {
     let mut count = 0;
     for entry in std::fs::read_dir(folder()).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
@@ -47,10 +47,12 @@ fn every_model_loads_without_warnings() {
                 warnings.0.is_empty() && warnings.1.is_empty(),
                 "{name}: {warnings:?}"
             );
+            let rest = gearlash::solve::equilibrium::equilibrium(&study.assembly.system);
+            assert!(rest.is_some(), "{name} rests nowhere");
             count += 1;
         }
     }
-    assert!(count >= 2, "{count} models");
+    assert!(count >= 10, "{count} models");
 }
 
 #[test]

@@ -34,7 +34,8 @@ impl Parameter {
             return Ok(Parameter::Frequency);
         }
         let steps: Vec<&str> = written.split('.').collect();
-        if ROOTS.contains(&steps[0]) {
+        // A reduced model has its own `damping` and `loads`: there these are short forms.
+        if ROOTS.contains(&steps[0]) && setting.document.get(steps[0]).is_some() {
             return Ok(Parameter::Path(written.into()));
         }
         let mut known = Vec::new();

@@ -29,6 +29,8 @@ pub struct Measures {
     pub effective_stiffness_dc: Option<f64>,
     /// Mean of df/dq, (21): the slope that stands in for k_a where nothing moves.
     pub mean_slope: f64,
+    /// Mean of df/dv, (21).
+    pub mean_damping: f64,
     /// Contacts of either flank.
     pub contacts: Contacts,
     /// Mean force.
@@ -123,6 +125,7 @@ impl Meter {
             effective_stiffness: effective_stiffness::alternating(a, c, scale),
             effective_stiffness_dc: effective_stiffness::direct(a[0], force_mean, scale),
             mean_slope: mean_of(&self.slope),
+            mean_damping: mean_of(&self.damping),
             contacts: Contacts::new(system, e, &crossings, a[0], nu_of(orbit)),
             force_mean,
             force_min: -extreme(-1.0),
@@ -173,6 +176,7 @@ impl Meter {
                 let s = variation.value(*phase);
                 self.force[j] *= s;
                 self.slope[j] *= s;
+                self.damping[j] *= s;
             }
         }
         self.fourier

@@ -11,10 +11,11 @@ use crate::quantity::Quantity;
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
 use indexmap::IndexMap;
 use motion::{Held, Moving};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Settings of `effective_frequencies`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EffectiveFrequencies {
     /// First and last amplitude of every deformation.
@@ -38,7 +39,7 @@ fn default_points() -> usize {
 }
 
 /// One value for every connection, or one each.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "a number, a number with a unit, or one of these for each connection"
@@ -78,34 +79,42 @@ impl Analysis for EffectiveFrequencies {
             .iter()
             .map(|share| states(setting, &moving, *share))
             .collect();
-        let frequencies: Vec<Vec<f64>> = rows
-            .iter()
-            .map(|row| {
-                let slopes: Vec<f64> = row.iter().map(|s| s.slope).collect();
-                natural_frequencies(&setting.assembly.system, &slopes)
-            })
-            .collect();
-        let axis = amplitude_of(setting, &moving);
-        let figure = figure(setting, &axis);
-        let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
-        let amplitude = shares.iter().map(|share| from + (to - from) * share);
-        let mut columns = vec![axis.column(amplitude.collect())];
-        columns.extend(connection_columns(setting, &rows));
-        let scale = frequency_scale(setting);
-        for i in 0..setting.assembly.system.dof() {
-            let values = frequencies.iter().map(|row| row[i] * scale.factor);
-            let name = format!("effective_frequency.{}", i + 1);
-            columns.push(float(name, &scale.unit, values.collect()));
-        }
         Ok(Report {
-            tables: vec![Table {
-                name: String::new(),
-                columns,
-            }],
-            figure: Some(figure),
+            tables: vec![table(setting, &moving, &shares, &rows)],
+            figure: Some(figure(setting, &amplitude_of(setting, &moving))),
             warnings: warnings(setting, &moving, &rows),
             ..Report::default()
         })
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let moving = self.moving(setting);
+        moving.map_or(Vec::new(), |m| vec![table(setting, &m, &[], &[])])
+    }
+}
+
+/// `amplitude`, the columns of the connections, `effective_frequency.1..n`: one row a share of the way.
+fn table(setting: &Setting<'_>, moving: &[Moving], shares: &[f64], rows: &[Vec<State>]) -> Table {
+    let frequencies: Vec<Vec<f64>> = rows
+        .iter()
+        .map(|row| {
+            let slopes: Vec<f64> = row.iter().map(|s| s.slope).collect();
+            natural_frequencies(&setting.assembly.system, &slopes)
+        })
+        .collect();
+    let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
+    let amplitude = shares.iter().map(|share| from + (to - from) * share);
+    let mut columns = vec![amplitude_of(setting, moving).column(amplitude.collect())];
+    columns.extend(connection_columns(setting, rows));
+    let scale = frequency_scale(setting);
+    for i in 0..setting.assembly.system.dof() {
+        let values = frequencies.iter().map(|row| row[i] * scale.factor);
+        let name = format!("effective_frequency.{}", i + 1);
+        columns.push(float(name, &scale.unit, values.collect()));
+    }
+    Table {
+        name: String::new(),
+        columns,
     }
 }
 

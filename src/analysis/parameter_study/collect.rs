@@ -6,10 +6,11 @@ use crate::error::did_you_mean;
 use crate::quantity::Quantity;
 use crate::report::{Cell, Column, Report, Table, Values};
 use indexmap::IndexMap;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A quantity of each run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Collected {
     /// Table: `main`, or one with a name such as `events`.
@@ -33,7 +34,7 @@ fn main() -> String {
 }
 
 /// How the rows of a column become one value. Empty cells do not count.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Reduce {
     /// The largest.
@@ -389,7 +390,7 @@ fn numeric(
             (count > 0).then(|| sum / count as f64)
         }
         Rule::First => numbers().next().map(|(_, x)| x),
-        Rule::Last => numbers().last().map(|(_, x)| x),
+        Rule::Last => numbers().next_back().map(|(_, x)| x),
         Rule::Where(which) => extremum(which)
             .zip(by)
             .map(|((row, _), by)| number(&by.values, row)),
