@@ -135,14 +135,21 @@ impl Step<'_> {
                 return self.scan_passages(stretch, (&m, b), Some(a), depth + 1);
             }
         }
-        for (test, count) in [
-            (Test::Doubling, tally.doublings),
-            (Test::Pairing, tally.pairs),
+        let changes = |test: Test| {
+            test.value(&a.survey.multipliers) * test.value(&b.survey.multipliers) < 0.0
+        };
+        for (test, together, count) in [
+            (
+                Test::Doubling,
+                Test::Doublings(tally.doublings),
+                tally.doublings,
+            ),
+            (Test::Pairing, Test::Pairings(tally.pairs), tally.pairs),
         ] {
-            let changes =
-                test.value(&a.survey.multipliers) * test.value(&b.survey.multipliers) < 0.0;
-            if changes && count + tally.mixed > 0 {
+            if changes(test) && count + tally.mixed > 0 {
                 self.locate_passage(stretch, (a, b), test)?;
+            } else if count > 1 && changes(together) {
+                self.locate_passage(stretch, (a, b), together)?;
             } else if count > 0 {
                 self.report(test.kind(), (a.lambda, b.lambda), a.fraction, Found::Lost);
             }
@@ -206,6 +213,11 @@ enum Test {
     Doubling,
     /// Product of (mu_i mu_j - 1) over all pairs i < j.
     Pairing,
+    /// Mean of mu + 1 over so many multipliers nearest to -1: where equal ones pass together, as those of equal parts in a
+    /// symmetric system do, the product keeps its sign.
+    Doublings(usize),
+    /// Mean of |mu| - 1 over so many complex pairs nearest to the circle, for the same reason.
+    Pairings(usize),
 }
 
 /// Value of a test function at a root, relative to its largest at the ends: above it the function jumps there.
@@ -222,6 +234,17 @@ impl Test {
             Test::Pairing => pairs(multipliers)
                 .map(|(mu, nu)| (mu * nu - 1.0) / (1.0 + mu.norm() * nu.norm()))
                 .product(),
+            Test::Doublings(count) => {
+                let gaps = multipliers.iter().map(|mu| mu + 1.0);
+                return mean_of_smallest(gaps.map(|z| (z.norm(), z.re)), count);
+            }
+            Test::Pairings(count) => {
+                let upper = multipliers
+                    .iter()
+                    .filter(|mu| !is_real(**mu) && mu.im > 0.0);
+                let gaps = upper.map(|mu| mu.norm() - 1.0);
+                return mean_of_smallest(gaps.map(|x| (x.abs(), x)), count);
+            }
         };
         product.re
     }
@@ -231,17 +254,25 @@ impl Test {
         let gap = |p: &(Complex<f64>, Complex<f64>)| (p.0 * p.1 - 1.0).norm();
         let nearest = || pairs(multipliers).min_by(|p, q| gap(p).total_cmp(&gap(q)));
         match self {
-            Test::Doubling => true,
+            Test::Doubling | Test::Doublings(_) | Test::Pairings(_) => true,
             Test::Pairing => nearest().is_some_and(|(mu, _)| !is_real(mu)),
         }
     }
 
     fn kind(self) -> EventKind {
         match self {
-            Test::Doubling => EventKind::PeriodDoubling,
-            Test::Pairing => EventKind::NeimarkSacker,
+            Test::Doubling | Test::Doublings(_) => EventKind::PeriodDoubling,
+            Test::Pairing | Test::Pairings(_) => EventKind::NeimarkSacker,
         }
     }
+}
+
+/// Mean of the values with the smallest sizes, of (size, value).
+fn mean_of_smallest(list: impl Iterator<Item = (f64, f64)>, count: usize) -> f64 {
+    let mut list: Vec<(f64, f64)> = list.collect();
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    list.truncate(count);
+    list.iter().map(|x| x.1).sum::<f64>() / list.len() as f64
 }
 
 fn pairs(list: &[Complex<f64>]) -> impl Iterator<Item = (Complex<f64>, Complex<f64>)> {

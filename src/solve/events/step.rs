@@ -1,8 +1,9 @@
 //! One step under examination: folds and branch points, then grazings, then the multipliers between them.
 
-use super::locate::Target;
+use super::locate::{Found, Root, Target};
 use super::{BifurcationEvent, EventKind, Look, Probe};
 use crate::error::SolveError;
+use crate::numeric::roots;
 use crate::solve::continuation::{Continuation, PathPoint};
 use crate::solve::residual::{Extent, PeriodicResidual};
 
@@ -115,8 +116,48 @@ impl<'a> Step<'a> {
             extent: None,
             values: None,
         };
-        let found = self.locate(&target, |_, p, _| p.tangent_lambda)?;
+        let mut found = self.locate(&target, |_, p, _| p.tangent_lambda)?;
+        let side = a.tangent_lambda.signum();
+        let farthest = (side * a.lambda).max(side * b.lambda);
+        if matches!(&found, Found::Root(root) if side * root.point.lambda < farthest) {
+            found = self.farthest((x, y), side)?;
+        }
         self.report(EventKind::Fold, (a.lambda, b.lambda), guess, found);
         Ok(())
+    }
+
+    /// The largest (`side` 1) or smallest (-1) parameter between two fractions, for a path that ripples at its fold, as that
+    /// of a sampled force may: its tangent turns more than once there, and not where the fold is.
+    fn farthest(&mut self, ends: (f64, f64), side: f64) -> Result<Found, SolveError> {
+        let mut failure = None;
+        let mut best: Option<(f64, PathPoint)> = None;
+        roots::maximum(
+            |fraction| match self.path.at_fraction(self.problem, fraction) {
+                Ok(Some(point)) => {
+                    let value = side * point.lambda;
+                    if best.as_ref().is_none_or(|b| value > side * b.1.lambda) {
+                        best = Some((fraction, point));
+                    }
+                    value
+                }
+                Ok(None) => f64::NEG_INFINITY,
+                Err(error) => {
+                    failure = Some(error);
+                    f64::NEG_INFINITY
+                }
+            },
+            ends,
+        );
+        if let Some(error) = failure {
+            return Err(error);
+        }
+        let root = best.map(|(fraction, point)| Root {
+            bracket: (point.lambda, point.lambda),
+            value: point.tangent_lambda,
+            survey: None,
+            fraction,
+            point,
+        });
+        Ok(root.map_or(Found::Lost, |root| Found::Root(Box::new(root))))
     }
 }
