@@ -9,3 +9,4 @@ mod bad_input;
 mod cli;
 mod hostile_input;
 mod output_files;
+mod verify;

@@ -50,6 +50,9 @@ macro_rules! response_keys {
             /// Which orbits to keep.
             #[serde(default)]
             pub orbits: crate::analysis::response::Orbits,
+            /// Which points of Galerkin branches to take through the flow: none, all, or every k-th.
+            #[serde(default)]
+            pub verify: crate::analysis::response::Verify,
             /// First step of the path, in arclength; 0.02, or max_step where that is smaller, when absent.
             #[serde(default)]
             pub step: Option<f64>,
@@ -103,6 +106,7 @@ macro_rules! branch_settings {
             subharmonic: $keys.subharmonic,
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
+            verify: $keys.verify,
             step: $keys.step,
             min_step: $keys.min_step,
             max_step: $keys.max_step,

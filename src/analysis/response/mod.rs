@@ -1,7 +1,7 @@
 //! Responses against a parameter: what `frequency_response` and its like share.
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means; `trace`: method by method
-//! from a first solution along the parameter; `integration`: the method that follows attractors; `report`: tables and figure.
+//! from a first solution along the parameter; `integration`: the method that follows attractors; `verify`: the same points by the flow; `report`: tables and figure.
 
 mod integration;
 mod keys;
@@ -10,8 +10,10 @@ mod report;
 mod settings;
 mod swept;
 mod trace;
+mod verify;
 
 pub use keys::{BranchSettings, Method, Orbits, Quadrature};
 pub(super) use keys::{branch_settings, defaults, response_keys};
 pub(super) use swept::Swept;
 pub(super) use trace::{run, tables};
+pub use verify::Verify;

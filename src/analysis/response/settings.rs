@@ -12,6 +12,8 @@ use crate::solve::newton::NewtonOptions;
 
 /// First step when none is given.
 const FIRST_STEP: f64 = 0.02;
+/// Share of the tolerance that shooting's corrector is held to.
+const SHOOTING_TOLERANCE: f64 = 1e-2;
 /// Values of an integrated response when no number is given.
 const POINTS: usize = 200;
 /// Periods before the record at every value when no number is given.
@@ -72,6 +74,14 @@ impl BranchSettings {
         NewtonOptions {
             tolerance: self.tolerance,
             ..NewtonOptions::default()
+        }
+    }
+
+    /// The flow is good to rounding, and so shall its fixed points be.
+    pub(super) fn shooting_newton(&self) -> NewtonOptions {
+        NewtonOptions {
+            tolerance: SHOOTING_TOLERANCE * self.tolerance,
+            ..self.newton()
         }
     }
 
@@ -143,7 +153,11 @@ impl BranchSettings {
         if methods.is_empty() || repeated {
             faults.push(Fault::new("methods", "wanted a list of different methods"));
         }
-        if methods.iter().any(|m| *m != Method::Galerkin) {
+        if self.verify.is_asked_for() && !methods.contains(&Method::Galerkin) {
+            let message = "`verify` takes points of the method `galerkin` through the flow, which is not asked for";
+            faults.push(Fault::new("verify", message));
+        }
+        if self.verify.is_asked_for() || methods.iter().any(|m| *m != Method::Galerkin) {
             let system = &setting.assembly.system;
             faults.extend(flow::integrator(setting, system, self.integrator).err());
         }
