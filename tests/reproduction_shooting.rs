@@ -4,8 +4,8 @@ mod common;
 
 use common::{backlash, floats, load, reference};
 use gearlash::postprocess::measures::Meter;
-use gearlash::solve::branch::{self, Branch, BranchPoint, TraceOptions};
-use gearlash::solve::continuation::{ContinuationOptions, PathEnd};
+use gearlash::solve::branch::{self, Branch, BranchPoint};
+use gearlash::solve::continuation::PathEnd;
 use gearlash::solve::events::EventKind;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
@@ -13,7 +13,6 @@ use gearlash::solve::integrate::IntegratorChoice;
 use gearlash::solve::newton::NewtonOptions;
 use gearlash::solve::residual::PeriodicResidual;
 use gearlash::solve::shooting::Shooting;
-use gearlash::solve::start::{self, Start, StartMode};
 use gearlash::system::System;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
@@ -24,21 +23,7 @@ fn trace(system: &System, range: (f64, f64), marks: &[f64], choice: IntegratorCh
         harmonics: 12,
         samples: 1024,
     };
-    let newton = NewtonOptions {
-        tolerance: 1e-12,
-        ..NewtonOptions::default()
-    };
-    let found = start::find(
-        system,
-        range.0,
-        size,
-        StartMode::Auto,
-        NewtonOptions::default(),
-    )
-    .unwrap();
-    let Start::Found { u, .. } = found else {
-        panic!("{found:?}")
-    };
+    let u = common::start_at(system, range.0, size);
     let family = || FrequencyFamily::new(system.clone());
     let mut state = vec![0.0; 2 * system.dof()];
     // A Galerkin orbit starts shooting.
@@ -48,31 +33,18 @@ fn trace(system: &System, range: (f64, f64), marks: &[f64], choice: IntegratorCh
         .unwrap();
     orbit.state(0.0, &mut state);
     let mut problem = Shooting::new(family(), range.0, choice).unwrap();
-    let continuation = ContinuationOptions {
-        range,
-        step: 0.02,
-        min_step: 1e-8,
-        max_step: 0.1,
-        max_points: 10_000,
-        weight: 0.5 / system.dof() as f64,
-        newton,
+    let newton = NewtonOptions {
+        tolerance: 1e-12,
+        ..NewtonOptions::default()
     };
-    let options = TraceOptions {
-        continuation,
-        marks: marks.to_vec(),
-        stability: true,
-    };
+    let options = common::trace_options(range, marks, 0.5 / system.dof() as f64, newton);
     let mut recorder = common::RecordMeasures {
         meter: Meter::new(16),
     };
-    branch::trace(
-        &mut problem,
-        DVector::from_vec(state),
-        &options,
-        &mut recorder,
-    )
-    .unwrap()
-    .unwrap()
+    let state = DVector::from_vec(state);
+    branch::trace(&mut problem, state, &options, &mut recorder)
+        .unwrap()
+        .unwrap()
 }
 
 fn marks(data: &Value, nu: i64) -> (Vec<&Value>, Vec<f64>) {

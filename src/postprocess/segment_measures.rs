@@ -3,7 +3,7 @@
 use super::contacts::Contacts;
 use super::effective_stiffness;
 use super::measures::{Measures, is_clearance};
-use crate::numeric::bernstein::{RootFinder, evaluate};
+use crate::numeric::bernstein::{self, evaluate};
 use crate::numeric::roots::newton_bracketed;
 use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, Stretch};
@@ -94,7 +94,7 @@ impl Piece<'_> {
     }
 
     /// Abscissae inside the stretch where the deformation is extremal.
-    fn extrema(&self, finder: &mut RootFinder) -> Vec<f64> {
+    fn extrema(&self) -> Vec<f64> {
         if self.mount.transmission_error.is_some() {
             let slope = |x: f64| (self.deformation(x).1, 0.0);
             let at = |k: usize| k as f64 / CELLS as f64;
@@ -104,39 +104,23 @@ impl Piece<'_> {
                 .map(|k| newton_bracketed(slope, (at(k), slope(at(k)).0), at(k + 1)))
                 .collect();
         }
-        let derivative: Vec<f64> = self
-            .polynomial
-            .iter()
-            .enumerate()
-            .skip(1)
-            .map(|(k, c)| k as f64 * c)
-            .collect();
-        let mut list = Vec::new();
-        let mut next = finder.first_root(&derivative);
-        while let Some(x) =
-            next.filter(|x| list.len() < 64 && list.last().is_none_or(|last| x > last))
-        {
-            list.push(x);
-            next = finder.first_root_after(&derivative, x + 1e-12);
+        let mut derivative = [0.0; bernstein::SIZE];
+        let terms = self.polynomial.iter().enumerate().skip(1);
+        for (d, (k, c)) in derivative.iter_mut().zip(terms) {
+            *d = k as f64 * c;
         }
-        list
+        bernstein::sign_changes(&derivative)
     }
 }
 
 /// Measures of every connection.
 pub(super) fn measure(system: &System, orbit: &SegmentOrbit) -> Vec<Measures> {
-    let mut finder = RootFinder::new();
     (0..system.element_count())
-        .map(|e| connection(system, orbit, e, &mut finder))
+        .map(|e| connection(system, orbit, e))
         .collect()
 }
 
-fn connection(
-    system: &System,
-    orbit: &SegmentOrbit,
-    e: usize,
-    finder: &mut RootFinder,
-) -> Measures {
+fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
     let mount = &system.mounts()[e];
     let pulls_possible =
         mount.element.depends_on_velocity() && is_clearance(mount.element.as_ref());
@@ -189,7 +173,7 @@ fn connection(
             sums.widen_force(f);
             sums.pulls |= pulls_possible && f64::from(mount.element.flank(q)) * f < 0.0;
         }
-        for x in piece.extrema(finder).into_iter().chain([0.0, 1.0]) {
+        for x in piece.extrema().into_iter().chain([0.0, 1.0]) {
             let [q, _, f, _] = piece.response(x);
             (sums.low, sums.high) = (sums.low.min(q), sums.high.max(q));
             sums.widen_force(f);

@@ -92,36 +92,52 @@ pub fn trace(
         system.subharmonic(),
     ));
     let size = GalerkinOptions { harmonics, samples };
+    let u = start_at(system, range.0, size);
+    let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
+    let options = trace_options(
+        range,
+        marks,
+        1.0 / system.dof() as f64,
+        NewtonOptions::default(),
+    );
+    let mut recorder = RecordMeasures {
+        meter: Meter::new(samples),
+    };
+    branch::trace(&mut problem, u, &options, &mut recorder)
+        .unwrap()
+        .unwrap()
+}
+
+/// Coefficients that the start of an analysis finds at a frequency.
+pub fn start_at(system: &System, frequency: f64, size: GalerkinOptions) -> DVector<f64> {
     let newton = NewtonOptions::default();
-    let u = match start::find(system, range.0, size, StartMode::Auto, newton).unwrap() {
+    match start::find(system, frequency, size, StartMode::Auto, newton).unwrap() {
         Start::Found { u, .. } => u,
         Start::Failed(reasons) => panic!("no start: {reasons:?}"),
-    };
-    let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
+    }
+}
+
+/// Settings of a branch as an analysis has them by default; `weight` is that of an unknown in the length of a step.
+pub fn trace_options(
+    range: (f64, f64),
+    marks: &[f64],
+    weight: f64,
+    newton: NewtonOptions,
+) -> TraceOptions {
     let continuation = ContinuationOptions {
         range,
         step: 0.02,
         min_step: 1e-8,
         max_step: 0.1,
         max_points: 10_000,
-        weight: 1.0 / system.dof() as f64,
+        weight,
         newton,
     };
-    let options = TraceOptions {
+    TraceOptions {
         continuation,
         marks: marks.to_vec(),
         stability: true,
-    };
-    branch::trace(
-        &mut problem,
-        u,
-        &options,
-        &mut RecordMeasures {
-            meter: Meter::new(samples),
-        },
-    )
-    .unwrap()
-    .unwrap()
+    }
 }
 
 /// Columns of [`RecordMeasures`] a connection.

@@ -45,26 +45,10 @@ impl AffineLaw {
         }
     }
 
-    /// Borders of a region.
-    pub fn borders(&self, region: usize) -> (f64, f64) {
-        let low = region
-            .checked_sub(1)
-            .map_or(f64::NEG_INFINITY, |k| self.breakpoints[k]);
-        (
-            low,
-            self.breakpoints
-                .get(region)
-                .copied()
-                .unwrap_or(f64::INFINITY),
-        )
-    }
-
-    /// Region of a deformation; on a breakpoint the side to which it moves.
-    pub fn region(&self, x: f64, rate: f64) -> usize {
-        self.breakpoints
-            .iter()
-            .filter(|b| x > **b || (x == **b && rate > 0.0))
-            .count()
+    /// Lower and upper border of a region, where it has them.
+    pub fn borders(&self, region: usize) -> (Option<f64>, Option<f64>) {
+        let low = region.checked_sub(1).map(|k| self.breakpoints[k]);
+        (low, self.breakpoints.get(region).copied())
     }
 }
 
