@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{backlash, floats, load, reference};
+use common::{floats, reference};
 use gearlash::postprocess::measures::Meter;
 use gearlash::solve::branch::{self, Branch, BranchPoint};
 use gearlash::solve::continuation::PathEnd;
@@ -14,7 +14,7 @@ use gearlash::solve::newton::NewtonOptions;
 use gearlash::solve::residual::PeriodicResidual;
 use gearlash::solve::shooting::Shooting;
 use gearlash::system::System;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use num_complex::Complex;
 use serde_json::Value;
 
@@ -160,17 +160,7 @@ fn figure_11_orbits_multipliers_and_bifurcations() {
 #[test]
 fn one_degree_of_freedom_folds() {
     let data = reference("one_dof_backlash");
-    let number = |key: &str| data[key].as_f64().unwrap();
-    let one = |x: f64| DMatrix::from_element(1, 1, x);
-    let loads = vec![load(1, 0, number("Fm"), number("Fa"))];
-    let system = System::new(
-        one(2.0 * number("zeta")),
-        one(1.0),
-        one(1.0),
-        vec![backlash(1.0)],
-        loads,
-    )
-    .unwrap();
+    let system = common::one_dof(&data);
     let (solutions, marks) = marks(&data, 1);
     let (low, high) = (
         marks.iter().copied().fold(9.0, f64::min),

@@ -8,6 +8,7 @@ mod columns;
 pub mod flow;
 mod frequency_response;
 mod initial;
+mod map_table;
 mod modes;
 pub mod parameter;
 mod poincare_map;

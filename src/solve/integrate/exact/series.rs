@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Coefficients a coordinate: degree + 1, a multiple of four.
-pub const COUNT: usize = 20;
+pub const COUNT: usize = 24;
 /// Taylor coefficients of one coordinate.
 pub type Polynomial = [f64; COUNT];
 
