@@ -25,6 +25,49 @@ impl Values {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Appends a cell.
+    ///
+    /// # Panics
+    /// When it is of another kind.
+    pub fn push(&mut self, cell: Cell) {
+        match (self, cell) {
+            (Values::Float(v), Cell::Float(x)) => v.push(x),
+            (Values::Integer(v), Cell::Integer(i)) => v.push(i),
+            (Values::Text(v), Cell::Text(text)) => v.push(text),
+            (values, cell) => panic!("{cell:?} in a column of another kind: {values:?}"),
+        }
+    }
+
+    /// Word for the kind: `float`, `integer` or `text`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Values::Float(_) => "float",
+            Values::Integer(_) => "integer",
+            Values::Text(_) => "text",
+        }
+    }
+
+    /// No values of the kind that [`Values::kind`] names.
+    pub fn of_kind(word: &str) -> Option<Values> {
+        match word {
+            "float" => Some(Values::Float(Vec::new())),
+            "integer" => Some(Values::Integer(Vec::new())),
+            "text" => Some(Values::Text(Vec::new())),
+            _ => None,
+        }
+    }
+}
+
+/// One value of a row: what [`Values`] holds many of.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// A real number; NaN is an empty cell.
+    Float(f64),
+    /// A whole number.
+    Integer(i64),
+    /// A word.
+    Text(String),
 }
 
 /// A named column with its unit (empty: dimensionless).
@@ -135,6 +178,17 @@ pub struct Report {
     pub warnings: Vec<String>,
     /// Why the analysis ended early, if it did (exit status 1).
     pub ended_early: Option<String>,
+    /// Set when the main table went to its file row by row: `tables` then holds only the rows that are drawn.
+    pub streamed: Option<Streamed>,
+}
+
+/// A main table that is on disk already.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Streamed {
+    /// Rows in the file.
+    pub rows: u64,
+    /// Names of the files that hold the table.
+    pub files: Vec<String>,
 }
 
 impl Table {
@@ -150,6 +204,19 @@ impl Table {
 }
 
 impl Report {
+    /// Whether a table is on disk already.
+    pub fn is_streamed(&self, table: &Table) -> bool {
+        self.streamed.is_some() && table.name.is_empty()
+    }
+
+    /// Rows of a table in its file.
+    pub fn rows(&self, table: &Table) -> u64 {
+        match &self.streamed {
+            Some(streamed) if self.is_streamed(table) => streamed.rows,
+            _ => table.rows() as u64,
+        }
+    }
+
     /// Table of that name; the main table has the empty name.
     pub fn table(&self, name: &str) -> Option<&Table> {
         self.tables.iter().find(|t| t.name == name)

@@ -1,18 +1,29 @@
 //! A study: a model file, its analyses checked before anything runs, and their results on disk.
 
-use crate::analysis::{self, Analysis, Control, Setting};
-use crate::assembly::{Assembly, assemble};
-use crate::error::{Diagnostic, Error, did_you_mean};
-use crate::model::{self, Model};
-use crate::output::{self, FigureFormat, RunOptions};
+use crate::analysis::{Analysis, Control, Setting};
+use crate::assembly::Assembly;
+use crate::error::{Diagnostic, Error};
+use crate::model::Model;
+use crate::output::{self, FigureFormat, Input, RunOptions};
 use crate::report::Report;
-use crate::yaml::{self, Document, Entry, Node};
-use indexmap::IndexMap;
+use crate::yaml::{self, Document, Node};
 use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+
+mod ensemble;
+mod load;
+mod merge;
+mod record;
+mod shard;
+
+pub use merge::merge;
+pub use shard::Shard;
+
+use crate::analysis::parameter_study::Plan;
+use ensemble::{Delivered, Ensemble};
+use load::{analyses, build, diagnostics, load_run, without_repetition};
 
 /// A model file ready to run.
 #[derive(Debug)]
@@ -56,8 +67,6 @@ struct Texts {
     assumed: Vec<String>,
 }
 
-const COMMON_KEYS: [&str; 4] = ["set", "title", "caption", "assumed"];
-
 /// What to write and where.
 #[derive(Debug, Clone)]
 pub struct RunSettings {
@@ -78,6 +87,41 @@ pub struct Outcome {
     pub files: Vec<PathBuf>,
     /// Whether the user interrupted the run.
     pub interrupted: bool,
+    /// Analyses that are no parameter studies, when a part of the studies was to run.
+    pub left_out: Vec<String>,
+}
+
+/// A report whose files are on disk.
+struct Written {
+    report: Report,
+    files: Vec<PathBuf>,
+}
+
+impl Written {
+    fn new(report: Report, settings: &RunSettings) -> Result<Written, Error> {
+        let files = output::write_report(&settings.out, &report, &settings.figures)?;
+        Ok(Written { report, files })
+    }
+}
+
+impl Outcome {
+    /// Writes the page and the manifest.
+    fn summarised(
+        written: Vec<Written>,
+        settings: &RunSettings,
+        options: &RunOptions,
+        interrupted: bool,
+    ) -> Result<Outcome, Error> {
+        let files: Vec<PathBuf> = written.iter().flat_map(|w| w.files.clone()).collect();
+        let reports: Vec<Report> = written.into_iter().map(|w| w.report).collect();
+        let summary = output::write_summary(&settings.out, &reports, options, &files)?;
+        Ok(Outcome {
+            reports,
+            files: files.into_iter().chain(summary).collect(),
+            interrupted,
+            left_out: Vec::new(),
+        })
+    }
 }
 
 impl Study {
@@ -121,11 +165,42 @@ impl Study {
         }
     }
 
-    /// Runs the analyses side by side and writes each one's files as soon as it ends, then the page and the manifest.
+    /// Runs the analyses side by side, then the parameter studies one after another, each on all threads. Writes each one's
+    /// files as soon as it ends, then the page and the manifest.
     ///
     /// # Errors
     /// A file that cannot be written; finished results stay.
     pub fn run(&self, settings: &RunSettings, control: &dyn Control) -> Result<Outcome, Error> {
+        self.run_part(settings, None, control)
+    }
+
+    /// The same for one part of the runs of every parameter study; other analyses are left out.
+    ///
+    /// # Errors
+    /// As [`Study::run`]; when there is no parameter study; when the folder holds another part.
+    pub fn run_shard(
+        &self,
+        settings: &RunSettings,
+        shard: Shard,
+        control: &dyn Control,
+    ) -> Result<Outcome, Error> {
+        if self.runs.iter().all(|run| run.analysis.study().is_none()) {
+            return Err(Error::Input(vec![Diagnostic {
+                location: None,
+                path: "--shard".into(),
+                message: "no parameter_study is to run: there is nothing to divide".into(),
+                help: None,
+            }]));
+        }
+        self.run_part(settings, Some(shard), control)
+    }
+
+    fn run_part(
+        &self,
+        settings: &RunSettings,
+        shard: Option<Shard>,
+        control: &dyn Control,
+    ) -> Result<Outcome, Error> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(settings.jobs)
             .build()
@@ -134,44 +209,61 @@ impl Study {
                 path: settings.out.clone(),
                 source: std::io::Error::other(error),
             })?;
-        let files = Mutex::new(vec![Vec::new(); self.runs.len()]);
-        let one = |(index, run): (usize, &Run)| -> Result<Option<Report>, Error> {
-            if control.is_interrupted() {
+        let plain = |run: &Run| -> Result<Option<Written>, Error> {
+            if run.analysis.study().is_some() || shard.is_some() || control.is_interrupted() {
                 return Ok(None);
             }
             let report = self.report(run, control)?;
-            let written = output::write_report(&settings.out, &report, &settings.figures)?;
-            if let Ok(mut files) = files.lock() {
-                files[index] = written;
-            }
-            Ok(Some(report))
+            Written::new(report, settings).map(Some)
         };
-        let reports: Result<Vec<Option<Report>>, Error> =
-            pool.install(|| self.runs.par_iter().enumerate().map(one).collect());
-        let reports: Vec<Report> = reports?.into_iter().flatten().collect();
-        let mut files: Vec<PathBuf> = files
-            .into_inner()
-            .unwrap_or_default()
-            .into_iter()
-            .flatten()
-            .collect();
+        let written: Result<Vec<Option<Written>>, Error> =
+            pool.install(|| self.runs.par_iter().map(plain).collect());
+        let mut written = written?;
+        let mut journals = Vec::new();
+        for (run, place) in self.runs.iter().zip(&mut written) {
+            let Some(study) = run.analysis.study().filter(|_| !control.is_interrupted()) else {
+                continue;
+            };
+            let setting = self.setting(run, control);
+            let plan = Plan::new(study, &setting).map_err(|faults| {
+                Error::Input(diagnostics(&self.document.root, &run.name, faults))
+            })?;
+            let ensemble = Ensemble {
+                name: &run.name,
+                model: &self.model.name,
+                caption: run.texts.caption.as_deref().unwrap_or_default(),
+                warnings: &setting.assembly.warnings,
+                study,
+                plan: &plan,
+                shard,
+                settings,
+                control,
+            };
+            let Delivered { report, journal } = ensemble.run()?;
+            journals.extend(journal);
+            *place = Some(Written::new(self.finish(run, report), settings)?);
+        }
         let options = RunOptions {
             model: self.model.name.clone(),
             figures: settings.figures.clone(),
             inputs: self.inputs(),
             settings: self.settings(),
         };
-        files.extend(output::write_summary(
-            &settings.out,
-            &reports,
-            &options,
-            &files,
-        )?);
-        Ok(Outcome {
-            reports,
-            files,
-            interrupted: control.is_interrupted(),
-        })
+        let written: Vec<Written> = written.into_iter().flatten().collect();
+        let mut outcome =
+            Outcome::summarised(written, settings, &options, control.is_interrupted())?;
+        if shard.is_some() {
+            let others = self
+                .runs
+                .iter()
+                .filter(|run| run.analysis.study().is_none());
+            outcome.left_out = others.map(|run| run.name.clone()).collect();
+        }
+        // Only now nothing that a kill could take away hangs on them.
+        journals
+            .into_iter()
+            .try_for_each(|journal| journal.remove())?;
+        Ok(outcome)
     }
 
     /// The reports of all analyses, one after another, without writing anything.
@@ -186,18 +278,28 @@ impl Study {
     }
 
     fn report(&self, run: &Run, control: &dyn Control) -> Result<Report, Error> {
+        let report = run.analysis.run(&self.setting(run, control))?;
+        Ok(self.finish(run, report))
+    }
+
+    /// The model under which an analysis runs.
+    fn setting<'a>(&'a self, run: &'a Run, control: &'a dyn Control) -> Setting<'a> {
         let (document, model, assembly) = match &run.own {
             Some(own) => (&own.root, &own.model, &own.assembly),
             None => (&self.document.root, &self.model, &self.assembly),
         };
-        let setting = Setting {
+        Setting {
             name: &run.name,
             model,
             assembly,
             document,
             control,
-        };
-        let mut report = run.analysis.run(&setting)?;
+        }
+    }
+
+    /// A report with its name, its texts, and what the model says.
+    fn finish(&self, run: &Run, mut report: Report) -> Report {
+        let assembly = run.own.as_ref().map_or(&self.assembly, |own| &own.assembly);
         report.name = run.name.clone();
         report.kind = run.kind.clone();
         report.title = run.texts.title.clone().unwrap_or_else(|| run.name.clone());
@@ -217,14 +319,12 @@ impl Study {
             figure.title = report.title.clone();
         }
         report.summary.insert("scales".into(), scales(assembly));
-        Ok(report)
+        report
     }
 
-    fn inputs(&self) -> Vec<(String, Vec<u8>)> {
-        self.document
-            .sources
-            .iter()
-            .map(|s| (s.name.clone(), s.text.clone().into_bytes()))
+    fn inputs(&self) -> Vec<Input> {
+        (self.document.sources.iter())
+            .map(|s| Input::of(s.name.clone(), s.text.as_bytes()))
             .collect()
     }
 
@@ -249,194 +349,3 @@ fn scales(assembly: &Assembly) -> Value {
         .collect();
     json!({ "omega_c": scales.frequency, "displacement": displacement })
 }
-
-/// Reads and assembles the model of a document; mistakes of the assembly get the place of their path.
-fn build(root: &Node) -> Result<(Model, Assembly), Vec<Diagnostic>> {
-    let model = model::read(root)?;
-    let assembly = assemble(&model).map_err(|list| located(root, list))?;
-    Ok((model, assembly))
-}
-
-/// Gives mistakes of later stages the place of their path.
-fn located(root: &Node, mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    model::locate(root, &mut list);
-    list
-}
-
-/// The chosen entries of `analyses:`, in the order of the file.
-fn analyses<'a>(
-    root: &'a Node,
-    only: &[String],
-) -> Result<Vec<(&'a String, &'a Entry)>, Vec<Diagnostic>> {
-    let empty = IndexMap::new();
-    let map = match root.get("analyses") {
-        None => None,
-        Some(node) if node.is_null() => None,
-        Some(node) => Some(node.as_map("analyses").map_err(|d| vec![d])?),
-    };
-    let known: Vec<&str> = map.unwrap_or(&empty).keys().map(String::as_str).collect();
-    let unknown: Vec<Diagnostic> = only
-        .iter()
-        .filter(|name| !known.contains(&name.as_str()))
-        .map(|name| Diagnostic {
-            location: None,
-            path: "--only".into(),
-            message: format!("no analysis is called `{name}`"),
-            help: Some(did_you_mean(name, known.iter().copied())),
-        })
-        .collect();
-    if !unknown.is_empty() {
-        return Err(unknown);
-    }
-    Ok(map
-        .into_iter()
-        .flatten()
-        .filter(|(name, _)| only.is_empty() || only.contains(name))
-        .collect())
-}
-
-/// Reads one analysis and checks it against its model.
-fn load_run(
-    root: &Node,
-    name: &str,
-    entry: &Entry,
-    base: Option<&(Model, Assembly)>,
-) -> Result<Run, Vec<Diagnostic>> {
-    let path = yaml::join("analyses", name);
-    model::check_name(entry, name, &path).map_err(|d| vec![d])?;
-    if name == "manifest" || name == "report" {
-        let message = format!(
-            "an analysis called `{name}` would overwrite the files of that name; choose another name"
-        );
-        return Err(vec![Diagnostic::at_key(entry, &path, message)]);
-    }
-    let node = &entry.node;
-    let own = own_model(root, node, &path);
-    let (texts, kind, analysis) = read_analysis(node, &path).map_err(|mut list| {
-        // Mistakes in `set:` and in the other keys are independent.
-        list.extend(own.as_ref().err().into_iter().flatten().cloned());
-        list
-    })?;
-    let own = own?;
-    let (document, model, assembly) = match (&own, base) {
-        (Some(own), _) => (&own.root, &own.model, &own.assembly),
-        (None, Some((model, assembly))) => (root, model, assembly),
-        (None, None) => return Err(Vec::new()),
-    };
-    let setting = Setting {
-        name,
-        model,
-        assembly,
-        document,
-        control: &Unattended,
-    };
-    let faults = analysis.check(&setting);
-    if faults.is_empty() {
-        return Ok(Run {
-            name: name.to_string(),
-            kind,
-            texts,
-            analysis,
-            own,
-        });
-    }
-    let diagnostic = |fault: analysis::Fault| {
-        let at = if fault.key.is_empty() {
-            path.clone()
-        } else {
-            yaml::join(&path, &fault.key)
-        };
-        Diagnostic {
-            location: None,
-            path: at,
-            message: fault.message,
-            help: None,
-        }
-    };
-    Err(located(root, faults.into_iter().map(diagnostic).collect()))
-}
-
-/// The model with the analysis's own `set:`, if it has one.
-fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<Variant>, Vec<Diagnostic>> {
-    let Some(set) = node.get("set").filter(|set| !set.is_null()) else {
-        return Ok(None);
-    };
-    let path = yaml::join(path, "set");
-    let map = set.as_map(&path).map_err(|d| vec![d])?;
-    let mut changed = root.clone();
-    let mut faults = Vec::new();
-    for (target, entry) in map {
-        if let Err(mut fault) = changed.set(target, entry.node.clone()) {
-            fault.location = entry.key_location.clone();
-            faults.push(fault);
-        }
-    }
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    let (model, assembly) = build(&changed)?;
-    Ok(Some(Variant {
-        root: changed,
-        model,
-        assembly,
-    }))
-}
-
-type Read = (Texts, String, Box<dyn Analysis>);
-
-fn read_analysis(node: &Node, path: &str) -> Result<Read, Vec<Diagnostic>> {
-    let map = node.as_map(path).map_err(|d| vec![d])?;
-    let Some(kind) = map.get("type") else {
-        let known: Vec<&str> = analysis::TYPES.iter().map(|t| t.0).collect();
-        let help = format!("one of {}", known.join(", "));
-        return Err(vec![
-            Diagnostic::at(node, path, "an analysis needs a `type`").with_help(help),
-        ]);
-    };
-    let type_path = yaml::join(path, "type");
-    let kind = kind.node.as_text(&type_path).map_err(|d| vec![d])?;
-    if !analysis::TYPES.iter().any(|t| t.0 == kind) {
-        let message = format!("no analysis type is called `{kind}`");
-        let help = did_you_mean(kind, analysis::TYPES.iter().map(|t| t.0));
-        return Err(vec![
-            Diagnostic::at(&map["type"].node, &type_path, message).with_help(help),
-        ]);
-    }
-    let (mut common, mut own) = (IndexMap::new(), IndexMap::new());
-    for (key, entry) in map {
-        let part = if COMMON_KEYS.contains(&key.as_str()) {
-            &mut common
-        } else {
-            &mut own
-        };
-        if key != "set" {
-            part.insert(key.clone(), entry.clone());
-        }
-    }
-    let with = |map| Node {
-        value: yaml::Value::Map(map),
-        location: node.location.clone(),
-    };
-    let texts = with(common).read::<Texts>(path);
-    let analysis = with(own).read::<Box<dyn Analysis>>(path);
-    match (texts, analysis) {
-        (Ok(texts), Ok(analysis)) => Ok((texts, kind.to_string(), analysis)),
-        (texts, analysis) => Err(texts.err().into_iter().chain(analysis.err()).collect()),
-    }
-}
-
-/// The same mistake, found in the model and again under an analysis's settings, is reported once.
-fn without_repetition(list: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let mut kept: Vec<Diagnostic> = Vec::new();
-    for diagnostic in list {
-        if !kept.contains(&diagnostic) {
-            kept.push(diagnostic);
-        }
-    }
-    kept
-}
-
-/// Control of checks, where nothing runs.
-struct Unattended;
-
-impl Control for Unattended {}

@@ -53,11 +53,11 @@ fn nothing_after_warm_up() {
         };
         let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), 0.9, size).unwrap();
         let guess = DVector::from_fn(problem.dim(), |k, _| (k as f64).cos() / (1.0 + k as f64));
-        let mut work = Linearisation::new(problem.dim());
+        let mut work = Linearisation::of(&problem);
         problem.linearise(&guess, 0.9, &mut work).unwrap();
         let linearise = counted(|| problem.linearise(&guess, 0.8, &mut work).unwrap());
         assert_eq!(linearise, 0, "residual and Jacobian, {harmonics} harmonics");
-        let mut newton = Newton::new(problem.dim(), NewtonOptions::default());
+        let mut newton = Newton::new(&problem.structure(), NewtonOptions::default());
         let mut u = guess.clone();
         newton.solve(&mut problem, &mut u, 0.8).unwrap();
         u.copy_from(&guess);

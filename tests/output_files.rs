@@ -7,7 +7,9 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use gearlash::error::Error;
-use gearlash::output::{FigureFormat, RunOptions, html, manifest, svg, write_report, write_run};
+use gearlash::output::{
+    FigureFormat, Input, RunOptions, html, manifest, svg, write_report, write_run,
+};
 use gearlash::report::{Report, Values};
 use serde_json::Value;
 
@@ -15,7 +17,7 @@ fn options() -> RunOptions {
     RunOptions {
         model: "idler </script><script>alert(1)</script> & \"pair\"".into(),
         figures: vec![FigureFormat::Svg],
-        inputs: vec![("idler.yaml".into(), b"schema: 1\n".to_vec())],
+        inputs: vec![Input::of("idler.yaml", b"schema: 1\n")],
         ..RunOptions::default()
     }
 }

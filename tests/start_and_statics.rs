@@ -192,3 +192,31 @@ fn a_load_beyond_the_harmonics_is_refused() {
         "{error}"
     );
 }
+
+/// Sun, three equal planets, ring: six meshes on four coordinates, from zero all open.
+#[test]
+fn a_planetary_set_rests_on_all_its_flanks() {
+    let text = "\
+bodies: {sun: {inertia: 4e-4}, p1: {inertia: 3.5e-4}, p2: {inertia: 3.5e-4}, p3: {inertia: 3.5e-4}, ring: {inertia: 2.5e-2}}
+x-mesh: &mesh {stiffness: 6.9e8, element: {type: backlash, half_gap: 60 um}}
+connections:
+  s1: {gear: {sun: 0.035, p1: 0.028}, <<: *mesh}
+  s2: {gear: {sun: 0.035, p2: 0.028}, <<: *mesh}
+  s3: {gear: {sun: 0.035, p3: 0.028}, <<: *mesh}
+  r1: {internal_gear: {p1: 0.028, ring: 0.091}, <<: *mesh}
+  r2: {internal_gear: {p2: 0.028, ring: 0.091}, <<: *mesh}
+  r3: {internal_gear: {p3: 0.028, ring: 0.091}, <<: *mesh}
+loads: {sun: {mean: 150}, ring: {mean: 390}}
+scaling: {length: 1e-5}
+";
+    let model = gearlash::model::read(&gearlash::yaml::parse(text, "m.yaml").unwrap()).unwrap();
+    let system = gearlash::assembly::assemble(&model).unwrap().system;
+    let rest = equilibrium(&system).unwrap();
+    assert_eq!(rest.flank, [1, 1, 1, -1, -1, -1]);
+    assert!(rest.is_unique);
+    // A third of the torque on each planet: 150/(3 x 0.035) N, on both its meshes.
+    let wanted = 6.0 + 150.0 / (3.0 * 0.035) / 6.9e8 / 1e-5;
+    for deformation in rest.deformation {
+        assert!((deformation.abs() - wanted).abs() < 1e-9, "{deformation}");
+    }
+}

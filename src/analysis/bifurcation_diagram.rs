@@ -12,13 +12,14 @@ use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, Figure, Panel, Report, Table};
 use crate::solve::integrate::IntegratorChoice;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
 use sweep::{Plan, Point, Work};
 
 /// Settings of `bifurcation_diagram`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BifurcationDiagram {
     /// `frequency`, or the path of a number of the model.
@@ -61,7 +62,7 @@ fn frequency() -> String {
 }
 
 /// Direction of a sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
     /// Rising parameter.
@@ -73,7 +74,7 @@ pub enum Direction {
 }
 
 /// Random initial states.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Seeds {
     /// States at every value of the parameter.
@@ -86,7 +87,7 @@ pub struct Seeds {
 }
 
 /// Half widths of the box of initial states.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a number, or {q: [..], v: [..]}")]
 pub enum Reach {
     /// Of every coordinate and rate, nondimensional.
@@ -134,6 +135,11 @@ impl Analysis for BifurcationDiagram {
             .summary
             .insert("timings".into(), json!({ "seconds": seconds }));
         Ok(report)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let plan = self.plan(setting);
+        plan.map_or(Vec::new(), |plan| self.report(setting, &plan, &[]).tables)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::response::{self, Swept, branch_settings, response_keys};
 use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
-use crate::report::Report;
+use crate::report::{Report, Table};
 use serde_json::Value;
 
 response_keys! {
@@ -26,5 +26,11 @@ impl Analysis for FrequencyResponse {
             .map_err(|fault| columns::refused(setting, fault))?;
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         response::run(&settings, &swept, options)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let settings = branch_settings!(self);
+        let swept = Swept::frequency(setting, &settings);
+        swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
     }
 }

@@ -3,23 +3,30 @@
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
 mod bifurcation_diagram;
+mod branch_figure;
 mod branch_table;
 mod columns;
+mod effective_frequencies;
 pub mod flow;
 mod frequency_response;
 mod initial;
 mod map_table;
 mod modes;
+mod multiplier_table;
 pub mod parameter;
+pub mod parameter_study;
 mod poincare_map;
 mod rattle;
+pub mod read;
 mod response;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
+pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::Modes;
+pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use response::{Method, Orbits};
 pub use time_history::TimeHistory;
@@ -28,8 +35,9 @@ use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
-use crate::report::Report;
+use crate::report::{Report, Table};
 use crate::yaml::Node;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One analysis of a model file, named by `type:`.
@@ -43,6 +51,16 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// Misuse that `check` could not see.
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error>;
+
+    /// Tables that a run delivers, with all their columns and no rows: what a parameter study can collect.
+    fn tables(&self, _setting: &Setting<'_>) -> Vec<Table> {
+        Vec::new()
+    }
+
+    /// The study that this is, if it is one: its runs are handed out one by one.
+    fn study(&self) -> Option<&ParameterStudy> {
+        None
+    }
 }
 
 /// A key of an analysis and what is wrong with its value.
@@ -64,27 +82,45 @@ impl Fault {
     }
 }
 
-/// The analysis types and what each is for.
-pub const TYPES: &[(&str, &str)] = &[
+/// Gives the JSON schema of an analysis's own settings.
+pub type SettingsSchema = fn(&mut SchemaGenerator) -> Schema;
+
+/// The analysis types, what each is for, and the schema of its settings.
+pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
     (
         "modes",
         "natural frequencies against the effective stiffness",
+        Modes::json_schema,
+    ),
+    (
+        "effective_frequencies",
+        "natural frequencies against the amplitude of a one-harmonic motion",
+        EffectiveFrequencies::json_schema,
     ),
     (
         "frequency_response",
         "periodic responses against the excitation frequency, with stability",
+        FrequencyResponse::json_schema,
     ),
     (
         "time_history",
         "motion against time, with switches and absolute accelerations",
+        TimeHistory::json_schema,
     ),
     (
         "poincare_map",
         "states at phase 0 of the excitation, period after period",
+        PoincareMap::json_schema,
     ),
     (
         "bifurcation_diagram",
         "states at phase 0 of the excitation against a parameter, with Lyapunov exponents",
+        BifurcationDiagram::json_schema,
+    ),
+    (
+        "parameter_study",
+        "many runs of another analysis over a grid, a list or a random sample of parameters",
+        ParameterStudy::json_schema,
     ),
 ];
 

@@ -1,13 +1,14 @@
 //! Natural frequencies of the linearised train against the effective stiffness of its connections (figure 2).
 
-use super::{Analysis, Fault, Setting};
+use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
 use crate::postprocess::effective_stiffness::natural_frequencies;
-use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values};
+use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Settings of `modes`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Modes {
     /// First and last effective stiffness.
@@ -79,31 +80,44 @@ impl Analysis for Modes {
                 .zip(list)
                 .for_each(|(column, w)| column.push(w));
         }
-        let (unit, scale) = match setting.is_si() {
-            true => ("Hz", assembly.scales.frequency / std::f64::consts::TAU),
-            false => ("", 1.0),
-        };
-        let float = |name: String, unit: &str, values| Column {
-            name,
-            unit: unit.into(),
-            values: Values::Float(values),
-        };
-        let mut columns = vec![float("effective_stiffness".into(), "", stiffness)];
-        columns.extend(frequencies.into_iter().enumerate().map(|(i, list)| {
-            float(
-                format!("natural_frequency.{}", i + 1),
-                unit,
-                list.into_iter().map(|w| w * scale).collect(),
-            )
-        }));
+        let (_, scale) = unit(setting);
+        let scaled = |list: Vec<f64>| list.into_iter().map(|w| w * scale).collect();
+        let frequencies = frequencies.into_iter().map(scaled).collect();
         Ok(Report {
-            tables: vec![Table {
-                name: String::new(),
-                columns,
-            }],
-            figure: Some(figure(n, unit)),
+            tables: vec![table(setting, stiffness, frequencies)],
+            figure: Some(figure(n, unit(setting).0)),
             ..Report::default()
         })
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let none = vec![Vec::new(); setting.assembly.system.dof()];
+        vec![table(setting, Vec::new(), none)]
+    }
+}
+
+/// Unit of the natural frequencies, and the factor to it from frequencies over omega_c.
+fn unit(setting: &Setting<'_>) -> (&'static str, f64) {
+    match setting.is_si() {
+        true => (
+            "Hz",
+            setting.assembly.scales.frequency / std::f64::consts::TAU,
+        ),
+        false => ("", 1.0),
+    }
+}
+
+/// `effective_stiffness, natural_frequency.1..n`, one row a stiffness.
+fn table(setting: &Setting<'_>, stiffness: Vec<f64>, frequencies: Vec<Vec<f64>>) -> Table {
+    let (unit, _) = unit(setting);
+    let mut list = vec![columns::float("effective_stiffness", "", stiffness)];
+    list.extend((frequencies.into_iter().enumerate()).map(|(i, values)| {
+        let name = format!("natural_frequency.{}", i + 1);
+        columns::float(name, unit, values)
+    }));
+    Table {
+        name: String::new(),
+        columns: list,
     }
 }
 

@@ -2,7 +2,7 @@
 //! path. The document is read and assembled again with that number changed; the scales stay those of the model as written.
 
 use super::Setting;
-use crate::assembly::{Scales, assemble};
+use crate::assembly::{Assembly, Scales, assemble};
 use crate::error::{Diagnostic, did_you_mean};
 use crate::model::{self, FrequencyScale, Model, Structure};
 use crate::quantity::Quantity;
@@ -34,7 +34,8 @@ impl Parameter {
             return Ok(Parameter::Frequency);
         }
         let steps: Vec<&str> = written.split('.').collect();
-        if ROOTS.contains(&steps[0]) {
+        // A reduced model has its own `damping` and `loads`: there these are short forms.
+        if ROOTS.contains(&steps[0]) && setting.document.get(steps[0]).is_some() {
             return Ok(Parameter::Path(written.into()));
         }
         let mut known = Vec::new();
@@ -145,22 +146,34 @@ pub(super) fn said(mistake: &Diagnostic) -> String {
 fn rebuilt(setting: &Setting<'_>, path: &str, value: Node) -> Result<System, Vec<Diagnostic>> {
     let mut root = setting.document.clone();
     root.set(path, value).map_err(|d| vec![d])?;
-    let mut model = model::read(&root)?;
-    freeze(&mut model, &setting.assembly.scales);
+    let (_, assembly) = rebuild(&root, setting.assembly)?;
+    Ok(assembly.system)
+}
+
+/// The model of a changed document and its assembly, with the scales and relative coordinates of the unchanged one.
+///
+/// # Errors
+/// What the model refuses, and a change of the relative coordinates.
+pub(super) fn rebuild(
+    root: &Node,
+    unchanged: &Assembly,
+) -> Result<(Model, Assembly), Vec<Diagnostic>> {
+    let mut model = model::read(root)?;
+    freeze(&mut model, &unchanged.scales);
     let assembly = assemble(&model)?;
-    if assembly.coordinates != setting.assembly.coordinates {
+    if assembly.coordinates != unchanged.coordinates {
         return Err(vec![Diagnostic {
             location: None,
-            path: path.into(),
+            path: String::new(),
             message: format!(
                 "the relative coordinates change from ({}) to ({})",
-                setting.assembly.coordinates.join(", "),
+                unchanged.coordinates.join(", "),
                 assembly.coordinates.join(", ")
             ),
             help: Some("vary something that keeps the topology".into()),
         }]);
     }
-    Ok(assembly.system)
+    Ok((model, assembly))
 }
 
 /// Characteristic frequency and displacements as given, whatever the model would choose.

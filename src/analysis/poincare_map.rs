@@ -6,16 +6,17 @@ use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::postprocess::attractor::Label;
 use crate::quantity::Quantity;
-use crate::report::{Figure, Panel, Report};
+use crate::report::{Figure, Panel, Report, Table};
 use crate::solve::integrate::IntegratorChoice;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Settings of `poincare_map`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoincareMap {
     /// Excitation frequency.
@@ -77,8 +78,14 @@ impl Analysis for PoincareMap {
             .map(|state| self.one(setting, state, &done, total))
             .collect();
         let runs = runs.map_err(|fault| columns::refused(setting, fault))?;
+        let mut report = self.report(setting, &runs);
         let seconds = began.elapsed().as_secs_f64();
-        Ok(self.report(setting, &runs, seconds))
+        (report.summary).insert("timings".into(), json!({ "seconds": seconds }));
+        Ok(report)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        self.report(setting, &[]).tables
     }
 }
 
@@ -143,7 +150,7 @@ impl PoincareMap {
         })
     }
 
-    fn report(&self, setting: &Setting<'_>, runs: &[Run], seconds: f64) -> Report {
+    fn report(&self, setting: &Setting<'_>, runs: &[Run]) -> Report {
         let mut rows = Rows::new(setting);
         let mut list = Vec::new();
         for (number, run) in runs.iter().enumerate() {
@@ -165,7 +172,7 @@ impl PoincareMap {
         warnings.dedup();
         let labels: Vec<String> = runs.iter().map(|r| r.label.to_string()).collect();
         let mut report = Report {
-            tables: vec![rows.table()],
+            tables: vec![rows.table(), self.summary(setting, runs)],
             figure: Some(figure(setting, &labels)),
             warnings,
             ended_early: (!stops.is_empty()).then(|| stops.join("; ")),
@@ -176,11 +183,36 @@ impl PoincareMap {
             ("options", options),
             ("integrator", json!(runs.first().map(|r| r.integrator))),
             ("runs", Value::Array(list)),
-            ("timings", json!({ "seconds": seconds })),
         ] {
             report.summary.insert(key.into(), value);
         }
         report
+    }
+
+    /// `run, label, lyapunov_1..`, exponents in units of omega_c.
+    fn summary(&self, setting: &Setting<'_>, runs: &[Run]) -> Table {
+        let label = |run: &Run| run.label.to_string();
+        let mut list = vec![
+            columns::integer("run", (0..runs.len() as i64).collect()),
+            columns::text("label", runs.iter().map(label).collect()),
+        ];
+        let exponents = if self.lyapunov {
+            2 * setting.assembly.system.dof()
+        } else {
+            0
+        };
+        for i in 0..exponents {
+            let exponent = |run: &Run| {
+                let exponents = run.record.exponents.as_ref();
+                exponents.map_or(f64::NAN, |e| e.values[i])
+            };
+            let values = runs.iter().map(exponent).collect();
+            list.push(columns::float(format!("lyapunov_{}", i + 1), "", values));
+        }
+        Table {
+            name: "summary".into(),
+            columns: list,
+        }
     }
 }
 

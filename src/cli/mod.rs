@@ -2,12 +2,15 @@
 
 mod check;
 mod elements;
+mod merge;
+mod new;
 mod progress;
 mod run;
 
 use crate::element::duplicate_tags;
 use crate::error::{Colour, Error, render};
 use crate::output::FigureFormat;
+use crate::study::Shard;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -33,6 +36,15 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Join the parts of a sharded study into results as one run would have written them.
+    Merge(MergeArguments),
+    /// Print the JSON schema of the model file, for completion and validation in editors.
+    Schema,
+    /// Write a commented starter model.
+    New {
+        /// The file, which must not exist yet; standard output when absent.
+        file: Option<PathBuf>,
+    },
     /// Print shell completions.
     Completions {
         /// The shell.
@@ -56,9 +68,28 @@ struct RunArguments {
     /// Formats of the static figures.
     #[arg(long, value_delimiter = ',', default_value = "svg", value_parser = figure_format)]
     figures: Vec<FigureFormat>,
+    /// Only part I of N of the runs of every parameter study, I from 1: for job arrays; see `gearlash merge`.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// Threads [default: the machine's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    /// Print nothing but warnings and errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct MergeArguments {
+    /// Folders of the parts, each written by `gearlash run --shard I/N`.
+    #[arg(required = true, value_name = "DIR")]
+    parts: Vec<PathBuf>,
+    /// Folder of the results.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Formats of the static figures.
+    #[arg(long, value_delimiter = ',', default_value = "svg", value_parser = figure_format)]
+    figures: Vec<FigureFormat>,
     /// Print nothing but warnings and errors.
     #[arg(long)]
     quiet: bool,
@@ -108,8 +139,11 @@ pub fn main() -> ExitCode {
     }
     let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Merge(arguments) => merge::merge(&arguments),
         Command::Check(arguments) => check::check(&arguments).map(|()| ExitCode::SUCCESS),
         Command::Elements { json } => print(&elements::list(json)),
+        Command::Schema => print(&format!("{:#}\n", crate::schema::schema())),
+        Command::New { file } => new::new(file.as_deref()),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "gearlash", &mut text);

@@ -4,9 +4,9 @@ use super::progress::Terminal;
 use super::{ENDED_EARLY, INTERRUPTED, RunArguments, print};
 use crate::error::Error;
 use crate::report::{Report, Values};
-use crate::study::{RunSettings, Study};
+use crate::study::{Outcome, RunSettings, Shard, Study};
 use comfy_table::{Table, presets};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Loads, runs, writes, prints a short table.
@@ -18,33 +18,46 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     );
     let mut figures = arguments.figures.clone();
     figures.dedup();
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| default_folder(&arguments.file));
+    let out = match (&arguments.out, arguments.shard) {
+        (Some(out), _) => out.clone(),
+        (None, None) => default_folder(&arguments.file),
+        (None, Some(Shard { index, count })) => {
+            default_folder(&arguments.file).join(format!("shard-{index}-of-{count}"))
+        }
+    };
     let settings = RunSettings { out, figures, jobs };
     let control = Terminal::new(study.runs.len(), arguments.quiet);
     control.watch_for_interrupts();
-    let outcome = study.run(&settings, &control)?;
+    let outcome = match arguments.shard {
+        None => study.run(&settings, &control)?,
+        Some(shard) => study.run_shard(&settings, shard, &control)?,
+    };
     control.clear();
+    for name in &outcome.left_out {
+        eprintln!("note: {name} is no parameter_study and runs only without --shard");
+    }
+    if study.runs.is_empty() && !arguments.quiet {
+        print("the file has no analyses\n")?;
+    }
+    tell(&outcome, &settings.out, arguments.quiet)
+}
+
+/// Prints warnings, early ends and a short table; the exit status.
+pub fn tell(outcome: &Outcome, out: &Path, quiet: bool) -> Result<ExitCode, Error> {
     for report in &outcome.reports {
-        report
-            .warnings
-            .iter()
-            .for_each(|w| eprintln!("warning: {}: {w}", report.name));
+        for warning in &report.warnings {
+            eprintln!("warning: {}: {warning}", report.name);
+        }
         if let Some(reason) = &report.ended_early {
             eprintln!("ended early: {}: {reason}", report.name);
         }
     }
-    if !arguments.quiet {
+    if !quiet {
         print(&summary(&outcome.reports))?;
-        if study.runs.is_empty() {
-            print("the file has no analyses\n")?;
-        }
         print(&format!(
             "{} files in {}\n",
             outcome.files.len(),
-            settings.out.display()
+            out.display()
         ))?;
     }
     let ended_early = outcome.reports.iter().any(|r| r.ended_early.is_some());
@@ -55,7 +68,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     })
 }
 
-fn default_folder(file: &std::path::Path) -> PathBuf {
+fn default_folder(file: &Path) -> PathBuf {
     let stem = file.file_stem().unwrap_or(file.as_os_str());
     PathBuf::from("results").join(stem)
 }
@@ -66,7 +79,7 @@ fn summary(reports: &[Report]) -> String {
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header(["analysis", "type", "rows", "events", "end"]);
     for report in reports {
-        let rows = report.table("").map_or(0, crate::report::Table::rows);
+        let rows = report.table("").map_or(0, |table| report.rows(table));
         let end = match &report.ended_early {
             Some(_) => "ended early",
             None => "complete",

@@ -5,28 +5,46 @@ use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::{Entry, Node, Value, join, unknown_keys};
 use indexmap::IndexMap;
 
+/// Mistakes kept: more of them say nothing more, and a hostile file has millions.
+const KEPT: usize = 1000;
+
 /// Mistakes found so far.
 #[derive(Default)]
 pub(super) struct Mistakes {
     list: Vec<Diagnostic>,
+    /// Mistakes beyond those kept.
+    more: usize,
 }
 
 impl Mistakes {
     /// The value, or nothing and one mistake more.
     pub(super) fn note<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
-        result.map_err(|mistake| self.list.push(mistake)).ok()
+        result.map_err(|mistake| self.add(mistake)).ok()
     }
 
     pub(super) fn add(&mut self, mistake: Diagnostic) {
-        self.list.push(mistake);
+        if self.list.len() < KEPT {
+            self.list.push(mistake);
+        } else {
+            self.more += 1;
+        }
     }
 
     pub(super) fn count(&self) -> usize {
-        self.list.len()
+        self.list.len() + self.more
     }
 
     /// The value if there is one and nothing was wrong.
-    pub(super) fn conclude<T>(self, value: Option<T>) -> Result<T, Vec<Diagnostic>> {
+    pub(super) fn conclude<T>(mut self, value: Option<T>) -> Result<T, Vec<Diagnostic>> {
+        if self.more > 0 {
+            let message = format!("{} mistakes; the first {KEPT} are kept", self.count());
+            self.list.push(Diagnostic {
+                location: None,
+                path: String::new(),
+                message,
+                help: None,
+            });
+        }
         match value {
             Some(value) if self.list.is_empty() => Ok(value),
             _ => Err(self.list),

@@ -2,8 +2,9 @@
 
 use dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::linalg::matmul::matmul;
 use faer::perm::PermRef;
-use faer::{MatMut, MatRef, Par};
+use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
 
 /// LU factors of a square matrix, with the work space to make and to use them.
@@ -16,10 +17,15 @@ pub struct Lu {
 }
 
 impl Lu {
-    /// Buffers for n x n matrices.
+    /// Buffers for n x n matrices and one right-hand side.
     pub fn new(n: usize) -> Lu {
+        Lu::with_columns(n, 1)
+    }
+
+    /// Buffers for n x n matrices and so many right-hand sides at once.
+    pub fn with_columns(n: usize, columns: usize) -> Lu {
         let factor = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default());
-        let solve = solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq);
+        let solve = solve::solve_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
         Lu {
             factors: DMatrix::zeros(n, n),
             forward: vec![0; n],
@@ -31,8 +37,23 @@ impl Lu {
 
     /// Factorises with partial pivoting; false when a pivot vanishes or is not finite.
     pub fn factorise(&mut self, matrix: &DMatrix<f64>) -> bool {
-        let n = matrix.nrows();
         self.factors.copy_from(matrix);
+        self.factorise_stored()
+    }
+
+    /// The matrix that [`Lu::factorise_stored`] will factorise, to be filled in place.
+    pub fn matrix_mut(&mut self) -> &mut DMatrix<f64> {
+        &mut self.factors
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.factors.nrows()
+    }
+
+    /// Factorises what stands in [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite.
+    pub fn factorise_stored(&mut self) -> bool {
+        let n = self.factors.nrows();
         let view = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
         let stack = MemStack::new(&mut self.memory);
         let (forward, inverse) = (&mut self.forward, &mut self.inverse);
@@ -62,13 +83,26 @@ impl Lu {
 
     /// Overwrites `rhs` with the solution.
     pub fn solve(&mut self, rhs: &mut DVector<f64>) {
-        let n = rhs.len();
+        self.solve_columns(rhs.as_mut_slice(), 1);
+    }
+
+    /// Overwrites right-hand sides, column by column, with their solutions.
+    pub fn solve_columns(&mut self, rhs: &mut [f64], columns: usize) {
+        let n = self.factors.nrows();
         let factors = MatRef::from_column_major_slice(self.factors.as_slice(), n, n);
         let permutation = PermRef::new_checked(&self.forward, &self.inverse, n);
-        let rhs = MatMut::from_column_major_slice_mut(rhs.as_mut_slice(), n, 1);
+        let rhs = MatMut::from_column_major_slice_mut(&mut rhs[..n * columns], n, columns);
         let stack = MemStack::new(&mut self.memory);
         solve::solve_in_place(factors, factors, permutation, rhs, Par::Seq, stack);
     }
+}
+
+/// C <- C - A B for square matrices of `size` rows, column by column.
+pub fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], size: usize) {
+    let c = MatMut::from_column_major_slice_mut(c, size, size);
+    let a = MatRef::from_column_major_slice(a, size, size);
+    let b = MatRef::from_column_major_slice(b, size, size);
+    matmul(c, Accum::Add, a, b, -1.0, Par::Seq);
 }
 
 impl std::fmt::Debug for Lu {

@@ -1,9 +1,14 @@
 //! Numerical tools that know nothing of vibration.
 
 pub mod bernstein;
+pub mod block;
 pub mod dense;
 pub mod exponential;
+pub mod factors;
 pub mod fourier;
+pub mod jacobian;
+pub mod pattern;
 pub mod periodic;
+pub mod quadrature;
 pub mod roots;
 pub mod trigonometric;

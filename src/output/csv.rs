@@ -2,7 +2,10 @@
 
 use std::io::Write;
 
-use crate::report::{Column, Table, Values};
+use super::file_error;
+use crate::error::Error;
+use crate::report::{Cell, Column, Table, Values};
+use std::path::Path;
 
 /// Writes a table: one header row, then one record a row, RFC 4180 (CR LF at the end of a record).
 ///
@@ -31,17 +34,83 @@ pub fn write(table: &Table, out: impl Write) -> std::io::Result<()> {
 }
 
 fn write_cell(column: &Column, row: usize, cell: &mut String) {
+    match &column.values {
+        Values::Float(v) => float(v.get(row).copied().unwrap_or(f64::NAN), cell),
+        Values::Integer(v) => v
+            .get(row)
+            .into_iter()
+            .for_each(|i| cell.push_str(&i.to_string())),
+        Values::Text(v) => v.get(row).into_iter().for_each(|t| cell.push_str(t)),
+    }
+}
+
+/// The shortest form that reads back the same, with an exponent where that is shorter; nothing for what is not finite.
+fn float(x: f64, cell: &mut String) {
     use std::fmt::Write as _;
-    // Writing into a String cannot fail.
-    let _ = match &column.values {
-        Values::Float(v) => match v.get(row) {
-            // The debug form is the shortest that reads back the same, with an exponent where that is shorter.
-            Some(x) if x.is_finite() => write!(cell, "{x:?}"),
-            _ => Ok(()),
-        },
-        Values::Integer(v) => v.get(row).map_or(Ok(()), |i| write!(cell, "{i}")),
-        Values::Text(v) => v.get(row).map_or(Ok(()), |t| write!(cell, "{t}")),
-    };
+    if x.is_finite() {
+        // Writing into a String cannot fail.
+        let _ = write!(cell, "{x:?}");
+    }
+}
+
+/// One record of a table, without the end of the line; it has none inside either: control characters become blanks.
+///
+/// # Errors
+///
+/// Never in memory: those of the writer.
+pub fn record(cells: &[Cell]) -> std::io::Result<Vec<u8>> {
+    /// Bytes of a usual record.
+    const USUAL: usize = 256;
+    let mut writer = csv::WriterBuilder::new()
+        .buffer_capacity(USUAL)
+        .from_writer(Vec::with_capacity(USUAL));
+    let mut text = String::new();
+    for cell in cells {
+        text.clear();
+        match cell {
+            Cell::Float(x) => float(*x, &mut text),
+            Cell::Integer(i) => text.push_str(&i.to_string()),
+            Cell::Text(words) => {
+                text.extend(words.chars().map(|c| if c.is_control() { ' ' } else { c }));
+            }
+        }
+        writer.write_field(&text)?;
+    }
+    writer.write_record(None::<&[u8]>)?;
+    let mut bytes = writer.into_inner().map_err(|error| error.into_error())?;
+    bytes.truncate(bytes.trim_ascii_end().len());
+    Ok(bytes)
+}
+
+/// Header row of a table, with the end of the line.
+///
+/// # Errors
+///
+/// What `out` says.
+pub fn write_header(columns: &[Column], out: impl Write) -> std::io::Result<()> {
+    let mut writer = csv::WriterBuilder::new()
+        .terminator(csv::Terminator::CRLF)
+        .from_writer(out);
+    writer.write_record(columns.iter().map(|c| c.name.as_bytes()))?;
+    writer.flush()
+}
+
+/// Reads a table row by row: `row` sees the fields as text.
+///
+/// # Errors
+///
+/// `Error::File` when the file cannot be read or is no table, and what `row` says.
+pub fn read(
+    path: &Path,
+    row: &mut dyn FnMut(&csv::StringRecord) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let failed = |error: csv::Error| file_error("read", path, error.into());
+    let mut reader = csv::Reader::from_path(path).map_err(failed)?;
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(failed)? {
+        row(&record)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::legend::kind_text;
 use super::plot_data;
-use super::{RunOptions, manifest, svg, table_file};
+use super::{RunOptions, svg, table_file, table_files};
 use crate::error::Error;
 use crate::report::{Report, Table, Values};
 
@@ -263,7 +263,7 @@ fn files(page: &mut String, report: &Report, options: &RunOptions) {
     let mut names: Vec<String> = report
         .tables
         .iter()
-        .map(|t| table_file(report, t))
+        .flat_map(|table| table_files(report, table))
         .collect();
     names.push(format!("{}.json", report.name));
     if report.figure.is_some() {
@@ -284,12 +284,12 @@ fn footer(page: &mut String, options: &RunOptions) {
         env!("CARGO_PKG_NAME"),
         env!("CARGO_PKG_VERSION"),
     );
-    for (name, bytes) in &options.inputs {
+    for input in &options.inputs {
         let _ = writeln!(
             page,
             "<p class=\"soft\">Input {}: <span class=\"hash\">SHA-256 {}</span></p>",
-            escape(name),
-            manifest::sha256(bytes)
+            escape(&input.name),
+            escape(&input.sha256)
         );
     }
     page.push_str("</footer>\n");

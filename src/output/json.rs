@@ -40,7 +40,7 @@ fn table(report: &Report, table: &Table) -> Value {
     json!({
         "name": table.name,
         "file": table_file(report, table),
-        "rows": table.rows(),
+        "rows": report.rows(table),
         "columns": columns(table),
     })
 }

@@ -6,8 +6,12 @@
 pub mod csv;
 pub mod html;
 pub mod image;
+pub mod journal;
 pub mod json;
 pub mod manifest;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+pub mod stream;
 pub mod svg;
 
 mod axis;
@@ -56,10 +60,32 @@ pub struct RunOptions {
     pub model: String,
     /// Formats of the static figures; empty: none.
     pub figures: Vec<FigureFormat>,
-    /// Input files: name and content.
-    pub inputs: Vec<(String, Vec<u8>)>,
+    /// Input files.
+    pub inputs: Vec<Input>,
     /// Options, tolerances and seeds for the manifest.
     pub settings: Map<String, Value>,
+}
+
+/// An input file as the manifest lists it.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Input {
+    /// Name as the user wrote it.
+    pub name: String,
+    /// Bytes.
+    pub size: u64,
+    /// SHA-256, 64 hexadecimal digits.
+    pub sha256: String,
+}
+
+impl Input {
+    /// The entry of a text.
+    pub fn of(name: impl Into<String>, bytes: &[u8]) -> Input {
+        Input {
+            name: name.into(),
+            size: bytes.len() as u64,
+            sha256: manifest::sha256(bytes),
+        }
+    }
 }
 
 /// Writes a whole run: the files of every report, `report.html` and `manifest.json`. Returns all paths.
@@ -95,9 +121,12 @@ pub fn write_report(
     create_folder(out_dir)?;
     let mut files = Vec::new();
     for table in &report.tables {
-        let path = out_dir.join(table_file(report, table));
-        write_file(&path, |out| csv::write(table, out))?;
-        files.push(path);
+        if !report.is_streamed(table) {
+            let path = out_dir.join(table_file(report, table));
+            write_file(&path, |out| csv::write(table, out))?;
+        }
+        let names = table_files(report, table);
+        files.extend(names.iter().map(|name| out_dir.join(name)));
     }
     let path = out_dir.join(format!("{}.json", report.name));
     write_json(&path, &json::value(report))?;
@@ -153,6 +182,14 @@ pub fn table_file(report: &Report, table: &Table) -> String {
     }
 }
 
+/// Names of all files that hold a table.
+fn table_files(report: &Report, table: &Table) -> Vec<String> {
+    match &report.streamed {
+        Some(streamed) if report.is_streamed(table) => streamed.files.clone(),
+        _ => vec![table_file(report, table)],
+    }
+}
+
 fn check_name(out_dir: &Path, name: &str) -> Result<(), Error> {
     let reason = if name == "manifest" {
         "an analysis of this name would overwrite manifest.json"
@@ -166,7 +203,11 @@ fn check_name(out_dir: &Path, name: &str) -> Result<(), Error> {
     Err(file_error("write", &path, source))
 }
 
-fn create_folder(folder: &Path) -> Result<(), Error> {
+/// Creates a folder and those above it.
+///
+/// # Errors
+/// What the operating system says, with the name of the folder.
+pub fn create_folder(folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(|source| file_error("create", folder, source))
 }
 

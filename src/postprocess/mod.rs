@@ -2,7 +2,9 @@
 
 pub mod attractor;
 pub mod contacts;
+pub mod describing_function;
 pub mod effective_stiffness;
+pub mod floquet_estimate;
 pub mod lyapunov;
 pub mod measures;
 mod segment_measures;

@@ -4,22 +4,12 @@ use super::contacts::Contacts;
 use super::effective_stiffness;
 use super::measures::{Measures, is_clearance};
 use crate::numeric::bernstein::{self, evaluate};
+use crate::numeric::quadrature::unit_nodes;
 use crate::numeric::roots::newton_bracketed;
 use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, Stretch};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
-
-/// Nodes and weights of Gauss' rule with 12 points on [-1, 1], positive half: exact to degree 23, and to rounding for the
-/// squares of the polynomials here, whose high coefficients are tiny.
-const GAUSS: [(f64, f64); 6] = [
-    (0.125_233_408_511_468_9, 0.249_147_045_813_402_8),
-    (0.367_831_498_998_180_2, 0.233_492_536_538_354_8),
-    (0.587_317_954_286_617_5, 0.203_167_426_723_065_9),
-    (0.769_902_674_194_304_7, 0.160_078_328_543_346_2),
-    (0.904_117_256_370_474_9, 0.106_939_325_995_318_4),
-    (0.981_560_634_246_719_2, 0.047_175_336_386_511_8),
-];
 
 /// Abscissae between which an extremum is sought where a transmission error forbids the roots of polynomials.
 const CELLS: usize = 16;
@@ -36,6 +26,7 @@ struct Sums {
     fx: f64,
     ff: f64,
     slope: f64,
+    damping: f64,
     low: f64,
     high: f64,
     smallest_force: f64,
@@ -80,8 +71,8 @@ impl Piece<'_> {
         }
     }
 
-    /// Deformation, rate, force and slope, stiffness variation included.
-    fn response(&self, x: f64) -> [f64; 4] {
+    /// Deformation, rate, force and its partials, stiffness variation included.
+    fn response(&self, x: f64) -> [f64; 5] {
         let (q, slope) = self.deformation(x);
         let v = slope * self.omega / self.stretch.width;
         let r = self.mount.element.eval(q, v, self.phase(x));
@@ -90,7 +81,7 @@ impl Piece<'_> {
             .stiffness_variation
             .as_ref()
             .map_or(1.0, |s| s.value(self.phase(x)));
-        [q, v, s * r.f, s * r.df_dq]
+        [q, v, s * r.f, s * r.df_dq, s * r.df_dv]
     }
 
     /// Abscissae inside the stretch where the deformation is extremal.
@@ -156,11 +147,9 @@ fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
         if sums.low > sums.high {
             sums.origin = piece.deformation(0.0).0;
         }
-        for (x, weight) in GAUSS
-            .iter()
-            .flat_map(|(x, w)| [(0.5 - 0.5 * x, 0.5 * w), (0.5 + 0.5 * x, 0.5 * w)])
-        {
-            let [q, v, f, slope] = piece.response(x);
+        // Exact to rounding for the squares of the polynomials here, whose high coefficients are tiny.
+        for (x, weight) in unit_nodes() {
+            let [q, v, f, slope, damping] = piece.response(x);
             let weight = weight * share;
             let x = q - sums.origin;
             sums.x += weight * x;
@@ -170,11 +159,12 @@ fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
             sums.fx += weight * f * x;
             sums.ff += weight * f * f;
             sums.slope += weight * slope;
+            sums.damping += weight * damping;
             sums.widen_force(f);
             sums.pulls |= pulls_possible && f64::from(mount.element.flank(q)) * f < 0.0;
         }
         for x in piece.extrema().into_iter().chain([0.0, 1.0]) {
-            let [q, _, f, _] = piece.response(x);
+            let [q, _, f, _, _] = piece.response(x);
             (sums.low, sums.high) = (sums.low.min(q), sums.high.max(q));
             sums.widen_force(f);
         }
@@ -198,6 +188,7 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
         effective_stiffness: moves.then(|| (sums.fx - sums.f * sums.x) / variance),
         effective_stiffness_dc: effective_stiffness::direct(mean, sums.f, scale),
         mean_slope: sums.slope,
+        mean_damping: sums.damping,
         contacts: Contacts::new(system, e, &crossings, mean, orbit.subharmonic as f64),
         force_mean: sums.f,
         force_min: sums.smallest_force,

@@ -22,8 +22,12 @@ pub struct Equilibrium {
 /// the gap where no load decides.
 const SOFTENING: [f64; 6] = [1.0, 1e-1, 1e-2, 1e-4, 1e-7, 1e-11];
 const MAX_ITERATIONS: usize = 200;
+/// Further iterations for every connection: a step may end at each of its kinks.
+const KINKS_EACH: usize = 4;
 /// Smallest share of a Newton step that is tried: a step may have to end on the narrow ramp of a jump.
 const SMALLEST_SHARE: f64 = 1e-9;
+/// How far behind a kink a step ends, relative to the displacement there.
+const KINK_CROSSING: f64 = 1e-10;
 /// Residual relative to the load and to the stiffness of a displacement.
 const TOLERANCE: f64 = 1e-9;
 
@@ -69,16 +73,29 @@ fn flank(element: &dyn Element, x: f64) -> i8 {
 /// Half width of the ramp that stands for a jump, relative to its breakpoint.
 const RAMP: f64 = 1e-5;
 
+/// Both ends of the ramp that stands for the jump at a breakpoint.
+fn ramp_at(breakpoint: f64) -> (f64, f64) {
+    let half = RAMP * breakpoint.abs().max(1e-3);
+    (breakpoint - half, breakpoint + half)
+}
+
 /// Both ends of the ramp around a breakpoint where the force jumps, if x lies on one.
 fn ramp(element: &dyn Element, x: f64) -> Option<(f64, f64)> {
     if !element.is_discontinuous() {
         return None;
     }
-    let mut ends = (element.breakpoints().into_iter()).map(|b| {
-        let half = RAMP * b.abs().max(1e-3);
-        (b - half, b + half)
-    });
+    let mut ends = element.breakpoints().into_iter().map(ramp_at);
     ends.find(|(low, high)| x > *low && x < *high)
+}
+
+/// Deformations at which the slope of the static response changes.
+fn kinks(element: &dyn Element) -> Vec<f64> {
+    let breakpoints = element.breakpoints();
+    if !element.is_discontinuous() {
+        return breakpoints;
+    }
+    let ends = breakpoints.into_iter().map(ramp_at);
+    ends.flat_map(|(low, high)| [low, high]).collect()
 }
 
 /// Static response of a law, jumps as ramps.
@@ -168,8 +185,7 @@ impl<'a> Statics<'a> {
 
     fn solve(&mut self, mut q: DVector<f64>, auxiliary: f64) -> Option<DVector<f64>> {
         self.evaluate(&q, auxiliary);
-        for _ in 0..MAX_ITERATIONS {
-            let norm = self.r.norm();
+        for _ in 0..MAX_ITERATIONS + KINKS_EACH * self.system.element_count() {
             let is_small = self.r.amax() <= TOLERANCE * self.magnitude;
             if !self.is_regular() {
                 return None;
@@ -179,21 +195,63 @@ impl<'a> Statics<'a> {
             if is_small && step.amax() <= 1e-12 * (q.amax() + f64::MIN_POSITIVE) {
                 return Some(q);
             }
-            let base = q.clone();
-            let mut share = 1.0;
-            loop {
-                q = &base - &step * share;
-                self.evaluate(&q, auxiliary);
-                if self.r.norm() < norm * (1.0 - 1e-4 * share) {
-                    break;
-                }
+            q = match self.advance(&q, &step, auxiliary) {
+                Some(next) => next,
+                None => return is_small.then_some(q),
+            };
+        }
+        None
+    }
+
+    /// q - share step with a smaller residual; `None` when no share has one.
+    ///
+    /// Full and halved steps first. Where the residual grows beyond the nearest kink of a law, halving would creep towards that
+    /// kink for ever: the step then ends just behind it, and the next one sees the slope there (Katzenelson's method,
+    /// Bell Syst. Tech. J. 44 (1965): of piecewise affine equations whose Jacobians have determinants of one sign, as with rising laws,
+    /// it finds the solution).
+    fn advance(
+        &mut self,
+        base: &DVector<f64>,
+        step: &DVector<f64>,
+        auxiliary: f64,
+    ) -> Option<DVector<f64>> {
+        let norm = self.r.norm();
+        let mut kink = self.nearest_kink(base, step);
+        let mut share = 1.0;
+        while share >= SMALLEST_SHARE {
+            let behind = kink.take_if(|kink| share < *kink);
+            let q = base - step * behind.unwrap_or(share);
+            self.evaluate(&q, auxiliary);
+            let allowed = match behind {
+                Some(_) => norm * (1.0 + KINK_CROSSING),
+                None => norm * (1.0 - 1e-4 * share),
+            };
+            if self.r.norm() < allowed {
+                return Some(q);
+            }
+            if behind.is_none() {
                 share *= 0.5;
-                if share < SMALLEST_SHARE {
-                    return is_small.then_some(base);
-                }
             }
         }
         None
+    }
+
+    /// Share of a step that ends just behind the first breakpoint that any deformation passes; `None` when it passes none.
+    fn nearest_kink(&self, base: &DVector<f64>, step: &DVector<f64>) -> Option<f64> {
+        let (from, change) = (self.deformation(base), self.system.element_map() * step);
+        let mut nearest: Option<f64> = None;
+        for ((x, dx), mount) in from.iter().zip(change.iter()).zip(self.system.mounts()) {
+            for b in kinks(mount.element.as_ref()) {
+                // x - share dx = b, and a little further: the breakpoint itself may count to either side.
+                let beyond = KINK_CROSSING * (b.abs() + x.abs()) / dx.abs();
+                let share = (x - b) / dx;
+                if share > -beyond && share < 1.0 && beyond.is_finite() {
+                    let behind = share.max(0.0) + beyond;
+                    nearest = Some(nearest.map_or(behind, |n| n.min(behind)));
+                }
+            }
+        }
+        nearest
     }
 
     /// Factorises the Jacobian; false when some motion meets no stiffness.

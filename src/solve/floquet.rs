@@ -77,11 +77,12 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
     let Some(schur) = Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS) else {
         return Vec::new();
     };
-    let mut list: Vec<_> = schur
-        .complex_eigenvalues()
-        .iter()
-        .map(|mu| Complex::new(mu.re, mu.im))
-        .collect();
+    let list = schur.complex_eigenvalues();
+    by_falling_modulus(list.iter().map(|mu| Complex::new(mu.re, mu.im)).collect())
+}
+
+/// Multipliers by falling modulus, the member of a pair with positive imaginary part first.
+pub fn by_falling_modulus(mut list: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     let key = |mu: &Complex<f64>| (mu.norm(), mu.re, mu.im);
     list.sort_by(|a, b| {
         key(b)

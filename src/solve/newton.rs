@@ -2,7 +2,8 @@
 
 use super::residual::{Linearisation, Residual};
 use crate::error::SolveError;
-use crate::numeric::dense::Lu;
+use crate::numeric::factors::Factors;
+use crate::numeric::jacobian::Structure;
 use nalgebra::DVector;
 
 /// Settings of the iteration.
@@ -76,19 +77,19 @@ impl NewtonOutcome {
 pub struct Newton {
     options: NewtonOptions,
     work: Linearisation,
-    lu: Lu,
+    factors: Factors,
     step: DVector<f64>,
     base: DVector<f64>,
 }
 
 impl Newton {
-    /// Buffers for `dim` unknowns.
-    pub fn new(dim: usize, options: NewtonOptions) -> Newton {
-        let zero = DVector::zeros(dim);
+    /// Buffers for problems with Jacobians of this shape.
+    pub fn new(structure: &Structure, options: NewtonOptions) -> Newton {
+        let zero = DVector::zeros(structure.dim());
         Newton {
             options,
-            work: Linearisation::new(dim),
-            lu: Lu::new(dim),
+            work: Linearisation::new(structure),
+            factors: Factors::new(structure),
             step: zero.clone(),
             base: zero,
         }
@@ -111,7 +112,7 @@ impl Newton {
             let status = match () {
                 _ if !norm.is_finite() => NewtonStatus::NotFinite,
                 _ if norm <= self.options.tolerance => NewtonStatus::Converged,
-                _ if !self.lu.factorise(&self.work.dr_du) => NewtonStatus::SingularJacobian,
+                _ if !self.find_step() => NewtonStatus::SingularJacobian,
                 _ => match self.damped_step(problem, u, lambda, norm)? {
                     Some(smaller) => {
                         norm = smaller;
@@ -139,6 +140,13 @@ impl Newton {
         })
     }
 
+    /// The Newton step at the last point visited; false where the Jacobian is singular.
+    fn find_step(&mut self) -> bool {
+        self.step.copy_from(&self.work.r);
+        self.factors.factorise(&self.work.dr_du)
+            && self.factors.solve(&self.work.dr_du, &mut self.step)
+    }
+
     /// Moves `u` by a share of the Newton step that reduces the residual, and returns the new norm.
     fn damped_step(
         &mut self,
@@ -147,8 +155,6 @@ impl Newton {
         lambda: f64,
         norm: f64,
     ) -> Result<Option<f64>, SolveError> {
-        self.step.copy_from(&self.work.r);
-        self.lu.solve(&mut self.step);
         self.base.copy_from(u);
         let mut share = 1.0;
         while share >= self.options.min_damping {
@@ -173,10 +179,15 @@ impl Newton {
     /// Solves with the Jacobian of the last point visited; `rhs` becomes the solution. Returns the sign of the determinant,
     /// 0 when the Jacobian is singular.
     pub fn solve_linear(&mut self, rhs: &mut DVector<f64>) -> i8 {
-        if !self.lu.factorise(&self.work.dr_du) {
+        let jacobian = &self.work.dr_du;
+        if !(self.factors.factorise(jacobian) && self.factors.solve(jacobian, rhs)) {
             return 0;
         }
-        self.lu.solve(rhs);
-        self.lu.determinant_sign()
+        self.factors.determinant_sign()
+    }
+
+    /// Linear systems that needed row exchanges across all coordinates, elimination by blocks having failed.
+    pub fn exchanges(&self) -> usize {
+        self.factors.exchanges()
     }
 }

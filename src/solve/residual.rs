@@ -2,8 +2,9 @@
 
 use super::orbit::Orbit;
 use crate::error::SolveError;
+use crate::numeric::jacobian::{Jacobian, Structure};
 use crate::system::System;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use num_complex::Complex;
 
 /// A residual with its derivatives; the buffers are reused.
@@ -12,7 +13,7 @@ pub struct Linearisation {
     /// R(u, lambda).
     pub r: DVector<f64>,
     /// dR/du.
-    pub dr_du: DMatrix<f64>,
+    pub dr_du: Jacobian,
     /// dR/dlambda.
     pub dr_dlambda: DVector<f64>,
     /// Size of the terms that cancel in R: what a residual is small against.
@@ -20,11 +21,17 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// Buffers for `dim` unknowns.
-    pub fn new(dim: usize) -> Linearisation {
+    /// Buffers for a problem.
+    pub fn of(problem: &(impl Residual + ?Sized)) -> Linearisation {
+        Linearisation::new(&problem.structure())
+    }
+
+    /// Buffers for a Jacobian of this shape.
+    pub fn new(structure: &Structure) -> Linearisation {
+        let dim = structure.dim();
         Linearisation {
             r: DVector::zeros(dim),
-            dr_du: DMatrix::zeros(dim, dim),
+            dr_du: Jacobian::new(structure),
             dr_dlambda: DVector::zeros(dim),
             magnitude: 1.0,
         }
@@ -42,7 +49,12 @@ pub trait Residual {
     /// Number of unknowns and equations.
     fn dim(&self) -> usize;
 
-    /// R and its derivatives at (u, lambda); writes every entry of `out`, allocates nothing.
+    /// Shape of the Jacobian.
+    fn structure(&self) -> Structure {
+        Structure::Dense(self.dim())
+    }
+
+    /// R and its derivatives at (u, lambda); writes every entry of `out`. Allocates only when `out` has another shape.
     ///
     /// # Errors
     /// The system cannot be made at this parameter.

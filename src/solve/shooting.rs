@@ -125,9 +125,11 @@ impl<F: Family> Residual for Shooting<F> {
             out.r[k] = valid * (x - u[k]);
             out.magnitude = out.magnitude.max(x.abs());
         }
-        out.dr_du.copy_from(&self.phi);
-        for k in 0..u.len() {
-            out.dr_du[(k, k)] -= 1.0;
+        let mut jacobian = out.dr_du.block_mut(u.len(), (0, 0));
+        for c in 0..u.len() {
+            let column = jacobian.column(c);
+            column.copy_from_slice(self.phi.column(c).as_slice());
+            column[c] -= 1.0;
         }
         Ok(())
     }

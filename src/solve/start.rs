@@ -9,14 +9,24 @@ use super::newton::{Newton, NewtonOptions};
 use super::residual::{Linearisation, Residual};
 use crate::element::{Element, Linear, PiecewiseLinear};
 use crate::error::SolveError;
-use crate::numeric::dense::Lu;
+use crate::numeric::factors::Factors;
 use crate::numeric::fourier::Fourier;
 use crate::system::System;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// Where the search for the first solution begins.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    Default,
+    PartialEq,
+    Eq,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum StartMode {
     /// Linear response in the contact state of the static equilibrium; homotopy in the alternating load; integration.
@@ -67,7 +77,7 @@ pub fn find(
     let mut system = system.clone();
     system.set_excitation_frequency(frequency);
     let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), frequency, size)?;
-    let mut solver = Newton::new(problem.dim(), newton);
+    let mut solver = Newton::new(&problem.structure(), newton);
     let c = problem.coefficients();
     let rest = equilibrium(&system);
     let mut failures = Vec::new();
@@ -140,17 +150,16 @@ fn linear_response<F: Family>(
     mean: &DVector<f64>,
     frequency: f64,
 ) -> Result<DVector<f64>, SolveError> {
-    let mut work = Linearisation::new(problem.dim());
+    let mut work = Linearisation::of(problem);
     problem.linearise(mean, frequency, &mut work)?;
     // A mean row without stiffness (an open mesh) is held by a weak spring.
     let weak = 1e-6 * work.dr_du.amax();
     for i in (0..problem.dim()).step_by(problem.coefficients()) {
         work.dr_du[(i, i)] += weak;
     }
-    let mut lu = Lu::new(problem.dim());
+    let mut factors = Factors::new(&problem.structure());
     let mut step = work.r.clone();
-    if lu.factorise(&work.dr_du) {
-        lu.solve(&mut step);
+    if factors.factorise(&work.dr_du) && factors.solve(&work.dr_du, &mut step) {
         return Ok(mean - step);
     }
     Ok(mean.clone())

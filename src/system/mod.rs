@@ -6,6 +6,7 @@
 //! v = Om q' = dq/d(omega_c t). Rook & Singh (1995), eq. (4a) multiplied by Om^2; loops and transmission error beyond it.
 
 mod evaluate;
+mod nonzeros;
 
 pub use evaluate::Scratch;
 
@@ -13,6 +14,7 @@ use crate::element::Element;
 use crate::error::SolveError;
 use crate::numeric::periodic::Periodic;
 use nalgebra::{DMatrix, DVector};
+use nonzeros::Nonzeros;
 
 /// A law in place, with its time-varying stiffness and its transmission error.
 #[derive(Debug, Clone)]
@@ -68,6 +70,10 @@ pub struct System {
     subharmonic: usize,
     /// W is the identity: deformations are coordinates.
     is_tree: bool,
+    /// The same matrices without their zeros.
+    damping_columns: Nonzeros,
+    stiffness_columns: Nonzeros,
+    map_rows: Nonzeros,
 }
 
 impl System {
@@ -114,6 +120,9 @@ impl System {
         }
         let is_tree = n == e && element_map == DMatrix::identity(n, n);
         Ok(System {
+            damping_columns: Nonzeros::of_columns(&damping),
+            stiffness_columns: Nonzeros::of_columns(&stiffness),
+            map_rows: Nonzeros::of_rows(&element_map),
             damping,
             stiffness,
             element_map,
@@ -163,6 +172,35 @@ impl System {
     /// W, e x n.
     pub fn element_map(&self) -> &DMatrix<f64> {
         &self.element_map
+    }
+
+    /// Column of Gam without its zeros: row and value.
+    pub fn damping_column(&self, j: usize) -> &[(usize, f64)] {
+        self.damping_columns.line(j)
+    }
+
+    /// Column of kappa without its zeros: the coordinates that a connection drives, and how.
+    pub fn stiffness_column(&self, e: usize) -> &[(usize, f64)] {
+        self.stiffness_columns.line(e)
+    }
+
+    /// Row of W without its zeros: the coordinates that deform a connection, and how.
+    pub fn element_map_row(&self, e: usize) -> &[(usize, f64)] {
+        self.map_rows.line(e)
+    }
+
+    /// Pairs of coordinates (i, j) such that coordinate j enters equation i, with repetitions.
+    pub fn coupled_pairs(&self) -> Vec<(usize, usize)> {
+        let mut pairs = Vec::new();
+        for j in 0..self.dof() {
+            pairs.extend(self.damping_column(j).iter().map(|(i, _)| (*i, j)));
+        }
+        for e in 0..self.element_count() {
+            for (j, _) in self.element_map_row(e) {
+                pairs.extend(self.stiffness_column(e).iter().map(|(i, _)| (*i, *j)));
+            }
+        }
+        pairs
     }
 
     /// Whether W is the identity, as in every train without loops.

@@ -3,6 +3,7 @@
 //! The events of its parser are read twice: once to count, so that hostile input (nesting, alias bombs) is refused before
 //! anything is built, then to build the tree.
 
+mod glance;
 mod measure;
 
 use super::{Entry, Node, Value, join};
@@ -49,6 +50,9 @@ pub(super) fn compose(
     let text = &source.text[start..];
     // The parser takes a byte order mark for the first column.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if let Some(byte) = glance::too_many(text, MAX_NODES.saturating_sub(*count)) {
+        return Err(vec![place.too_many(place.mark(&text[..byte]))]);
+    }
     let counter = measure(text, &place, *count).map_err(|d| vec![d])?;
     *count += counter.total();
     let mut composer = Composer {
@@ -117,6 +121,20 @@ impl Place<'_> {
             yaml::ErrorKind::RecursionLimitExceeded => self.too_deep(*error.marker()),
             kind => self.mistake(*error.marker(), format!("not valid YAML: {kind}")),
         }
+    }
+
+    /// The position behind a piece of the parsed text.
+    fn mark(&self, before: &str) -> yaml::Marker {
+        let line = before.rfind('\n').map_or(0, |at| at + 1);
+        let lines = before.bytes().filter(|b| *b == b'\n').count();
+        yaml::Marker::new(before.len(), lines + 1, before[line..].chars().count())
+    }
+
+    fn too_many(&self, mark: yaml::Marker) -> Diagnostic {
+        self.mistake(
+            mark,
+            format!("more than {MAX_NODES} values, with aliases expanded"),
+        )
     }
 
     fn too_deep(&self, mark: yaml::Marker) -> Diagnostic {

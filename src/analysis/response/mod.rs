@@ -14,4 +14,4 @@ mod trace;
 pub use keys::{BranchSettings, Method, Orbits};
 pub(super) use keys::{branch_settings, defaults, response_keys};
 pub(super) use swept::Swept;
-pub(super) use trace::run;
+pub(super) use trace::{run, tables};

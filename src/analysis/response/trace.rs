@@ -6,7 +6,7 @@ use super::report::{self, Delivered, Ending};
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::Error;
-use crate::report::Report;
+use crate::report::{Report, Table};
 use crate::solve::branch::{self, Branch, TraceOptions};
 use crate::solve::continuation::PathEnd;
 use crate::solve::equilibrium::equilibrium;
@@ -52,6 +52,14 @@ pub(in crate::analysis) fn run(
         report.summary.insert(key.into(), value);
     }
     Ok(report)
+}
+
+/// Tables of a run without rows: those whose columns are known before it.
+pub(in crate::analysis) fn tables(settings: &BranchSettings, swept: &Swept<'_>) -> Vec<Table> {
+    let delivered: Vec<Delivered> = settings.methods().into_iter().map(Delivered::new).collect();
+    let orbits = OrbitTable::new(swept.setting);
+    let orbits = settings.orbits.are_kept().then_some(orbits);
+    report::assemble(swept, &delivered, orbits).tables
 }
 
 /// What a run collects while it goes from method to method.
@@ -160,6 +168,9 @@ impl<'a> Work<'a> {
         };
         let samples = settings.size().samples;
         let mut recorder = MeasureRecorder::new(swept.setting, samples, swept.range);
+        if settings.stability {
+            recorder = recorder.with_multiplier_estimates();
+        }
         let branch = match branch::trace(problem, guess, &options, &mut recorder)? {
             Ok(branch) => branch,
             Err(outcome) => {

@@ -2,6 +2,7 @@
 
 use super::PathPoint;
 use crate::error::SolveError;
+use crate::numeric::jacobian::Structure;
 use crate::solve::residual::{Linearisation, Residual};
 use nalgebra::DVector;
 
@@ -19,6 +20,10 @@ impl Residual for Bordered<'_> {
         self.problem.dim() + 1
     }
 
+    fn structure(&self) -> Structure {
+        self.problem.structure().bordered()
+    }
+
     fn linearise(
         &mut self,
         x: &DVector<f64>,
@@ -29,25 +34,17 @@ impl Residual for Bordered<'_> {
         let lambda = x[dim];
         self.u.copy_from(&x.rows(0, dim));
         self.problem.linearise(self.u, lambda, self.inner)?;
-        let inner = &*self.inner;
+        let (base, inner) = (self.base, &mut *self.inner);
         out.magnitude = inner.magnitude;
         out.r.rows_mut(0, dim).copy_from(&inner.r);
-        out.dr_du
-            .view_mut((0, 0), (dim, dim))
-            .copy_from(&inner.dr_du);
-        out.dr_du
-            .view_mut((0, dim), (dim, 1))
-            .copy_from(&inner.dr_dlambda);
         // The row is measured in units of the residual, so that one tolerance serves both.
         let scale = inner.magnitude;
-        let mut along = -s + self.base.tangent_lambda * (lambda - self.base.lambda);
-        for k in 0..dim {
-            let row = self.weight * self.base.tangent_u[k];
-            along += row * (x[k] - self.base.u[k]);
-            out.dr_du[(dim, k)] = scale * row;
-        }
-        out.r[dim] = scale * along;
-        out.dr_du[(dim, dim)] = scale * self.base.tangent_lambda;
+        let row = |k: usize| scale * self.weight * base.tangent_u[k];
+        let corner = scale * base.tangent_lambda;
+        let along: f64 = (0..dim).map(|k| row(k) * (x[k] - base.u[k])).sum();
+        out.r[dim] = along + corner * (lambda - base.lambda) - scale * s;
+        out.dr_du
+            .take_bordered(&mut inner.dr_du, &inner.dr_dlambda, row, corner);
         out.dr_dlambda.fill(0.0);
         out.dr_dlambda[dim] = -scale;
         Ok(())

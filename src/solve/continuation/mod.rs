@@ -81,8 +81,8 @@ impl Continuation {
             },
         };
         let mut this = Continuation {
-            newton: Newton::new(dim + 1, options.newton),
-            inner: Linearisation::new(dim),
+            newton: Newton::new(&problem.structure().bordered(), options.newton),
+            inner: Linearisation::of(problem),
             inner_u: DVector::zeros(dim),
             point: origin.clone(),
             first: origin.clone(),
@@ -113,6 +113,11 @@ impl Continuation {
     /// The point before the current one.
     pub fn origin(&self) -> &PathPoint {
         &self.origin
+    }
+
+    /// Linear systems that needed row exchanges across all coordinates, elimination by blocks having failed.
+    pub fn exchanges(&self) -> usize {
+        self.newton.exchanges()
     }
 
     /// Takes the next step.

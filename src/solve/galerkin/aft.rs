@@ -1,6 +1,7 @@
 //! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
 
 use super::hill;
+use super::jumps::{self, Edge};
 use crate::element::ResponseSeries;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::trigonometric;
@@ -30,6 +31,8 @@ pub struct Sampling {
     g: Vec<f64>,
     hill: DMatrix<f64>,
     hill_rate: DMatrix<f64>,
+    /// Jumps of the force at hand.
+    edges: Vec<Edge>,
 }
 
 impl Sampling {
@@ -55,6 +58,7 @@ impl Sampling {
             g: vec![0.0; 4 * harmonics + 1],
             hill: DMatrix::zeros(c, c),
             hill_rate: DMatrix::zeros(c, c),
+            edges: Vec::new(),
         }
     }
 
@@ -87,9 +91,11 @@ impl Sampling {
         for e in 0..system.element_count() {
             self.deform(system, e, u);
             let is_rate_dependent = self.respond(system, e);
+            self.find_jumps(system, e);
             self.add_force(system, e, out);
             self.fourier.to_coefficients(&self.slope, &mut self.g);
             hill::fill(&self.g, &mut self.hill);
+            jumps::add_slopes(&self.edges, &mut self.hill);
             if is_rate_dependent {
                 self.add_damping(system, e, out);
             }
@@ -104,13 +110,7 @@ impl Sampling {
             self.a.copy_from_slice(&u.as_slice()[e * c..(e + 1) * c]);
         } else {
             self.a.fill(0.0);
-            for (j, w) in system
-                .element_map()
-                .row(e)
-                .iter()
-                .enumerate()
-                .filter(|(_, w)| **w != 0.0)
-            {
+            for (j, w) in system.element_map_row(e) {
                 let block = &u.as_slice()[j * c..(j + 1) * c];
                 self.a.iter_mut().zip(block).for_each(|(a, b)| *a += w * b);
             }
@@ -159,19 +159,31 @@ impl Sampling {
         is_rate_dependent
     }
 
+    /// Where the force jumps between two samples.
+    fn find_jumps(&mut self, system: &System, e: usize) {
+        let mount = &system.mounts()[e];
+        let (a, nu) = (&self.a, system.subharmonic() as f64);
+        let at = |tau: f64| {
+            let [mut x, mut slope, _] = trigonometric::evaluate(a, tau);
+            if let Some(error) = &mount.transmission_error {
+                x -= error.value(nu * tau);
+                slope -= nu * error.derivative(nu * tau);
+            }
+            [x, slope]
+        };
+        let rates = (system.omega(), nu);
+        jumps::edges(mount, &self.deformation, at, rates, &mut self.edges);
+    }
+
     fn add_force(&mut self, system: &System, e: usize, out: &mut Linearisation) {
         self.fourier.to_coefficients(&self.force, &mut self.c);
+        jumps::correct(&self.edges, &mut self.c);
         let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        for (block, kappa) in
-            blocks(&mut out.r, self.c.len()).zip(system.stiffness().column(e).iter())
-        {
-            if *kappa != 0.0 {
-                block
-                    .iter_mut()
-                    .zip(&self.c)
-                    .for_each(|(r, c)| *r += kappa * c);
-                out.magnitude = out.magnitude.max(kappa.abs() * largest);
-            }
+        for (i, kappa) in system.stiffness_column(e) {
+            let block = block_mut(&mut out.r, *i, self.c.len());
+            let terms = block.iter_mut().zip(&self.c);
+            terms.for_each(|(r, c)| *r += kappa * c);
+            out.magnitude = out.magnitude.max(kappa.abs() * largest);
         }
     }
 
@@ -186,40 +198,25 @@ impl Sampling {
             .zip(&self.damping)
             .for_each(|(v, d)| *v *= d / frequency);
         self.fourier.to_coefficients(&self.rate, &mut self.c);
-        for (block, kappa) in
-            blocks(&mut out.dr_dlambda, self.c.len()).zip(system.stiffness().column(e).iter())
-        {
-            block
-                .iter_mut()
-                .zip(&self.c)
-                .for_each(|(r, c)| *r += kappa * c);
+        for (i, kappa) in system.stiffness_column(e) {
+            let block = block_mut(&mut out.dr_dlambda, *i, self.c.len());
+            let terms = block.iter_mut().zip(&self.c);
+            terms.for_each(|(r, c)| *r += kappa * c);
         }
     }
 
     fn add_jacobian(&self, system: &System, e: usize, out: &mut Linearisation) {
         let c = self.c.len();
-        for (i, kappa) in system.stiffness().column(e).iter().enumerate() {
-            for (j, w) in system.element_map().row(e).iter().enumerate() {
-                let factor = kappa * w;
-                if factor == 0.0 {
-                    continue;
-                }
-                for l in 0..c {
-                    let source = &self.hill.as_slice()[l * c..(l + 1) * c];
-                    let rows = out.dr_du.nrows();
-                    let begin = (j * c + l) * rows + i * c;
-                    let target = &mut out.dr_du.as_mut_slice()[begin..begin + c];
-                    target
-                        .iter_mut()
-                        .zip(source)
-                        .for_each(|(t, s)| *t += factor * s);
-                }
+        for (i, kappa) in system.stiffness_column(e) {
+            for (j, w) in system.element_map_row(e) {
+                let hill = self.hill.as_slice();
+                out.dr_du.block_mut(c, (*i, *j)).add(kappa * w, hill);
             }
         }
     }
 }
 
-/// The coordinates' blocks of a coordinate-major vector.
-fn blocks(vector: &mut DVector<f64>, c: usize) -> impl Iterator<Item = &mut [f64]> {
-    vector.as_mut_slice().chunks_exact_mut(c)
+/// One coordinate's block of a coordinate-major vector.
+fn block_mut(vector: &mut DVector<f64>, i: usize, c: usize) -> &mut [f64] {
+    &mut vector.as_mut_slice()[i * c..(i + 1) * c]
 }

@@ -6,6 +6,7 @@
 
 mod aft;
 mod hill;
+pub mod jumps;
 
 use super::family::Family;
 use super::floquet;
@@ -13,6 +14,8 @@ use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Linearisation, PeriodicResidual, Residual};
 use crate::error::SolveError;
 use crate::numeric::fourier::Fourier;
+use crate::numeric::jacobian::Structure;
+use crate::numeric::pattern::Pattern;
 use crate::numeric::trigonometric;
 use crate::system::{LoadKind, System};
 use aft::Sampling;
@@ -41,6 +44,7 @@ pub struct Galerkin<F: Family> {
     /// Parameter of the cached tables below.
     prepared: Option<f64>,
     coefficients: usize,
+    structure: Structure,
     sampling: Sampling,
     /// Load coefficients of values and of rates (to be multiplied by nu Om), coordinate-major.
     load: Vec<f64>,
@@ -66,16 +70,17 @@ impl<F: Family> Galerkin<F> {
         let dim = system.dof() * coefficients;
         let sampling = Sampling::new(system, harmonics, options.samples);
         let (load, load_rate) = (vec![0.0; dim], vec![0.0; dim]);
-        let shifted = if family.is_frequency() {
-            Linearisation::new(0)
-        } else {
-            Linearisation::new(dim)
-        };
+        let structure = structure(system, coefficients);
+        let shifted = Linearisation::new(&match family.is_frequency() {
+            true => Structure::Dense(0),
+            false => structure.clone(),
+        });
         let derivative = vec![0.0; coefficients];
         Ok(Galerkin {
             family,
             prepared: None,
             coefficients,
+            structure,
             sampling,
             load,
             load_rate,
@@ -119,6 +124,9 @@ impl<F: Family> Galerkin<F> {
         }
         let system = self.family.at(lambda)?;
         self.sampling.prepare(system);
+        if !self.structure.holds(system.coupled_pairs()) {
+            self.structure = structure(system, self.coefficients);
+        }
         load_coefficients(
             system,
             self.coefficients,
@@ -140,6 +148,7 @@ impl<F: Family> Galerkin<F> {
         let system = self.family.at(lambda)?;
         let c = self.coefficients;
         let (om, nu) = (system.omega(), system.subharmonic() as f64);
+        out.dr_du.reshape(&self.structure);
         out.dr_du.fill(0.0);
         let rates = self.load.iter().zip(&self.load_rate);
         for ((r, dr), (value, rate)) in out.r.iter_mut().zip(out.dr_dlambda.iter_mut()).zip(rates) {
@@ -158,6 +167,10 @@ impl<F: Family> Residual for Galerkin<F> {
         self.load.len()
     }
 
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+
     fn linearise(
         &mut self,
         u: &DVector<f64>,
@@ -170,7 +183,8 @@ impl<F: Family> Residual for Galerkin<F> {
         }
         // Central difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
         let h = f64::EPSILON.cbrt() * lambda.abs().max(1e-3);
-        let mut shifted = std::mem::replace(&mut self.shifted, Linearisation::new(0));
+        let mut shifted =
+            std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));
         self.evaluate(u, lambda + h, &mut shifted)?;
         out.dr_dlambda.copy_from(&shifted.r);
         self.evaluate(u, lambda - h, &mut shifted)?;
@@ -201,6 +215,12 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
             &orbit,
         )))
     }
+}
+
+/// One block of coefficients for every pair of coordinates that share a body.
+fn structure(system: &System, coefficients: usize) -> Structure {
+    let pairs = system.coupled_pairs();
+    Structure::chosen(Pattern::new(system.dof(), coefficients, pairs))
 }
 
 fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<(), SolveError> {
@@ -249,22 +269,22 @@ fn linear_terms(
             let (row, square) = (j * c + k, -(k.div_ceil(2) as f64).powi(2));
             out.r[row] += om * om * square * a;
             out.dr_dlambda[row] += 2.0 * om / nu * square * a;
-            out.dr_du[(row, row)] += om * om * square;
+        }
+        let mut diagonal = out.dr_du.block_mut(c, (j, j));
+        for k in 1..c {
+            diagonal.column(k)[k] -= om * om * (k.div_ceil(2) as f64).powi(2);
         }
         trigonometric::differentiate(a, derivative);
-        for i in 0..n {
-            let gamma = system.damping()[(i, j)];
-            if gamma == 0.0 {
-                continue;
-            }
+        for (i, gamma) in system.damping_column(j) {
             for (k, d) in derivative.iter().enumerate().skip(1) {
                 out.r[i * c + k] += om * gamma * d;
                 out.dr_dlambda[i * c + k] += gamma / nu * d;
             }
+            let mut block = out.dr_du.block_mut(c, (*i, j));
             for k in 1..=c / 2 {
                 let entry = om * gamma * k as f64;
-                out.dr_du[(i * c + 2 * k - 1, j * c + 2 * k)] -= entry;
-                out.dr_du[(i * c + 2 * k, j * c + 2 * k - 1)] += entry;
+                block.column(2 * k)[2 * k - 1] -= entry;
+                block.column(2 * k - 1)[2 * k] += entry;
             }
         }
     }

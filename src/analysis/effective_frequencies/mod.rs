@@ -1,0 +1,256 @@
+//! Natural frequencies against the amplitude of a one-harmonic motion: describing functions (figures 3 and 4).
+
+mod motion;
+
+use super::columns::{Quantity as Reported, float, refused};
+use super::{Analysis, Fault, Setting};
+use crate::error::Error;
+use crate::postprocess::describing_function::{describing_function, mean_for_force};
+use crate::postprocess::effective_stiffness::natural_frequencies;
+use crate::quantity::Quantity;
+use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
+use indexmap::IndexMap;
+use motion::{Held, Moving};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Settings of `effective_frequencies`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EffectiveFrequencies {
+    /// First and last amplitude of every deformation.
+    pub amplitude: [Quantity; 2],
+    /// Number of values, both ends included.
+    #[serde(default = "default_points")]
+    pub points: usize,
+    /// Mean deformation around which the motion goes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_displacement: Option<Mean>,
+    /// Mean force that the motion carries; the mean deformation follows from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_force: Option<Mean>,
+    /// Connections that move; the others keep the effective stiffness 1. All when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vary: Option<Vec<String>>,
+}
+
+fn default_points() -> usize {
+    101
+}
+
+/// One value for every connection, or one each.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "a number, a number with a unit, or one of these for each connection"
+)]
+pub enum Mean {
+    /// The same for all.
+    All(Quantity),
+    /// By connection.
+    Each(IndexMap<String, Quantity>),
+}
+
+/// What a connection does at one amplitude, nondimensional; `None`: it does not move, or no mean carries the force.
+#[derive(Debug, Clone, Copy, Default)]
+struct State {
+    mean: Option<f64>,
+    mean_force: Option<f64>,
+    stiffness: Option<f64>,
+    /// What the natural frequencies are computed with.
+    slope: f64,
+}
+
+#[typetag::serde(name = "effective_frequencies")]
+impl Analysis for EffectiveFrequencies {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        self.moving(setting).err().unwrap_or_default()
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let moving = self.moving(setting).map_err(|faults| {
+            let first = faults.into_iter().next();
+            refused(setting, first.unwrap_or(Fault::new("", "")))
+        })?;
+        let shares: Vec<f64> = (0..self.points)
+            .map(|k| k as f64 / (self.points - 1) as f64)
+            .collect();
+        let rows: Vec<Vec<State>> = shares
+            .iter()
+            .map(|share| states(setting, &moving, *share))
+            .collect();
+        Ok(Report {
+            tables: vec![table(setting, &moving, &shares, &rows)],
+            figure: Some(figure(setting, &amplitude_of(setting, &moving))),
+            warnings: warnings(setting, &moving, &rows),
+            ..Report::default()
+        })
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let moving = self.moving(setting);
+        moving.map_or(Vec::new(), |m| vec![table(setting, &m, &[], &[])])
+    }
+}
+
+/// `amplitude`, the columns of the connections, `effective_frequency.1..n`: one row a share of the way.
+fn table(setting: &Setting<'_>, moving: &[Moving], shares: &[f64], rows: &[Vec<State>]) -> Table {
+    let frequencies: Vec<Vec<f64>> = rows
+        .iter()
+        .map(|row| {
+            let slopes: Vec<f64> = row.iter().map(|s| s.slope).collect();
+            natural_frequencies(&setting.assembly.system, &slopes)
+        })
+        .collect();
+    let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
+    let amplitude = shares.iter().map(|share| from + (to - from) * share);
+    let mut columns = vec![amplitude_of(setting, moving).column(amplitude.collect())];
+    columns.extend(connection_columns(setting, rows));
+    let scale = frequency_scale(setting);
+    for i in 0..setting.assembly.system.dof() {
+        let values = frequencies.iter().map(|row| row[i] * scale.factor);
+        let name = format!("effective_frequency.{}", i + 1);
+        columns.push(float(name, &scale.unit, values.collect()));
+    }
+    Table {
+        name: String::new(),
+        columns,
+    }
+}
+
+/// States of all connections at a share of the way from the first to the last amplitude.
+fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<State> {
+    let system = &setting.assembly.system;
+    let still = State {
+        slope: 1.0,
+        ..State::default()
+    };
+    let mut list = vec![still; system.element_count()];
+    for m in moving {
+        let element = system.mounts()[m.connection].element.as_ref();
+        let amplitude = m.amplitude[0] + (m.amplitude[1] - m.amplitude[0]) * share;
+        let mean = match m.held {
+            Held::Displacement(mean) => Some(mean),
+            Held::Force(force) => mean_for_force(element, amplitude, force),
+        };
+        let given = mean.map(|mean| describing_function(element, mean, amplitude));
+        list[m.connection] = State {
+            mean,
+            mean_force: given.map(|d| d.mean_force),
+            stiffness: given.and_then(|d| d.stiffness),
+            slope: given.map_or(f64::NAN, |d| d.stiffness.unwrap_or(d.mean_slope)),
+        };
+    }
+    list
+}
+
+/// `mean.c.., force_mean.c.., effective_stiffness.c..`.
+fn connection_columns(setting: &Setting<'_>, rows: &[Vec<State>]) -> Vec<Column> {
+    type Part = (&'static str, fn(&State) -> Option<f64>);
+    let parts: [Part; 3] = [
+        ("mean", |s| s.mean),
+        ("force_mean", |s| s.mean_force),
+        ("effective_stiffness", |s| s.stiffness),
+    ];
+    let scales = &setting.assembly.scales;
+    let mut columns = Vec::new();
+    for (part, value) in parts {
+        for (e, connection) in setting.assembly.connections.iter().enumerate() {
+            let (x, force) = setting.model.units_of(e);
+            let (l, k) = (scales.displacement[e], scales.stiffness[e]);
+            let (unit, factor) = match part {
+                "mean" if setting.is_si() => (x, l),
+                "force_mean" if setting.is_si() => (force, k * l),
+                _ => ("", 1.0),
+            };
+            let values = rows.iter().map(|row| value(&row[e]));
+            let values = values.map(|x| x.map_or(f64::NAN, |x| x * factor));
+            columns.push(float(
+                format!("{part}.{connection}"),
+                unit,
+                values.collect(),
+            ));
+        }
+    }
+    columns
+}
+
+fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> Reported {
+    let connection = moving.first().map_or(0, |m| m.connection);
+    let (unit, factor) = if setting.is_si() {
+        let l = setting.assembly.scales.displacement[connection];
+        (setting.model.units_of(connection).0, l)
+    } else {
+        ("", 1.0)
+    };
+    Reported {
+        name: "amplitude".into(),
+        unit: unit.into(),
+        factor,
+    }
+}
+
+fn frequency_scale(setting: &Setting<'_>) -> Reported {
+    let (unit, factor) = if setting.is_si() {
+        let w_c = setting.assembly.scales.frequency;
+        ("Hz", w_c / std::f64::consts::TAU)
+    } else {
+        ("", 1.0)
+    };
+    Reported {
+        name: "effective natural frequency".into(),
+        unit: unit.into(),
+        factor,
+    }
+}
+
+fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Vec<State>]) -> Vec<String> {
+    let mut list = Vec::new();
+    for m in moving {
+        let name = &setting.assembly.connections[m.connection];
+        let mount = &setting.assembly.system.mounts()[m.connection];
+        let lost = rows.iter().filter(|row| row[m.connection].mean.is_none());
+        let lost = lost.count();
+        if lost > 0 {
+            list.push(format!(
+                "{name}: no mean displacement carries the mean force at {lost} of {} amplitudes; the cells are empty",
+                rows.len()
+            ));
+        }
+        if mount.stiffness_variation.is_some() || mount.transmission_error.is_some() {
+            list.push(format!(
+                "{name}: the law alone is described, without its stiffness variation and transmission error"
+            ));
+        }
+    }
+    list
+}
+
+fn figure(setting: &Setting<'_>, amplitude: &Reported) -> Figure {
+    let curve = |i: usize| Curve {
+        table: String::new(),
+        x: "amplitude".into(),
+        y: format!("effective_frequency.{}", i + 1),
+        label: format!("mode {}", i + 1),
+        style: CurveStyle::Line,
+        only: None,
+    };
+    let x_label = match amplitude.unit.as_str() {
+        "" => "amplitude of the deformations over l".into(),
+        unit => format!("amplitude of the deformations [{unit}]"),
+    };
+    let y_label = match setting.is_si() {
+        true => "effective natural frequency [Hz]".into(),
+        false => "effective natural frequency \u{3c9}*/\u{3c9}c".into(),
+    };
+    let panel = Panel {
+        x_label,
+        y_label,
+        x_range: None,
+        curves: (0..setting.assembly.system.dof()).map(curve).collect(),
+    };
+    Figure {
+        title: String::new(),
+        panels: vec![panel],
+    }
+}

@@ -1,0 +1,103 @@
+//! Many runs of another analysis over a grid, a list or a random sample of parameters, one row a run.
+//!
+//! A run is a function of its number alone: `space` turns the number into values without knowing the others, `plan` turns
+//! values into a model and a row, `collect` turns a report into cells. Whoever runs a study (floor 6) may therefore do so in
+//! any order, on any number of threads or machines, and go on after an interruption.
+
+mod collect;
+mod permutation;
+mod place;
+mod plan;
+mod report;
+mod sample;
+mod settings;
+mod space;
+
+pub use collect::{Collected, Reduce};
+pub use plan::{Plan, Row, Worker};
+pub use report::Tally;
+pub use sample::{Distribution, Method, Sample, Shape};
+pub use settings::{Axis, Given, Plot, Spacing};
+
+use super::{Analysis, Fault, Setting, columns};
+use crate::error::Error;
+use crate::report::{Report, Table};
+use indexmap::IndexMap;
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Settings of `parameter_study`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterStudy {
+    /// Values by path: every combination runs, the last path changing fastest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grid: Option<IndexMap<String, Axis>>,
+    /// Rows of values by path: every row runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub list: Option<Vec<IndexMap<String, Given>>>,
+    /// Random values by path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample: Option<Sample>,
+    /// What each run does: the name of another analysis of the file, or an analysis in place, `{type: .., ..}`.
+    pub analysis: serde_json::Value,
+    /// What of each run's tables becomes a column, by the name of the column.
+    pub collect: IndexMap<String, Collected>,
+    /// What is drawn; the first collected quantities against the first parameter when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plot: Option<Plot>,
+}
+
+/// Runs that a report in memory may hold; longer studies are written row by row.
+const MOST_IN_MEMORY: u64 = 1_000_000;
+
+#[typetag::serde(name = "parameter_study")]
+impl Analysis for ParameterStudy {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        match Plan::new(self, setting) {
+            Ok(plan) => plan.check_values(),
+            Err(faults) => faults,
+        }
+    }
+
+    /// All runs in memory, which suits programs with a thousand of them; the command line writes them as they end.
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let refused = |fault: Fault| columns::refused(setting, fault);
+        let first = |faults: Vec<Fault>| {
+            let fault = faults.into_iter().next();
+            refused(fault.unwrap_or_else(|| Fault::new("", "cannot be run")))
+        };
+        let plan = Plan::new(self, setting).map_err(first)?;
+        if plan.runs() > MOST_IN_MEMORY {
+            let message = format!("{} runs are too many for memory", plan.runs());
+            return Err(refused(Fault::new("", message)));
+        }
+        let rows: Vec<Option<Row>> = (0..plan.runs())
+            .into_par_iter()
+            .map_init(|| plan.worker(), |worker, run| worker.run(run))
+            .collect();
+        let mut table = Table {
+            name: String::new(),
+            columns: plan.columns().to_vec(),
+        };
+        let mut tally = Tally {
+            runs: plan.runs(),
+            stride: 1,
+            ..Tally::default()
+        };
+        for row in rows.into_iter().flatten() {
+            tally.finished += 1;
+            tally.failed += u64::from(!row.is_complete);
+            tally.warned += u64::from(row.has_warnings);
+            for (column, cell) in table.columns.iter_mut().zip(row.cells) {
+                column.values.push(cell);
+            }
+        }
+        Ok(self.report(table, &tally))
+    }
+
+    fn study(&self) -> Option<&ParameterStudy> {
+        Some(self)
+    }
+}

@@ -1,0 +1,376 @@
+//! A study ready to run: each run from its number.
+
+use super::ParameterStudy;
+use super::collect::Collector;
+use super::place::{Place, Target};
+use super::space::{Coordinate, Space};
+use crate::analysis::parameter::{rebuild, said};
+use crate::analysis::{Analysis, Control, Fault, Setting};
+use crate::assembly::Assembly;
+use crate::error::Diagnostic;
+use crate::model::Model;
+use crate::report::{Cell, Column, Report, Values};
+use crate::yaml::Node;
+use serde_json::{Value, json};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A study ready to run.
+pub struct Plan<'a> {
+    setting: &'a Setting<'a>,
+    target: Target,
+    analysis: Box<dyn Analysis>,
+    space: Space,
+    collectors: Vec<Collector>,
+    columns: Vec<Column>,
+    identity: Value,
+}
+
+/// A finished run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Its cells, one a column of the plan.
+    pub cells: Vec<Cell>,
+    /// Whether the run delivered everything.
+    pub is_complete: bool,
+    /// Whether it had warnings.
+    pub has_warnings: bool,
+}
+
+/// What became of a run, as a word in the table.
+const COMPLETE: &str = "complete";
+const ENDED_EARLY: &str = "ended_early";
+const REFUSED: &str = "refused";
+/// Columns after the collected ones.
+const ENDING: [&str; 3] = ["status", "reason", "warnings"];
+/// Values looked at before anything runs.
+const PROBES: usize = 256;
+/// Characters of a text in the table.
+const LONGEST: usize = 500;
+
+impl<'a> Plan<'a> {
+    /// Reads the study's target, space and quantities.
+    ///
+    /// # Errors
+    /// Everything wrong with them.
+    pub fn new(study: &ParameterStudy, setting: &'a Setting<'a>) -> Result<Plan<'a>, Vec<Fault>> {
+        let target = Target::new(study, setting)?;
+        let space = Space::new(study, setting, &target);
+        let analysis = target.analysis();
+        let (space, analysis) = match (space, analysis) {
+            (Ok(space), Ok(analysis)) => (space, analysis),
+            (space, analysis) => {
+                return Err(space
+                    .err()
+                    .into_iter()
+                    .chain(analysis.err())
+                    .flatten()
+                    .collect());
+            }
+        };
+        let own = target.setting(setting, setting.control);
+        let mut faults: Vec<Fault> = (analysis.check(&own).iter())
+            .map(|fault| target.fault(fault))
+            .collect();
+        let mut collectors = Vec::new();
+        // Tables depend on settings that have just been found good.
+        if faults.is_empty() {
+            let tables = analysis.tables(&own);
+            for (name, written) in &study.collect {
+                match Collector::new(name, written, (&target.kind, &tables), &own) {
+                    Ok(collector) => collectors.push(collector),
+                    Err(list) => faults.extend(list),
+                }
+            }
+        }
+        if study.collect.is_empty() {
+            faults.push(Fault::new(
+                "collect",
+                "nothing to collect: the table would be empty",
+            ));
+        }
+        let columns = columns(&space, &collectors);
+        faults.extend(repeated(&columns));
+        faults.extend(study.check_plot(&columns));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let identity = identity(study, &target, &columns);
+        Ok(Plan {
+            setting,
+            target,
+            analysis,
+            space,
+            collectors,
+            columns,
+            identity,
+        })
+    }
+
+    /// How many runs there are.
+    pub fn runs(&self) -> u64 {
+        self.space.runs()
+    }
+
+    /// Columns of the table, without values.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Everything that the rows depend on but the program: the model, the analysis, the space and the quantities.
+    pub fn identity(&self) -> &Value {
+        &self.identity
+    }
+
+    /// Whoever runs one run after another.
+    pub fn worker(&self) -> Worker<'_> {
+        Worker {
+            plan: self,
+            root: self.target.root.clone(),
+            own: self.target.own.clone(),
+        }
+    }
+
+    /// What the model and the analysis say about the values that can be seen beforehand.
+    pub(super) fn check_values(&self) -> Vec<Fault> {
+        let mut worker = self.worker();
+        let probe = |(key, values): (String, Vec<Coordinate>)| {
+            let message = worker.prepare(&values).err()?;
+            Some(Fault::new(key, message))
+        };
+        let mut faults: Vec<Fault> = self
+            .space
+            .probes(PROBES)
+            .into_iter()
+            .filter_map(probe)
+            .collect();
+        faults.dedup_by(|a, b| a.message == b.message);
+        faults
+    }
+}
+
+impl Target {
+    /// The setting of the analysis with the model as written.
+    fn setting<'a>(&'a self, outer: &Setting<'a>, control: &'a dyn Control) -> Setting<'a> {
+        Setting {
+            name: outer.name,
+            model: &self.model,
+            assembly: &self.assembly,
+            document: &self.root,
+            control,
+        }
+    }
+}
+
+/// Runs one run after another. Every run sets all parameters, so that none sees what another one left.
+pub struct Worker<'a> {
+    plan: &'a Plan<'a>,
+    /// The model's document.
+    root: Node,
+    /// Keys of the analysis.
+    own: Node,
+}
+
+/// A run about to start: what differs from the plan.
+struct Prepared {
+    model: Option<(Model, Assembly)>,
+    analysis: Option<Box<dyn Analysis>>,
+}
+
+impl Worker<'_> {
+    /// A run by its number; `None` when it was interrupted.
+    pub fn run(&mut self, run: u64) -> Option<Row> {
+        let plan = self.plan;
+        let watch = Watch::new(plan.setting.control);
+        if watch.is_interrupted() {
+            return None;
+        }
+        let values = plan.space.values(run);
+        let outcome = self.outcome(&values, &watch);
+        if watch.has_spoken() {
+            return None;
+        }
+        let (report, refusal) = match outcome {
+            Ok(report) => (report, None),
+            Err(reason) => (Report::default(), Some(reason)),
+        };
+        let (status, reason) = match (&refusal, &report.ended_early) {
+            (Some(reason), _) => (REFUSED, reason.as_str()),
+            (None, Some(reason)) => (ENDED_EARLY, reason.as_str()),
+            (None, None) => (COMPLETE, ""),
+        };
+        let number = i64::try_from(run).expect("a study has at most i64::MAX runs");
+        let mut cells = vec![Cell::Integer(number)];
+        cells.extend(values.iter().map(Coordinate::cell));
+        cells.extend(plan.collectors.iter().map(|c| c.cell(&report)));
+        let warnings = report.warnings.join("; ");
+        cells.extend([status, reason, &warnings].map(|text| Cell::Text(cropped(text))));
+        Some(Row {
+            cells,
+            is_complete: status == COMPLETE,
+            has_warnings: !warnings.is_empty(),
+        })
+    }
+
+    /// The report of a run, or why there is none.
+    fn outcome(&mut self, values: &[Coordinate], watch: &Watch<'_>) -> Result<Report, String> {
+        let prepared = self.prepare(values)?;
+        let setting = self.setting(&prepared, watch);
+        let analysis = self.analysis(&prepared);
+        let mut report = analysis.run(&setting).map_err(|e| e.to_string())?;
+        // What is true of the model as written is said once, by the study.
+        let known = &self.plan.target.assembly.warnings;
+        let own = setting.assembly.warnings.iter();
+        let mut warnings: Vec<String> = own.filter(|w| !known.contains(w)).cloned().collect();
+        warnings.append(&mut report.warnings);
+        report.warnings = warnings;
+        Ok(report)
+    }
+
+    /// Puts the values in their places and reads what is there.
+    fn prepare(&mut self, values: &[Coordinate]) -> Result<Prepared, String> {
+        let target = &self.plan.target;
+        let (mut changes_model, mut changes_analysis) = (false, false);
+        for (direction, value) in self.plan.space.directions.iter().zip(values) {
+            let node = direction.node(value);
+            let set = match &direction.place {
+                Place::Model(path) => {
+                    changes_model = true;
+                    self.root.set(path, node)
+                }
+                Place::Analysis(path) => {
+                    changes_analysis = true;
+                    self.own.set(path, node)
+                }
+            };
+            set.map_err(|mistake| said(&mistake))?;
+        }
+        let joined = |list: Vec<Diagnostic>| {
+            let texts: Vec<String> = list.iter().map(said).collect();
+            texts.join("; ")
+        };
+        let prepared = Prepared {
+            model: match changes_model {
+                true => Some(rebuild(&self.root, &target.assembly).map_err(joined)?),
+                false => None,
+            },
+            analysis: match changes_analysis {
+                true => Some(self.own.read("analysis").map_err(|d| said(&d))?),
+                false => None,
+            },
+        };
+        let setting = self.setting(&prepared, self.plan.setting.control);
+        let faults = self.analysis(&prepared).check(&setting);
+        match faults.first() {
+            None => Ok(prepared),
+            Some(_) => {
+                let text = |f: &Fault| format!("analysis.{}: {}", f.key, f.message);
+                Err(faults.iter().map(text).collect::<Vec<_>>().join("; "))
+            }
+        }
+    }
+
+    fn setting<'s>(&'s self, prepared: &'s Prepared, control: &'s dyn Control) -> Setting<'s> {
+        let target = &self.plan.target;
+        let (model, assembly) = match &prepared.model {
+            Some((model, assembly)) => (model, assembly),
+            None => (&target.model, &target.assembly),
+        };
+        Setting {
+            name: self.plan.setting.name,
+            model,
+            assembly,
+            document: &self.root,
+            control,
+        }
+    }
+
+    fn analysis<'s>(&'s self, prepared: &'s Prepared) -> &'s dyn Analysis {
+        let own = prepared.analysis.as_ref();
+        own.unwrap_or(&self.plan.analysis).as_ref()
+    }
+}
+
+/// Hands the interruption on to a run, and remembers whether the run has heard of it: one that has not is complete.
+struct Watch<'a> {
+    control: &'a dyn Control,
+    spoke: AtomicBool,
+}
+
+impl<'a> Watch<'a> {
+    fn new(control: &'a dyn Control) -> Watch<'a> {
+        Watch {
+            control,
+            spoke: AtomicBool::new(false),
+        }
+    }
+
+    fn has_spoken(&self) -> bool {
+        self.spoke.load(Ordering::Relaxed)
+    }
+}
+
+impl Control for Watch<'_> {
+    fn is_interrupted(&self) -> bool {
+        let interrupted = self.control.is_interrupted();
+        if interrupted {
+            self.spoke.store(true, Ordering::Relaxed);
+        }
+        interrupted
+    }
+}
+
+/// `run`, the parameters, the quantities, `status, reason, warnings`.
+fn columns(space: &Space, collectors: &[Collector]) -> Vec<Column> {
+    let plain = |name: &str, values| Column {
+        name: name.into(),
+        unit: String::new(),
+        values,
+    };
+    let mut list = vec![plain("run", Values::Integer(Vec::new()))];
+    list.extend(space.directions.iter().map(|d| d.column.clone()));
+    list.extend(collectors.iter().map(|c| c.column.clone()));
+    list.extend(ENDING.map(|name| plain(name, Values::Text(Vec::new()))));
+    list
+}
+
+/// Quantities whose name another column has.
+fn repeated(columns: &[Column]) -> Vec<Fault> {
+    let is_repeated = |k: usize| {
+        let others = columns.iter().enumerate().filter(|(i, _)| *i != k);
+        others.into_iter().any(|(_, c)| c.name == columns[k].name)
+    };
+    let names = (0..columns.len())
+        .filter(|k| is_repeated(*k))
+        .map(|k| &columns[k].name);
+    let mut names: Vec<&String> = names.collect();
+    names.dedup();
+    names.sort();
+    names.dedup();
+    let fault = |name: &&String| {
+        let message = "another column of the table has this name; choose another one";
+        Fault::new(format!("collect.{name}"), message)
+    };
+    names.iter().map(fault).collect()
+}
+
+fn identity(study: &ParameterStudy, target: &Target, columns: &[Column]) -> Value {
+    let column = |c: &Column| json!({"name": c.name, "unit": c.unit, "kind": c.values.kind()});
+    let columns: Vec<Value> = columns.iter().map(column).collect();
+    json!({
+        "model": target.root.to_json(),
+        "analysis": target.own.to_json(),
+        "grid": study.grid,
+        "list": study.list,
+        "sample": study.sample,
+        "collect": study.collect,
+        "columns": columns,
+    })
+}
+
+fn cropped(text: &str) -> String {
+    let mut short: String = text.chars().take(LONGEST).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        short.push('…');
+    }
+    short
+}

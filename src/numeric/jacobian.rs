@@ -1,0 +1,372 @@
+//! Jacobian matrices: dense, or the blocks of coordinates that share equations.
+
+use super::pattern::{Elimination, Pattern};
+use nalgebra::{DMatrix, DVector};
+use std::ops::{Index, IndexMut};
+use std::sync::Arc;
+
+/// Shape of a Jacobian.
+#[derive(Debug, Clone)]
+pub enum Structure {
+    /// n x n entries.
+    Dense(usize),
+    /// Blocks of a pattern.
+    Block(Arc<Pattern>),
+    /// Blocks of a pattern, one row and one column more.
+    BorderedBlock(Arc<Pattern>),
+}
+
+/// How many times cheaper, in multiplications, elimination by blocks has to be: dense elimination runs so much faster on
+/// large matrices than on small blocks.
+const ADVANTAGE: f64 = 4.0;
+/// Share of blocks above which a pattern is not worth the analysis.
+const CROWDED: usize = 3;
+
+impl Structure {
+    /// Blocks where the pattern makes elimination much cheaper, dense otherwise.
+    pub fn chosen(pattern: Pattern) -> Structure {
+        let blocks = pattern.blocks();
+        if blocks < 2 || pattern.stored() * CROWDED > blocks * blocks {
+            return Structure::Dense(pattern.dim());
+        }
+        let dense = (blocks as f64).powi(3) / 3.0;
+        if Elimination::new(&pattern, blocks - 1).operations() * ADVANTAGE > dense {
+            return Structure::Dense(pattern.dim());
+        }
+        Structure::Block(Arc::new(pattern))
+    }
+
+    /// Rows.
+    pub fn dim(&self) -> usize {
+        match self {
+            Structure::Dense(dim) => *dim,
+            Structure::Block(pattern) => pattern.dim(),
+            Structure::BorderedBlock(pattern) => pattern.dim() + 1,
+        }
+    }
+
+    /// Whether every one of these pairs of blocks has its place.
+    pub fn holds(&self, pairs: impl IntoIterator<Item = (usize, usize)>) -> bool {
+        match self {
+            Structure::Dense(_) => true,
+            Structure::Block(pattern) | Structure::BorderedBlock(pattern) => {
+                (pairs.into_iter()).all(|(i, j)| pattern.position(i, j).is_some())
+            }
+        }
+    }
+
+    /// The same with one row and one column more.
+    ///
+    /// # Panics
+    /// It has a border already.
+    pub fn bordered(&self) -> Structure {
+        match self {
+            Structure::Dense(dim) => Structure::Dense(dim + 1),
+            Structure::Block(pattern) => Structure::BorderedBlock(Arc::clone(pattern)),
+            Structure::BorderedBlock(_) => panic!("one border only"),
+        }
+    }
+}
+
+/// A square matrix of one of the two shapes.
+#[derive(Debug, Clone)]
+pub enum Jacobian {
+    /// Every entry.
+    Dense(DMatrix<f64>),
+    /// Blocks, with or without a border.
+    Block(Blocks),
+}
+
+/// The blocks of a pattern and, where there is one, a last row and column.
+#[derive(Debug, Clone)]
+pub struct Blocks {
+    pub(super) pattern: Arc<Pattern>,
+    /// Block after block, column by column of the pattern; each block column by column.
+    pub(super) values: Vec<f64>,
+    pub(super) border: Option<Border>,
+}
+
+/// Last row and last column of a bordered matrix.
+#[derive(Debug, Clone)]
+pub struct Border {
+    pub(super) column: DVector<f64>,
+    pub(super) row: DVector<f64>,
+    pub(super) corner: f64,
+}
+
+impl Jacobian {
+    /// Zero matrix of this shape.
+    pub fn new(structure: &Structure) -> Jacobian {
+        let (pattern, border) = match structure {
+            Structure::Dense(dim) => return Jacobian::Dense(DMatrix::zeros(*dim, *dim)),
+            Structure::Block(pattern) => (pattern, None),
+            Structure::BorderedBlock(pattern) => {
+                let (column, row) = (DVector::zeros(pattern.dim()), DVector::zeros(pattern.dim()));
+                let corner = 0.0;
+                let border = Border {
+                    column,
+                    row,
+                    corner,
+                };
+                (pattern, Some(border))
+            }
+        };
+        Jacobian::Block(Blocks {
+            values: vec![0.0; pattern.stored() * pattern.size().pow(2)],
+            pattern: Arc::clone(pattern),
+            border,
+        })
+    }
+
+    /// Takes this shape, with zeros, unless it has it already.
+    pub fn reshape(&mut self, structure: &Structure) {
+        let has_it = match (&*self, structure) {
+            (Jacobian::Dense(matrix), Structure::Dense(dim)) => matrix.nrows() == *dim,
+            (Jacobian::Block(blocks), Structure::Block(pattern)) => {
+                blocks.border.is_none() && is_same(&blocks.pattern, pattern)
+            }
+            (Jacobian::Block(blocks), Structure::BorderedBlock(pattern)) => {
+                blocks.border.is_some() && is_same(&blocks.pattern, pattern)
+            }
+            _ => false,
+        };
+        if !has_it {
+            *self = Jacobian::new(structure);
+        }
+    }
+
+    /// Rows.
+    pub fn dim(&self) -> usize {
+        match self {
+            Jacobian::Dense(matrix) => matrix.nrows(),
+            Jacobian::Block(blocks) => blocks.pattern.dim() + usize::from(blocks.border.is_some()),
+        }
+    }
+
+    /// Sets every entry of the shape; a border keeps its own.
+    pub fn fill(&mut self, value: f64) {
+        match self {
+            Jacobian::Dense(matrix) => matrix.fill(value),
+            Jacobian::Block(blocks) => blocks.values.fill(value),
+        }
+    }
+
+    /// Largest entry in modulus, the border left out.
+    pub fn amax(&self) -> f64 {
+        match self {
+            Jacobian::Dense(matrix) => matrix.amax(),
+            Jacobian::Block(blocks) => blocks.values.iter().fold(0.0, |m, x| m.max(x.abs())),
+        }
+    }
+
+    /// The block (i, j) of a matrix of `size` x `size` blocks.
+    ///
+    /// # Panics
+    /// A block outside the pattern: the pattern was made for another system.
+    pub fn block_mut(&mut self, size: usize, (i, j): (usize, usize)) -> BlockMut<'_> {
+        let (values, begin, stride) = match self {
+            Jacobian::Dense(matrix) => {
+                let rows = matrix.nrows();
+                (matrix.as_mut_slice(), j * size * rows + i * size, rows)
+            }
+            Jacobian::Block(blocks) => {
+                let position = blocks.pattern.position(i, j).expect(IN_PATTERN);
+                (&mut blocks.values[..], position * size * size, size)
+            }
+        };
+        let end = begin + (size - 1) * stride + size;
+        BlockMut {
+            values: &mut values[begin..end],
+            size,
+            stride,
+        }
+    }
+
+    /// Borders `inner`, whose entries move here: [inner, column; row, corner]. `row(k)` gives the last row.
+    pub fn take_bordered(
+        &mut self,
+        inner: &mut Jacobian,
+        column: &DVector<f64>,
+        row: impl Fn(usize) -> f64,
+        corner: f64,
+    ) {
+        self.reshape(&inner.structure().bordered());
+        let dim = column.len();
+        match (self, inner) {
+            (Jacobian::Dense(outer), Jacobian::Dense(inner)) => {
+                outer.view_mut((0, 0), (dim, dim)).copy_from(inner);
+                outer.view_mut((0, dim), (dim, 1)).copy_from(column);
+                (0..dim).for_each(|k| outer[(dim, k)] = row(k));
+                outer[(dim, dim)] = corner;
+            }
+            (
+                Jacobian::Block(Blocks {
+                    values,
+                    border: Some(border),
+                    ..
+                }),
+                Jacobian::Block(inner),
+            ) => {
+                std::mem::swap(values, &mut inner.values);
+                border.column.copy_from(column);
+                (0..dim).for_each(|k| border.row[k] = row(k));
+                border.corner = corner;
+            }
+            _ => unreachable!("both have the same shape"),
+        }
+    }
+
+    /// Its shape.
+    pub fn structure(&self) -> Structure {
+        match self {
+            Jacobian::Dense(matrix) => Structure::Dense(matrix.nrows()),
+            Jacobian::Block(blocks) if blocks.border.is_some() => {
+                Structure::BorderedBlock(Arc::clone(&blocks.pattern))
+            }
+            Jacobian::Block(blocks) => Structure::Block(Arc::clone(&blocks.pattern)),
+        }
+    }
+
+    /// y = A x.
+    pub fn multiply(&self, x: &DVector<f64>, y: &mut DVector<f64>) {
+        match self {
+            Jacobian::Dense(matrix) => y.gemv(1.0, matrix, x, 0.0),
+            Jacobian::Block(blocks) => blocks.multiply(x.as_slice(), y.as_mut_slice()),
+        }
+    }
+
+    /// The same matrix with every entry.
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        match self {
+            Jacobian::Dense(matrix) => matrix.clone(),
+            Jacobian::Block(blocks) => blocks.to_dense(),
+        }
+    }
+}
+
+/// One block of a Jacobian.
+#[derive(Debug)]
+pub struct BlockMut<'a> {
+    values: &'a mut [f64],
+    size: usize,
+    stride: usize,
+}
+
+impl BlockMut<'_> {
+    /// Column l.
+    pub fn column(&mut self, l: usize) -> &mut [f64] {
+        let begin = l * self.stride;
+        &mut self.values[begin..begin + self.size]
+    }
+
+    /// Adds `factor` times a matrix of the same size, column by column.
+    pub fn add(&mut self, factor: f64, block: &[f64]) {
+        let columns = self.values.chunks_mut(self.stride);
+        for (target, source) in columns.zip(block.chunks_exact(self.size)) {
+            for (t, s) in target.iter_mut().zip(source) {
+                *t += factor * s;
+            }
+        }
+    }
+}
+
+const IN_PATTERN: &str = "the pattern holds every pair of coordinates that share a body";
+
+fn is_same(a: &Arc<Pattern>, b: &Arc<Pattern>) -> bool {
+    Arc::ptr_eq(a, b) || a == b
+}
+
+impl Blocks {
+    /// Block at a position, column by column.
+    pub(super) fn block(&self, position: usize) -> &[f64] {
+        let area = self.pattern.size().pow(2);
+        &self.values[position * area..(position + 1) * area]
+    }
+
+    fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        let (size, dim) = (self.pattern.size(), self.pattern.dim());
+        y.fill(0.0);
+        let mut position = 0;
+        for (j, x) in x[..dim].chunks_exact(size).enumerate() {
+            for i in self.pattern.column(j) {
+                let y = &mut y[i * size..(i + 1) * size];
+                add_product(self.block(position), x, 1.0, y);
+                position += 1;
+            }
+        }
+        if let Some(border) = &self.border {
+            let last = x[dim];
+            for (y, b) in y.iter_mut().zip(&border.column) {
+                *y += last * b;
+            }
+            y[dim] = dot(border.row.as_slice(), &x[..dim]) + border.corner * last;
+        }
+    }
+
+    fn to_dense(&self) -> DMatrix<f64> {
+        let (size, dim) = (self.pattern.size(), self.pattern.dim());
+        let all = dim + usize::from(self.border.is_some());
+        let mut dense = DMatrix::zeros(all, all);
+        for j in 0..self.pattern.blocks() {
+            for i in self.pattern.column(j) {
+                let position = self.pattern.position(*i, j).expect(IN_PATTERN);
+                let mut view = dense.view_mut((i * size, j * size), (size, size));
+                view.copy_from_slice(self.block(position));
+            }
+        }
+        if let Some(border) = &self.border {
+            dense.view_mut((0, dim), (dim, 1)).copy_from(&border.column);
+            (0..dim).for_each(|k| dense[(dim, k)] = border.row[k]);
+            dense[(dim, dim)] = border.corner;
+        }
+        dense
+    }
+}
+
+/// y += factor A x, A column by column.
+pub(super) fn add_product(a: &[f64], x: &[f64], factor: f64, y: &mut [f64]) {
+    for (column, x) in a.chunks_exact(y.len()).zip(x) {
+        let x = factor * x;
+        for (y, a) in y.iter_mut().zip(column) {
+            *y += a * x;
+        }
+    }
+}
+
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Blocks {
+    /// Place of entry (r, c) in `values`; `None` outside the pattern.
+    fn place(&self, (r, c): (usize, usize)) -> Option<usize> {
+        let size = self.pattern.size();
+        let position = self.pattern.position(r / size, c / size)?;
+        Some((position * size + c % size) * size + r % size)
+    }
+}
+
+/// Entry (row, column) of the matrix; 0 outside the pattern. The border is no part of it.
+impl Index<(usize, usize)> for Jacobian {
+    type Output = f64;
+
+    fn index(&self, at: (usize, usize)) -> &f64 {
+        match self {
+            Jacobian::Dense(matrix) => &matrix[at],
+            Jacobian::Block(blocks) => blocks.place(at).map_or(&0.0, |k| &blocks.values[k]),
+        }
+    }
+}
+
+/// Entry (row, column) of the matrix; panics outside the pattern. The border is no part of it.
+impl IndexMut<(usize, usize)> for Jacobian {
+    fn index_mut(&mut self, at: (usize, usize)) -> &mut f64 {
+        match self {
+            Jacobian::Dense(matrix) => &mut matrix[at],
+            Jacobian::Block(blocks) => {
+                let place = blocks.place(at).expect(IN_PATTERN);
+                &mut blocks.values[place]
+            }
+        }
+    }
+}
