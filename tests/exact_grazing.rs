@@ -15,6 +15,10 @@ use std::f64::consts::TAU;
 /// Length of the cells of the scan in time; the motions below have periods above 2.
 const CELL: f64 = 1e-2;
 
+/// A deformation that is less beyond a flank has not passed it: the closed form is no better, nor is the graze that follows
+/// from it.
+const ROUNDING: f64 = 2e-14;
+
 /// q'' + 2 zeta q' + f(q) = mean + Re(load exp(i w T)), f: backlash of half gap `gap`.
 #[derive(Debug, Clone)]
 struct Oscillator {
@@ -129,14 +133,14 @@ impl Oscillator {
         };
         let mut switches = Vec::new();
         'region: loop {
-            let mut inside = 0.0;
-            while at.time + inside < end {
-                let next = (inside + CELL).min(end - at.time);
+            let (mut inside, remaining) = (0.0, end - at.time);
+            while inside < remaining {
+                let next = (inside + CELL).min(remaining);
                 let turn = self.turn(&at, inside, next);
                 for after in turn.into_iter().chain([next]) {
                     let beyond = self.beyond(at.region, self.closed_form(&at, after)[0]);
                     for (side, direction) in [(0, 1), (1, -1)] {
-                        if beyond[side] > 0.0 {
+                        if beyond[side] > ROUNDING {
                             let out = |t: f64| {
                                 self.beyond(at.region, self.closed_form(&at, t)[0])[side] > 0.0
                             };

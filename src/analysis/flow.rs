@@ -176,11 +176,14 @@ pub struct MapRecord {
 }
 
 impl MapRecord {
-    /// Kind of the attractor, `size` values a point; a record that failed before its end says nothing.
-    pub fn label(&self, size: usize) -> Label {
-        match self.stop {
-            Some(Stop::Failed(..)) => Label::Undecided,
-            _ => attractor::label(&self.points, size, self.exponents.as_ref()),
+    /// Kind of the attractor of the system recorded; a record that failed before its end says nothing.
+    pub fn label(&self, system: &System) -> Label {
+        if matches!(self.stop, Some(Stop::Failed(..))) {
+            return Label::Undecided;
+        }
+        match attractor::label(&self.points, 2 * system.dof(), self.exponents.as_ref()) {
+            Label::QuasiPeriodic if attractor::excludes_tori(system) => Label::Undecided,
+            label => label,
         }
     }
 }

@@ -141,7 +141,7 @@ impl PoincareMap {
             self.size(),
             &mut keep_going,
         );
-        let label = record.label(motion.state.len());
+        let label = record.label(&motion.system);
         Ok(Run {
             record,
             label,

@@ -24,7 +24,7 @@ pub struct Violations(pub Vec<String>);
 /// - force and partials are finite on a wide grid, and the partials equal central differences away from breakpoints;
 /// - breakpoints are ascending, and force and partials are smooth elsewhere; the force is continuous there unless
 ///   `is_discontinuous`;
-/// - `is_piecewise_affine` and `depends_on_velocity` are honest;
+/// - `is_piecewise_affine`, `depends_on_velocity` and `is_passive` are honest;
 /// - `flank` changes at breakpoints only, and an open flank carries no force;
 /// - scaling displacement, time and force changes the law as its dimensions say:
 ///   f*(q / l, v / (l w)) = f(q, v) / l;
@@ -161,6 +161,12 @@ fn responses(element: &dyn Element, found: &mut Vec<String>) {
             if !element.depends_on_velocity() && (r.df_dv != 0.0 || at(q, v + 1.0).f != r.f) {
                 found.push(format!(
                     "depends on v at q = {q}, v = {v}, but depends_on_velocity is false"
+                ));
+            }
+            if element.is_passive() && r.df_dv < 0.0 {
+                found.push(format!(
+                    "df/dv = {} at q = {q}, v = {v}, but is_passive is true",
+                    r.df_dv
                 ));
             }
             if is_near_breakpoint(element, q) {

@@ -219,7 +219,7 @@ impl<'a> Work<'a> {
             Some(stop) => self.stop(run, k, value, &stop.to_string()),
             None => {}
         }
-        let label = record.label(state.len());
+        let label = record.label(system);
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let share = done as f64 / self.total as f64;
         let words = format!("{done} of {} points", self.total);

@@ -194,9 +194,11 @@ impl Regions {
     }
 }
 
-/// Whether a polynomial that starts on a level leaves the tolerance upwards: the sign of the term that does it first.
+/// Whether a polynomial that starts on a level leaves the tolerance upwards: the sign of the term that does it first (at rest
+/// in the origin the tolerance is 0, and that is the lowest one).
 fn rises(polynomial: &Polynomial, tolerance: f64) -> bool {
     let terms = polynomial.iter().enumerate().skip(1);
+    let terms = terms.filter(|(_, c)| **c != 0.0);
     let leaving = terms.map(|(k, c)| ((tolerance / c.abs()).powf(1.0 / k as f64), *c));
     let first = leaving.min_by(|a, b| a.0.total_cmp(&b.0));
     first.is_some_and(|(_, c)| c > 0.0)
