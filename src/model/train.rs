@@ -181,6 +181,7 @@ fn loads(
         let path = fields.path_of(name);
         let found = bodies.get_full(name);
         match found {
+            None if bodies.is_empty() => {}
             None => {
                 let at = Diagnostic::at_key(entry, &path, "");
                 mistakes.add(unknown_body(name, bodies, at));

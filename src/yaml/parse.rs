@@ -21,6 +21,30 @@ pub const MAX_TEXT: usize = 16 << 20;
 pub const MAX_DEPTH: usize = 64;
 /// Largest number of values, with aliases expanded.
 pub const MAX_NODES: usize = 4_000_000;
+/// Parts of what the parser says, and the next move.
+const SYNTAX: [(&str, &str); 6] = [
+    (
+        "simple key expected",
+        "a key is followed by `:` and a space, as in `stiffness: 2e8`",
+    ),
+    (
+        "did not find expected key",
+        "the keys of a map stand in one column, deeper than the key above them",
+    ),
+    (
+        "did not find expected ','",
+        "a closing bracket or a comma is missing here or above",
+    ),
+    (
+        "mapping values are not allowed",
+        "a text with `: ` in it stands in quotes; the keys of a map stand in one column",
+    ),
+    ("tabs disallowed", "indent with spaces"),
+    (
+        "while scanning a quoted scalar",
+        "a closing quote is missing",
+    ),
+];
 /// Duplicate keys reported at once.
 const MAX_MISTAKES: usize = 100;
 
@@ -119,7 +143,13 @@ impl Place<'_> {
     fn syntax(&self, error: &yaml::ScanError) -> Diagnostic {
         match error.kind() {
             yaml::ErrorKind::RecursionLimitExceeded => self.too_deep(*error.marker()),
-            kind => self.mistake(*error.marker(), format!("not valid YAML: {kind}")),
+            kind => {
+                let said = kind.to_string();
+                let help = SYNTAX.iter().find(|(part, _)| said.contains(part));
+                let mut mistake = self.mistake(*error.marker(), format!("not valid YAML: {said}"));
+                mistake.help = help.map(|(_, help)| (*help).to_owned());
+                mistake
+            }
         }
     }
 

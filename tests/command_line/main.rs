@@ -1,0 +1,12 @@
+//! The real binary on real files.
+
+#[path = "../support/program.rs"]
+mod program;
+#[path = "../support/synthetic.rs"]
+mod synthetic;
+
+mod bad_input;
+mod cli;
+mod ends_of_runs;
+mod hostile_input;
+mod output_files;
