@@ -4,7 +4,7 @@ use super::jumps;
 use super::orbit::FourierOrbit;
 use crate::numeric::exponential::exponential;
 use crate::numeric::periodic::Periodic;
-use crate::system::{Scratch, System};
+use crate::system::{Mount, Scratch, System};
 use nalgebra::{DMatrix, Schur};
 use num_complex::Complex;
 use std::f64::consts::TAU;
@@ -28,7 +28,7 @@ pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
         return DMatrix::from_element(size, size, f64::NAN);
     }
     let (cuts, mut passages) = cuts(system, orbit);
-    let is_constant = is_piecewise_constant(system);
+    let is_constant = system.mounts().iter().all(is_piecewise_constant);
     let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
     let mut variation = Variation::new(system, orbit);
     let mut phi = DMatrix::identity(size, size);
@@ -150,14 +150,12 @@ fn cuts(system: &System, orbit: &FourierOrbit) -> (Vec<f64>, Vec<Passage>) {
 }
 
 /// Whether df/dq, df/dv and the stiffness variation are constant between two cuts.
-fn is_piecewise_constant(system: &System) -> bool {
-    system.mounts().iter().all(|mount| {
-        let constant = match &mount.stiffness_variation {
-            None | Some(Periodic::Rectangular { .. }) => true,
-            Some(series) => series.is_constant(),
-        };
-        constant && mount.element.is_piecewise_affine()
-    })
+pub fn is_piecewise_constant(mount: &Mount) -> bool {
+    let constant = match &mount.stiffness_variation {
+        None | Some(Periodic::Rectangular { .. }) => true,
+        Some(series) => series.is_constant(),
+    };
+    constant && mount.element.is_piecewise_affine()
 }
 
 /// A(tau) along an orbit, with its buffers.

@@ -9,4 +9,6 @@ mod bad_input;
 mod cli;
 mod ends_of_runs;
 mod hostile_input;
+mod laws_in_models;
+mod messages;
 mod output_files;

@@ -158,7 +158,7 @@ pub struct RecordMeasures {
 }
 
 impl Recorder for RecordMeasures {
-    fn record(&mut self, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
+    fn record(&mut self, _lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
         for m in self.meter.measure(system, orbit) {
             let [k_a, k_dc] =
                 [m.effective_stiffness, m.effective_stiffness_dc].map(|k| k.unwrap_or(f64::NAN));

@@ -75,6 +75,15 @@ impl Place {
         run_in(self.folder.path(), arguments)
     }
 
+    /// Runs the program with these arguments in a shell that has set a limit, such as `ulimit -t 10`.
+    #[cfg(unix)]
+    pub fn run_after(&self, limit: &str, arguments: &[&str]) -> Ended {
+        let mut shell = assert_cmd::Command::new("sh");
+        shell.args(["-c", &format!("{limit}; exec \"$0\" \"$@\"")]);
+        shell.arg(assert_cmd::cargo::cargo_bin("gearlash"));
+        ended(shell.current_dir(self.folder.path()).args(arguments))
+    }
+
     /// Names in a folder, sorted.
     pub fn names(&self, folder: &str) -> Vec<String> {
         let mut list: Vec<String> = std::fs::read_dir(self.path(folder))
@@ -145,13 +154,15 @@ impl Ended {
 }
 
 pub fn run_in(folder: &Path, arguments: &[&str]) -> Ended {
-    let output: Output = assert_cmd::Command::cargo_bin("gearlash")
-        .unwrap()
-        .current_dir(folder)
-        .args(arguments)
-        .timeout(std::time::Duration::from_secs(30))
-        .output()
-        .unwrap();
+    let mut program = assert_cmd::Command::cargo_bin("gearlash").unwrap();
+    ended(program.current_dir(folder).args(arguments))
+}
+
+/// Longer than anything takes: what hangs fails its test.
+const FOREVER: std::time::Duration = std::time::Duration::from_secs(120);
+
+fn ended(command: &mut assert_cmd::Command) -> Ended {
+    let output: Output = command.timeout(FOREVER).output().unwrap();
     Ended {
         code: output.status.code().unwrap_or(-1),
         out: String::from_utf8_lossy(&output.stdout).into_owned(),

@@ -18,6 +18,7 @@ use crate::numeric::bernstein::{Direction, evaluate};
 use crate::numeric::periodic::Periodic;
 use crate::solve::jumps;
 use crate::system::System;
+pub use laws::needs;
 use nalgebra::DMatrix;
 use regions::Regions;
 use series::{COUNT, Polynomial, Series};

@@ -1,9 +1,6 @@
 //! Mistakes that users make, and what they read: each message names the place, what is wrong, and the next move.
 
-#[path = "support/program.rs"]
-mod program;
-
-use program::{Place, TRAIN};
+use crate::program::{Place, TRAIN};
 
 /// What stands in a good model, what a user wrote instead, and parts of what is said; the first part is the place.
 const CASES: &[(&str, &str, &[&str])] = &[
@@ -129,7 +126,7 @@ const CASES: &[(&str, &str, &[&str])] = &[
         "harmonics: 5",
         "harmonics: 5, orbits: all",
         &[
-            "m.yaml:17:84",
+            "m.yaml:17:88",
             "found the text `all`, wanted false, true or `marks`",
         ],
     ),
