@@ -23,11 +23,20 @@ const PANELS_PER_HARMONIC: usize = 8;
 ///
 /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
 pub fn monodromy(system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
+    monodromy_between(system, orbit, &orbit.extrema(system))
+}
+
+/// The same with the extrema of the deformations already known, one list a connection.
+pub fn monodromy_between(
+    system: &System,
+    orbit: &FourierOrbit,
+    extrema: &[Vec<(f64, f64)>],
+) -> DMatrix<f64> {
     let size = 2 * system.dof();
     if jumps::refuse_hidden(system).is_err() {
         return DMatrix::from_element(size, size, f64::NAN);
     }
-    let (cuts, mut passages) = cuts(system, orbit);
+    let (cuts, mut passages) = cuts(system, orbit, extrema);
     let is_constant = system.mounts().iter().all(is_piecewise_constant);
     let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
     let mut variation = Variation::new(system, orbit);
@@ -107,18 +116,23 @@ struct Passage {
 }
 
 /// 0, every instant where A(tau) is not smooth, 2 pi; and the jumps among them.
-fn cuts(system: &System, orbit: &FourierOrbit) -> (Vec<f64>, Vec<Passage>) {
+fn cuts(
+    system: &System,
+    orbit: &FourierOrbit,
+    extrema: &[Vec<(f64, f64)>],
+) -> (Vec<f64>, Vec<Passage>) {
     let (mut list, mut passages) = (vec![0.0, TAU], Vec::new());
     for (k, mount) in system.mounts().iter().enumerate() {
-        let breakpoints = mount.element.breakpoints();
-        if !breakpoints.is_empty() {
+        if !extrema[k].is_empty() {
             let deformation = orbit.deformation(system, k);
-            let extrema = deformation.extrema();
-            for level in breakpoints {
-                for tau in deformation.crossings(level, &extrema) {
+            for level in mount.element.breakpoints() {
+                for tau in deformation.crossings(level, &extrema[k]) {
+                    list.push(tau);
+                    if !mount.element.is_discontinuous() {
+                        continue;
+                    }
                     let rate = orbit.omega * deformation.at(tau)[1];
                     let phase = orbit.subharmonic as f64 * tau;
-                    list.push(tau);
                     // The period's begin is its end.
                     let tau = if tau > 0.0 { tau } else { TAU };
                     passages.push(Passage {

@@ -4,7 +4,7 @@ use super::integrate::Switch;
 use super::segment_orbit::SegmentOrbit;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
-use crate::system::System;
+use crate::system::{Mount, System};
 use std::f64::consts::TAU;
 
 /// A periodic solution.
@@ -97,10 +97,10 @@ impl Deformation<'_> {
             .map_or(0, |e| 8 * self.subharmonic as usize * (1 + e.kinks().len()));
         let cells = (8 * harmonics).max(64).max(fine);
         let tau = |j: usize| j as f64 * TAU / cells as f64;
-        let slopes: Vec<f64> = (0..=cells).map(|j| self.at(tau(j % cells))[1]).collect();
+        let slopes = self.slopes(cells);
         let mut list = Vec::new();
         for j in 0..cells {
-            if (slopes[j] > 0.0) == (slopes[j + 1] > 0.0) {
+            if (slopes[j] > 0.0) == (slopes[(j + 1) % cells] > 0.0) {
                 continue;
             }
             let slope = |x: f64| {
@@ -117,6 +117,19 @@ impl Deformation<'_> {
         }
         if let Some((x, value)) = list.first().copied() {
             list.push((x + TAU, value));
+        }
+        list
+    }
+
+    /// Derivatives at equally spaced instants of one period.
+    fn slopes(&self, cells: usize) -> Vec<f64> {
+        let mut list = vec![0.0; cells];
+        trigonometric::sample_derivative(&self.coefficients, &mut list);
+        if let Some(e) = self.error {
+            for (j, slope) in list.iter_mut().enumerate() {
+                let phase = self.subharmonic * j as f64 * TAU / cells as f64;
+                *slope -= self.subharmonic * e.derivative(phase);
+            }
         }
         list
     }
@@ -157,6 +170,15 @@ impl FourierOrbit {
             error,
             subharmonic: self.subharmonic as f64,
         }
+    }
+
+    /// Extrema of every deformation whose law has breakpoints; an empty list for the others.
+    pub fn extrema(&self, system: &System) -> Vec<Vec<(f64, f64)>> {
+        let one = |(k, mount): (usize, &Mount)| match mount.element.breakpoints().is_empty() {
+            true => Vec::new(),
+            false => self.deformation(system, k).extrema(),
+        };
+        system.mounts().iter().enumerate().map(one).collect()
     }
 
     /// State [q; v] at tau into `state`, 2n values.

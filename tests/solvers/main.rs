@@ -9,6 +9,7 @@ mod texts;
 
 mod analytic_linear;
 mod block_elimination;
+mod branch_events;
 mod continuation;
 mod crosscheck_excitations;
 mod crosscheck_integrators;
@@ -18,6 +19,7 @@ mod dopri5_switches;
 mod exact_energy;
 mod exact_flow;
 mod exact_grazing;
+mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;
 mod residual_derivatives;

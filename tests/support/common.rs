@@ -9,8 +9,11 @@ use gearlash::solve::branch::{self, Branch, Recorder, TraceOptions};
 use gearlash::solve::continuation::ContinuationOptions;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
+use gearlash::solve::integrate::IntegratorChoice;
 use gearlash::solve::newton::NewtonOptions;
 use gearlash::solve::orbit::Orbit;
+use gearlash::solve::residual::PeriodicResidual;
+use gearlash::solve::shooting::Shooting;
 use gearlash::solve::start::{self, Start, StartMode};
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
@@ -100,25 +103,95 @@ pub fn trace(
         harmonics,
         system.subharmonic(),
     ));
-    let size = GalerkinOptions { harmonics, samples };
-    let u = start_at(system, range.0, size);
-    let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
-    let options = trace_options(
+    balance(
+        system,
         range,
+        GalerkinOptions { harmonics, samples },
         marks,
-        1.0 / system.dof() as f64,
-        NewtonOptions::default(),
-    );
-    let mut recorder = RecordMeasures {
-        meter: Meter::new(samples),
-    };
-    branch::trace(&mut problem, u, &options, &mut recorder)
+        0.1,
+    )
+}
+
+/// The same with the largest step given.
+pub fn balance(
+    system: &System,
+    range: (f64, f64),
+    size: GalerkinOptions,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
+    let problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
+    balance_problem(system, problem, range, size, marks, max_step)
+}
+
+/// The same with forces integrated in closed form.
+pub fn balance_exactly(
+    system: &System,
+    range: (f64, f64),
+    harmonics: usize,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
+    let samples = GalerkinOptions::default_samples(harmonics, system.subharmonic());
+    let size = GalerkinOptions { harmonics, samples };
+    let problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size)
+        .and_then(|p| p.with_exact_quadrature(range.0))
+        .unwrap();
+    balance_problem(system, problem, range, size, marks, max_step)
+}
+
+fn balance_problem(
+    system: &System,
+    mut problem: Galerkin<FrequencyFamily>,
+    range: (f64, f64),
+    size: GalerkinOptions,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
+    let u = first_solution(system, range.0, size);
+    let mut options = trace_options(system, range, marks, max_step);
+    options.continuation.weight = 1.0 / system.dof() as f64;
+    let meter = Meter::new(size.samples);
+    branch::trace(&mut problem, u, &options, &mut RecordMeasures { meter })
         .unwrap()
         .unwrap()
 }
 
-/// Coefficients that the start of an analysis finds at a frequency.
-pub fn start_at(system: &System, frequency: f64, size: GalerkinOptions) -> DVector<f64> {
+/// A branch traced by shooting, started from a Galerkin orbit.
+pub fn shoot(
+    system: &System,
+    range: (f64, f64),
+    marks: &[f64],
+    choice: IntegratorChoice,
+    max_step: f64,
+) -> Branch {
+    let size = GalerkinOptions {
+        harmonics: 12,
+        samples: 1024,
+    };
+    let u = first_solution(system, range.0, size);
+    let family = || FrequencyFamily::new(system.clone());
+    let mut state = vec![0.0; 2 * system.dof()];
+    let orbit = Galerkin::new(family(), range.0, size)
+        .unwrap()
+        .orbit(&u, range.0)
+        .unwrap();
+    orbit.state(0.0, &mut state);
+    let mut problem = Shooting::new(family(), range.0, choice).unwrap();
+    let mut options = trace_options(system, range, marks, max_step);
+    options.continuation.newton.tolerance = 1e-12;
+    let meter = Meter::new(16);
+    branch::trace(
+        &mut problem,
+        DVector::from_vec(state),
+        &options,
+        &mut RecordMeasures { meter },
+    )
+    .unwrap()
+    .unwrap()
+}
+
+fn first_solution(system: &System, frequency: f64, size: GalerkinOptions) -> DVector<f64> {
     let newton = NewtonOptions::default();
     match start::find(system, frequency, size, StartMode::Auto, newton).unwrap() {
         Start::Found { u, .. } => u,
@@ -126,21 +199,15 @@ pub fn start_at(system: &System, frequency: f64, size: GalerkinOptions) -> DVect
     }
 }
 
-/// Settings of a branch as an analysis has them by default; `weight` is that of an unknown in the length of a step.
-pub fn trace_options(
-    range: (f64, f64),
-    marks: &[f64],
-    weight: f64,
-    newton: NewtonOptions,
-) -> TraceOptions {
+fn trace_options(system: &System, range: (f64, f64), marks: &[f64], max_step: f64) -> TraceOptions {
     let continuation = ContinuationOptions {
         range,
-        step: 0.02,
+        step: max_step.min(0.02),
         min_step: 1e-8,
-        max_step: 0.1,
-        max_points: 10_000,
-        weight,
-        newton,
+        max_step,
+        max_points: 100_000,
+        weight: 0.5 / system.dof() as f64,
+        newton: NewtonOptions::default(),
     };
     TraceOptions {
         continuation,

@@ -1,8 +1,8 @@
 //! In which region of its law every connection is, and where it leaves it.
 
-use super::laws::AffineLaw;
 use super::series::{COUNT, Polynomial, Series};
 use crate::numeric::bernstein::{Direction, first_passage, hull};
+use crate::solve::affine::AffineLaw;
 use std::cmp::Ordering;
 
 /// Rounding of a deformation in units of what it is made of.
@@ -99,7 +99,7 @@ impl Regions {
         let mut first: Option<Crossing> = None;
         for (k, connection) in self.connections.iter().enumerate() {
             let (low, high) = connection.law.borders(connection.region);
-            if low.is_none() && high.is_none() {
+            if low.is_infinite() && high.is_infinite() {
                 continue;
             }
             let mut polynomial = *series.deformation(k);
@@ -109,7 +109,9 @@ impl Regions {
             let (least, largest) = hull(&polynomial);
             let borders = [(low, Direction::Down), (high, Direction::Up)];
             for (level, direction) in borders {
-                let Some(level) = level else { continue };
+                if level.is_infinite() {
+                    continue;
+                }
                 let tolerance = connection.tolerance(level, size, tau);
                 let is_far = match direction {
                     Direction::Down => least > level - tolerance,
@@ -159,7 +161,11 @@ impl Regions {
         let size = size(series, state);
         for (k, connection) in self.connections.iter_mut().enumerate() {
             let polynomial = series.deformation(k);
-            while let (_, Some(level)) = connection.law.borders(connection.region) {
+            loop {
+                let (_, level) = connection.law.borders(connection.region);
+                if level.is_infinite() {
+                    break;
+                }
                 let tolerance = connection.tolerance(level, size, tau);
                 let stands = (polynomial[0] - level).abs() <= tolerance;
                 if !(stands && rises(polynomial, tolerance)) {

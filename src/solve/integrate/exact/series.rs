@@ -1,9 +1,9 @@
 //! The equation of motion as a recursion for Taylor coefficients, in units of time that suit the system.
 
 use super::forcing::Harmonics;
-use super::laws::AffineLaw;
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
+use crate::solve::affine::AffineLaw;
 use crate::system::{LoadKind, System};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;

@@ -1,18 +1,15 @@
 //! Every model in `models/` under the Galerkin method, shooting and integration: where a response of period 1 is stable, the
 //! three give the same orbit.
 
-mod response_support;
-mod time_domain_support;
-
+use crate::response_support::*;
+use crate::time_domain_support::*;
 use gearlash::analysis::Control;
 use gearlash::model::Structure;
 use gearlash::numeric::periodic::Periodic;
 use gearlash::report::{Report, Table};
 use gearlash::study::Study;
 use gearlash::system::System;
-use response_support::*;
 use std::path::{Path, PathBuf};
-use time_domain_support::*;
 
 /// Frequencies over the first natural frequency: below, between and above resonances, no simple ratios.
 const RATIOS: [f64; 8] = [0.37, 0.58, 0.83, 1.13, 1.37, 1.71, 2.3, 3.1];

@@ -1,14 +1,11 @@
 //! Scales never change an answer: random trains, any characteristic frequency and lengths, the same results in SI units.
 
-mod response_support;
-mod time_domain_support;
-
+use crate::response_support::*;
+use crate::time_domain_support::*;
 use gearlash::study::Study;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use response_support::*;
 use std::fmt::Write;
-use time_domain_support::*;
 
 /// A random train: trees and parallel paths, meshes beside shafts, grounded or free. `lengths`: own scales of connections.
 struct Train {

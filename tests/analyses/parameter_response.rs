@@ -1,14 +1,10 @@
 //! Responses against any number of the model: they meet the frequency responses at that number, and independent values.
 
-mod common;
-mod response_support;
-mod time_domain_support;
-
-use common::reference;
+use crate::common::{self, reference};
+use crate::response_support::*;
+use crate::time_domain_support::*;
 use gearlash::report::Report;
-use response_support::*;
 use serde_json::Value;
-use time_domain_support::*;
 
 /// The mark of one report against the nearest mark of another.
 fn nearest_gap(one: &Report, other: &Report) -> (f64, String) {

@@ -1,8 +1,6 @@
 //! What `parameter_response` refuses, and how its branches end where the model does.
 
-mod time_domain_support;
-
-use time_domain_support::*;
+use crate::time_domain_support::*;
 
 fn refused(model: &str, keys: &str, wanted: &[&str]) {
     let message = refusal(model, &format!("{{type: parameter_response, {keys}}}"));
