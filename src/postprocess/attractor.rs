@@ -14,9 +14,10 @@
 //!   (K < [`REGULAR`]), and the record does not close in on a periodic orbit: its best recurrence neither halves from the
 //!   first half of the record to the second nor falls below [`CLOSE`] (a slow transient cannot be told from a torus then).
 //!   Without exponents the 0-1 test decides alone,
-//!   more strictly (K < [`STRICTLY_REGULAR`]). At least [`LEAST_POINTS`] points.
+//!   more strictly (K < [`STRICTLY_REGULAR`]). At least [`LEAST_POINTS`] points. Never where [`excludes_tori`] holds.
 
 use super::lyapunov::Exponents;
+use crate::system::{Mount, System};
 
 /// Tolerance of a repeat, relative to the largest modulus of the coordinate.
 pub const REPEAT: f64 = 1e-6;
@@ -92,6 +93,25 @@ pub fn label(points: &[f64], size: usize, exponents: Option<&Exponents>) -> Labe
     } else {
         Label::Undecided
     }
+}
+
+/// Whether a system has no quasi-periodic motion, whatever a record looks like: one coordinate, damped everywhere.
+///
+///     d(q', v')/d(q, v):  trace = -(Gam + sum_e kappa_e W_e df_e/dv) < 0
+///
+/// The Poincaré map of one coordinate is a map of the plane. A closed curve that it maps onto itself bounds a disk that it
+/// maps onto itself, which a map that shrinks every area cannot do. (Without damping areas stay, and such curves abound;
+/// from two coordinates on the plane is no longer the whole state.)
+pub fn excludes_tori(system: &System) -> bool {
+    let takes_energy = |(e, mount): (usize, &Mount)| {
+        let element = mount.element.as_ref();
+        let weight = system.stiffness()[(0, e)] * system.element_map()[(e, 0)];
+        let is_steady = weight >= 0.0 && mount.stiffness_variation.is_none();
+        !element.depends_on_velocity() || (is_steady && element.is_passive())
+    };
+    system.dof() == 1
+        && system.damping()[(0, 0)] > 0.0
+        && system.mounts().iter().enumerate().all(takes_energy)
 }
 
 /// Smallest period of the points.
