@@ -161,7 +161,7 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
         Ok(Orbit::Segments(orbit))
     }
 
-    fn from_half_period(&self, half: &DVector<f64>) -> DVector<f64> {
+    fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
         half.clone()
     }
 

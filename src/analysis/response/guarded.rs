@@ -46,8 +46,8 @@ impl PeriodicResidual for Guarded<'_> {
         self.0.orbit(u, lambda)
     }
 
-    fn from_half_period(&self, half: &DVector<f64>) -> DVector<f64> {
-        self.0.from_half_period(half)
+    fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
+        self.0.in_doubled_period(half)
     }
 
     fn survey(

@@ -116,8 +116,8 @@ impl Source {
                 is_doubled,
             } => {
                 if is_doubled {
-                    point.u = problem.from_half_period(&point.u);
-                    point.tangent_u = problem.from_half_period(&point.tangent_u);
+                    point.u = problem.in_doubled_period(&point.u);
+                    point.tangent_u = problem.in_doubled_period(&point.tangent_u);
                 }
                 Begin::Crossing(point, side)
             }

@@ -143,7 +143,6 @@ impl<'a> Step<'a> {
     }
 
     /// A fold between two fractions of the step, unless the path turns where another one crosses: so do the arms of a pitchfork.
-
     fn fold(
         &mut self,
         (x, a): (f64, &PathPoint),

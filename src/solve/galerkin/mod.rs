@@ -237,7 +237,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         self.fourier_orbit(u, lambda).map(Orbit::Fourier)
     }
 
-    fn from_half_period(&self, half: &DVector<f64>) -> DVector<f64> {
+    fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
         let (c, few) = (self.coefficients, self.coefficients.div_ceil(2));
         let mut u = DVector::zeros(self.dim());
         let blocks = u.as_mut_slice().chunks_exact_mut(c);
