@@ -101,6 +101,7 @@
     }));
   }
 
+  // Ranges are copies: a zoom writes into the ones that the layout holds.
   function layout(data, width) {
     const n = data.panels.length;
     const small = width < 700;
@@ -118,8 +119,8 @@
       const top = 1 - (i * (panelHeight + 80)) / inner;
       const suffix = axes.suffix(i);
       const frame = { showline: true, mirror: "allticks", ticks: "inside", linecolor: "#000", gridcolor: "#e8e8e8", zeroline: false, exponentformat: "power", automargin: true };
-      result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range };
-      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range };
+      result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range.slice() };
+      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range.slice() };
     });
     return result;
   }

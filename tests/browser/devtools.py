@@ -19,7 +19,7 @@ FLAGS = [
 class Browser:
     """One browser with one page. `faults`: errors of the page and requests it made to anything but files."""
 
-    def __init__(self, patience=60.0):
+    def __init__(self, patience=30.0):
         self.patience = patience
         self.faults = []
         self._events = []
@@ -72,12 +72,7 @@ class Browser:
 
     def send(self, method, **params):
         """Sends a command and returns its result."""
-        self._count += 1
-        number = self._count
-        message = {"id": number, "method": method, "params": params}
-        if self._session:
-            message["sessionId"] = self._session
-        os.write(self._out, json.dumps(message).encode() + b"\0")
+        number = self._post(method, params)
         deadline = time.monotonic() + self.patience
         while True:
             reply = self._receive(deadline, method)
@@ -85,6 +80,15 @@ class Browser:
                 if "error" in reply:
                     raise RuntimeError(f"{method}: {reply['error']['message']}")
                 return reply["result"]
+
+    def _post(self, method, params):
+        self._count += 1
+        number = self._count
+        message = {"id": number, "method": method, "params": params}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._out, json.dumps(message).encode() + b"\0")
+        return number
 
     def _receive(self, deadline, wanted):
         while b"\0" not in self._rest:
@@ -138,14 +142,18 @@ class Browser:
             time.sleep(0.05)
 
     def mouse(self, kind, at, button="none"):
-        held = 1 if button == "left" and kind != "mouseReleased" else 0
-        clicks = 1 if kind in ("mousePressed", "mouseReleased") else 0
-        self.send("Input.dispatchMouseEvent", type=kind, x=at[0], y=at[1], button=button, buttons=held, clickCount=clicks)
+        self.send("Input.dispatchMouseEvent", **_mouse_event(kind, at, button))
 
     def click(self, at):
         self.mouse("mouseMoved", at)
         self.mouse("mousePressed", at, "left")
         self.mouse("mouseReleased", at, "left")
+
+    def double_click(self, at):
+        self.mouse("mouseMoved", at)
+        # Without waiting for answers: a slow machine must not make two clicks of it.
+        for kind in ("mousePressed", "mouseReleased") * 2:
+            self._post("Input.dispatchMouseEvent", _mouse_event(kind, at, "left"))
 
     def drag(self, start, end):
         self.mouse("mouseMoved", start)
@@ -159,3 +167,9 @@ class Browser:
         with open(path, "wb") as file:
             file.write(data)
         return data
+
+
+def _mouse_event(kind, at, button):
+    held = 1 if button == "left" and kind != "mouseReleased" else 0
+    clicks = 1 if kind in ("mousePressed", "mouseReleased") else 0
+    return {"type": kind, "x": at[0], "y": at[1], "button": button, "buttons": held, "clickCount": clicks}
