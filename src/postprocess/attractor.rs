@@ -10,7 +10,7 @@
 //! - **chaotic**: the largest Lyapunov exponent is more than [`SIGMAS`] standard errors above 0 and has stretched small
 //!   deviations by at least e^[`STRETCH`] over the record. Never without exponents.
 //! - **quasi-periodic**: the largest exponent is within [`SIGMAS`] standard errors of 0 (or has changed deviations by less
-//!   than a factor e over the record), the 0-1 test of Gottwald and Melbourne on the points gives regular motion
+//!   than a factor e over the record) and has stretched them by no more than e^[`STRETCH`] in all, the 0-1 test of Gottwald and Melbourne on the points gives regular motion
 //!   (K < [`REGULAR`]), and the record does not close in on a periodic orbit: its best recurrence neither halves from the
 //!   first half of the record to the second nor falls below [`CLOSE`] (a slow transient cannot be told from a torus then).
 //!   Without exponents the 0-1 test decides alone,
@@ -27,7 +27,7 @@ pub const LONGEST: usize = 64;
 pub const REPEATS: usize = 3;
 /// Standard errors that make an exponent significant.
 pub const SIGMAS: f64 = 3.0;
-/// Least logarithm of the stretching over the record of a chaotic attractor.
+/// Logarithm of the stretching over the record: at least that of a chaotic attractor, at most that of a torus.
 pub const STRETCH: f64 = 3.0;
 /// K of the 0-1 test below which motion counts as regular, when the exponent says so too.
 pub const REGULAR: f64 = 0.5;
@@ -81,7 +81,8 @@ pub fn label(points: &[f64], size: usize, exponents: Option<&Exponents>) -> Labe
         return Label::Undecided;
     }
     let is_neutral = largest.is_none_or(|(value, error, span)| {
-        error.is_finite() && value.abs() <= (SIGMAS * error).max(1.0 / span)
+        let is_small = value.abs() <= (SIGMAS * error).max(1.0 / span);
+        error.is_finite() && is_small && value * span <= STRETCH
     });
     let limit = if largest.is_some() {
         REGULAR

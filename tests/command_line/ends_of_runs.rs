@@ -24,6 +24,17 @@ reduced:
 analyses:
 ";
 
+/// An attraction without bound: the motion falls into q = 1 with a velocity beyond all bounds.
+const FALLING: &str = "\
+schema: 1
+reduced:
+  stiffness: [[1]]
+  damping: {modal_ratio: 0.05}
+  elements: {magnet: {type: expression, force: -1/(1 - q)^2}}
+  loads: {mean: [0], harmonics: [{order: 1, cos: [0.05]}]}
+analyses:
+";
+
 const HISTORY: &str =
     "  it: {type: time_history, at: 0.1, periods: 9, samples_per_period: 4, initial: {q: [0.3]}}\n";
 const MAP: &str =
@@ -81,6 +92,16 @@ fn what_was_reached_is_written() {
     );
     let wanted: Vec<f64> = (1..=periods.len()).map(|k| k as f64).collect();
     assert_eq!(periods, wanted);
+}
+
+#[test]
+fn a_collapse_of_the_step() {
+    for analysis in [HISTORY, MAP] {
+        ends_early(
+            &format!("{FALLING}{analysis}"),
+            "the step fell below the resolution of the time",
+        );
+    }
 }
 
 #[test]

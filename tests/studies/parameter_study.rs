@@ -345,6 +345,9 @@ fn every_type_knows_its_tables_before_it_runs() {
         "frequency_response" => {
             "from: 2.0, to: 1.9, harmonics: 3, orbits: true, methods: [galerkin, shooting]"
         }
+        "parameter_response" => {
+            "parameter: modal_ratio, at: 2.0, from: 0.06, to: 0.05, harmonics: 3, verify: true"
+        }
         "time_history" => "at: 1.5, periods: 2",
         "poincare_map" => "at: 1.5, transient: 5, periods: 5",
         "bifurcation_diagram" => "from: 1.5, to: 1.4, points: 2, transient: 5, periods: 5",

@@ -26,9 +26,14 @@ struct Watch {
 
 impl Watch {
     fn heights(&self, fraction: f64, survey: &Survey) -> Heights {
-        let level = survey.breakpoints[self.connection][self.breakpoint];
-        let extrema = &survey.extrema[self.connection];
-        Heights::new(fraction, extrema, self.is_maximum, level)
+        match survey.breakpoints[self.connection].get(self.breakpoint) {
+            Some(level) => {
+                let extrema = &survey.extrema[self.connection];
+                Heights::new(fraction, extrema, self.is_maximum, *level)
+            }
+            // A gap that closes along the branch takes its breakpoints with it.
+            None => Heights::new(fraction, &[], self.is_maximum, 0.0),
+        }
     }
 
     fn kind(&self) -> EventKind {

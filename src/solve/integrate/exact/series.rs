@@ -5,7 +5,7 @@ use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
 use crate::solve::affine::AffineLaw;
 use crate::system::{LoadKind, System};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Coefficients a coordinate: degree + 1, a multiple of four.
@@ -314,11 +314,31 @@ fn unit(system: &System, laws: &[AffineLaw]) -> f64 {
         slopes * largest(mount.stiffness_variation.as_ref())
     });
     let steepest = steepest.fold(1e-6, f64::max);
-    let norm = |m: &DMatrix<f64>| m.column_iter().map(|c| c.sum()).fold(0.0, f64::max);
-    let coupled = norm(&(system.stiffness().abs() * system.element_map().abs()));
-    let bound = norm(&system.damping().abs()) + (coupled * steepest).sqrt();
+    let coupled = system.stiffness().abs() * system.element_map().abs();
+    let bound = radius(&system.damping().abs()) + (radius(&coupled) * steepest).sqrt();
     if bound > 0.0 { 1.0 / bound } else { 1.0 }
 }
+
+/// A bound on the spectral radius of a matrix without negative numbers, close whatever the scales of its coordinates are.
+///
+///     rho(A) <= max_i (A x)_i / x_i  for every x > 0 (Collatz and Wielandt),  x from the power iteration
+fn radius(matrix: &DMatrix<f64>) -> f64 {
+    let mut x = DVector::from_element(matrix.ncols(), 1.0);
+    let mut bound = f64::INFINITY;
+    for _ in 0..POWERS {
+        let y = matrix * &x;
+        let ratio = y.iter().zip(&x).map(|(y, x)| y / x).fold(0.0, f64::max);
+        bound = bound.min(ratio);
+        let largest = y.amax().max(f64::MIN_POSITIVE);
+        x = y.map(|y| (y / largest).max(LEAST_SHARE));
+    }
+    bound
+}
+
+/// Steps of the power iteration.
+const POWERS: usize = 30;
+/// Keeps the numbers of coordinates that nothing drives from zero.
+const LEAST_SHARE: f64 = 1e-30;
 
 /// Largest modulus of a stiffness variation.
 fn largest(variation: Option<&Periodic>) -> f64 {
