@@ -6,6 +6,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
+use super::plot_data::rounded;
 use super::series::floats;
 use crate::error::Error;
 use crate::report::{Report, Table};
@@ -51,7 +52,7 @@ pub(super) fn value(report: &Report, stride: usize) -> Result<Value, Error> {
             let key = (branch[start] as i64, point[start] as i64);
             let values = columns.iter().map(|c| encoded(&c[start..end]));
             json!({
-                "branch": key.0, "point": key.1, "omega": omega.get(&key),
+                "branch": key.0, "point": key.1, "omega": omega.get(&key).map(|x| rounded(*x)),
                 "values": values.collect::<Vec<String>>(),
             })
         })
@@ -139,7 +140,9 @@ mod tests {
         let reports = [report(2000), report(1000)];
         let stride = stride(&reports);
         assert!(stride > 1, "{stride}");
-        let texts = reports.iter().map(|r| value(r, stride).unwrap().to_string());
+        let texts = reports
+            .iter()
+            .map(|r| value(r, stride).unwrap().to_string());
         assert!(texts.map(|t| t.len()).sum::<usize>() < ROOM + ROOM / 10);
     }
 }

@@ -55,7 +55,7 @@ const orbits = (() => {
       [period, "force " + f.title], ["harmonic of the response", "amplitude of " + q.title]];
     const narrow = canvas.clientWidth < 700;
     const layout = {
-      height: narrow ? 1080 : 560, showlegend: false, hovermode: "closest", margin: { l: 70, r: 16, t: 14, b: 50 },
+      height: narrow ? 1080 : 560, showlegend: false, hovermode: "closest", margin: { l: 70, r: 16, t: 34, b: 50 },
       font: { family: "system-ui, 'DejaVu Sans', Arial, sans-serif", size: 12, color: "#1b1f24" },
       grid: { rows: narrow ? 4 : 2, columns: narrow ? 1 : 2, pattern: "independent", xgap: 0.2, ygap: 0.28 },
     };
@@ -65,7 +65,7 @@ const orbits = (() => {
       layout["yaxis" + axes.suffix(i)] = { ...frame, title: { text: y, standoff: 6 } };
     });
     if (largest > 0) Object.assign(layout.yaxis4, { type: "log", range: [Math.log10(largest) - 6, Math.log10(largest) + 0.2] });
-    return Plotly.react(canvas, traces, layout, { responsive: true, displaylogo: false });
+    return Plotly.react(canvas, traces, layout, { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] });
   }
 
   function heading(orbit, point) {

@@ -86,7 +86,10 @@ fn curve(
         for name in HOVER.iter().filter(|name| **name != *x) {
             if series.table.column(name).is_some() {
                 let values = at(&floats(report, series.table, name)?);
-                hover.push(json!([name, put(&format!("{name} against {y}{only}"), &values)]));
+                hover.push(json!([
+                    name,
+                    put(&format!("{name} against {y}{only}"), &values)
+                ]));
             }
         }
         out["hover"] = Value::Array(hover);
