@@ -44,16 +44,19 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
         only,
     };
     let mut curves = Vec::new();
-    for t in traced {
-        let style = match t.method {
+    // The branches of one method are one curve of several pieces.
+    let mut methods: Vec<Method> = traced.iter().map(|t| t.method).collect();
+    methods.dedup();
+    for method in &methods {
+        let style = match method {
             Method::Integration => CurveStyle::Dots,
             Method::Galerkin | Method::Shooting => CurveStyle::Branch {
                 branch: "branch".into(),
                 stable: "stable".into(),
             },
         };
-        let label = if traced.len() > 1 {
-            format!("{connection}, {}", t.method.word())
+        let label = if methods.len() > 1 {
+            format!("{connection}, {}", method.word())
         } else {
             connection.to_string()
         };
@@ -62,7 +65,7 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
             abscissa,
             label,
             style,
-            Some(("method".into(), t.method.word().into())),
+            Some(("method".into(), method.word().into())),
         ));
     }
     // The backbones of methods that agree lie on one another: the first one's is drawn, where frequencies are the abscissa.

@@ -1,11 +1,12 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
 use super::continuation::{
-    Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Started,
+    Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
 };
 use super::events::{BifurcationEvent, EventKind, Look, Probe, Step};
-use super::newton::NewtonOutcome;
+use super::newton::{NewtonOutcome, NewtonStatus};
 use super::orbit::Orbit;
+use super::place::Place;
 use super::residual::{Extent, PeriodicResidual};
 use crate::error::SolveError;
 use crate::system::System;
@@ -64,6 +65,18 @@ pub struct TraceOptions {
     pub marks: Vec<f64>,
     /// Whether to compute multipliers, and with them period doublings and Neimark-Sacker points.
     pub stability: bool,
+    /// Crossings that are known: the branch ends where it returns onto one, or onto an orbit of half its period. `None`: it
+    /// goes on there.
+    pub known: Option<Vec<Place>>,
+}
+
+/// Where a branch begins.
+#[derive(Debug, Clone)]
+pub enum Begin {
+    /// A guess at the first value of the range.
+    Guess(DVector<f64>),
+    /// A crossing on a known branch, left along the other one.
+    Crossing(Box<PathPoint>, Side),
 }
 
 impl TraceOptions {
@@ -86,21 +99,29 @@ pub trait Recorder {
     }
 }
 
-/// Follows a branch from a first guess.
+/// Follows a branch from a first guess, or from a crossing, which is its first point then.
 ///
-/// A first point that cannot be corrected is the inner `Err`.
+/// A first point that cannot be corrected or left is the inner `Err`.
 ///
 /// # Errors
 /// Contradictory options, or what the problem returns.
 pub fn trace(
     problem: &mut dyn PeriodicResidual,
-    guess: DVector<f64>,
+    begin: Begin,
     options: &TraceOptions,
     recorder: &mut dyn Recorder,
 ) -> Result<Result<Branch, NewtonOutcome>, SolveError> {
-    let path = match Continuation::start(problem, guess, options.continuation)? {
-        Started::Path(path) => *path,
-        Started::Failed(outcome) => return Ok(Err(outcome)),
+    let path = match begin {
+        Begin::Guess(u) => match Continuation::start(problem, u, options.continuation)? {
+            Started::Path(path) => *path,
+            Started::Failed(outcome) => return Ok(Err(outcome)),
+        },
+        Begin::Crossing(point, side) => {
+            match Continuation::branch_off(problem, &point, side, options.continuation)? {
+                Some(path) => path,
+                None => return Ok(Err(singular(&point))),
+            }
+        }
     };
     let branch = Branch {
         points: Vec::new(),
@@ -130,7 +151,17 @@ pub fn trace(
         let point = tracer.path.point().clone();
         let next = tracer.probe(point, 1.0)?;
         last.look.fraction = 0.0;
-        let events = tracer.events(&last, &next)?;
+        let mut events = tracer.events(&last, &next)?;
+        if let Some(Joint { known, at }) = tracer.joint(&last, &next, &events)? {
+            let end = at.as_ref().unwrap_or(&last);
+            events.retain(|e| e.fraction <= end.look.fraction);
+            tracer.insert_marks(&last, end, &events)?;
+            if let Some(joint) = &at {
+                tracer.push(joint)?;
+            }
+            tracer.branch.end = PathEnd::Joined { known };
+            return Ok(Ok(tracer.branch));
+        }
         tracer.insert_marks(&last, &next, &events)?;
         tracer.remember(last, &events);
         if !tracer.push(&next)? {
@@ -138,6 +169,14 @@ pub fn trace(
             return Ok(Ok(tracer.branch));
         }
         last = next;
+    }
+}
+
+/// What is said of a crossing that has no second direction.
+fn singular(point: &PathPoint) -> NewtonOutcome {
+    NewtonOutcome {
+        status: NewtonStatus::SingularJacobian,
+        ..point.newton
     }
 }
 
@@ -151,6 +190,21 @@ struct Tracer<'a> {
     before: Option<Look>,
     /// Length of the step before the present one.
     stride: f64,
+}
+
+/// Halves of an orbit at a branch point that differ by less than this, relative to its size, are one: the point is located to a
+/// small share of a step, in which the amplitude of the half orders passes zero.
+const SAME_HALVES: f64 = 1e-4;
+
+/// The same on the interpolant of a step.
+const NEAR_HALVES: f64 = 1e-2;
+
+/// Where a branch meets a known one.
+struct Joint {
+    /// Number of the known one's crossing.
+    known: Option<usize>,
+    /// The place, where it was located.
+    at: Option<Probe>,
 }
 
 /// Two parameters closer than this, relative to their size, are the same mark.
@@ -180,6 +234,49 @@ impl Tracer<'_> {
         step.events(self.before.as_ref(), a, b)
     }
 
+    /// Where the step meets a known branch.
+    fn joint(
+        &mut self,
+        a: &Probe,
+        b: &Probe,
+        events: &[BifurcationEvent],
+    ) -> Result<Option<Joint>, SolveError> {
+        let Some(known) = &self.options.known else {
+            return Ok(None);
+        };
+        for event in events.iter().filter(|e| e.kind == EventKind::BranchPoint) {
+            let Some(point) = &event.point else {
+                continue;
+            };
+            let here = Place::of(self.problem, &point.u, point.lambda)?;
+            let number = here.nearest(known);
+            if number.is_some() || here.gap_of_halves() < SAME_HALVES {
+                let probe = self.probe(point.clone(), event.fraction)?;
+                return Ok(Some(Joint {
+                    known: number,
+                    at: Some(probe),
+                }));
+            }
+        }
+        if a.point.orientation == 0 {
+            // The branch has just left such an orbit.
+            return Ok(None);
+        }
+        // The halves change places where the branch passes an orbit of half the period, even if the corrector fails there.
+        let from = Place::of(self.problem, &a.point.u, a.point.lambda)?;
+        let to = Place::of(self.problem, &b.point.u, b.point.lambda)?;
+        let Some(fraction) = from.exchange_of_halves(&to) else {
+            return Ok(None);
+        };
+        let (u, lambda) = self.path.interpolate(fraction);
+        let here = Place::of(self.problem, &u, lambda)?;
+        let is_half = here.gap_of_halves() < NEAR_HALVES;
+        Ok(is_half.then(|| Joint {
+            known: here.nearest(known),
+            at: None,
+        }))
+    }
+
     /// Keeps the begin of the step for the next one, unless something grazes in between.
     fn remember(&mut self, begin: Probe, events: &[BifurcationEvent]) {
         let is_smooth = events.iter().all(|e| e.kind.is_bifurcation());
@@ -206,7 +303,7 @@ impl Tracer<'_> {
             .iter()
             .filter(|e| e.kind == EventKind::Fold && e.is_located());
         stretches.extend(folds.map(|e| (e.fraction, e.lambda)));
-        stretches.push((1.0, b.point.lambda));
+        stretches.push((b.look.fraction, b.point.lambda));
         let mut solved = Vec::new();
         for pair in stretches.windows(2) {
             let ((f0, l0), (f1, l1)) = (pair[0], pair[1]);

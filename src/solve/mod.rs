@@ -15,6 +15,7 @@ pub mod integrate;
 pub mod jumps;
 pub mod newton;
 pub mod orbit;
+pub mod place;
 pub mod residual;
 pub mod segment_orbit;
 pub mod shooting;

@@ -122,6 +122,10 @@ pub trait PeriodicResidual: Residual {
         extent: Extent,
     ) -> Result<Survey, SolveError>;
 
+    /// Unknowns of an orbit that repeats itself after half the period, from those (or a change of those) in the problem with
+    /// half the subharmonic index and as many samples an excitation period.
+    fn from_half_period(&self, half: &DVector<f64>) -> DVector<f64>;
+
     /// Floquet multipliers over one response period, by falling modulus.
     ///
     /// # Errors

@@ -161,6 +161,10 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
         Ok(Orbit::Segments(orbit))
     }
 
+    fn from_half_period(&self, half: &DVector<f64>) -> DVector<f64> {
+        half.clone()
+    }
+
     fn survey(
         &mut self,
         u: &DVector<f64>,

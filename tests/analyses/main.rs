@@ -8,6 +8,7 @@ mod response_support;
 mod time_domain_support;
 
 mod attractor_labels;
+mod branches_all;
 mod crosscheck_methods;
 mod effective_frequencies;
 mod floquet_estimate;

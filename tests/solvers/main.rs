@@ -10,6 +10,7 @@ mod texts;
 mod analytic_linear;
 mod block_elimination;
 mod branch_events;
+mod branch_switching;
 mod continuation;
 mod crosscheck_excitations;
 mod crosscheck_integrators;

@@ -5,7 +5,7 @@
 use gearlash::element::{Backlash, ImpactDampingLaw};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::postprocess::measures::Meter;
-use gearlash::solve::branch::{self, Branch, Recorder, TraceOptions};
+use gearlash::solve::branch::{self, Begin, Branch, Recorder, TraceOptions};
 use gearlash::solve::continuation::ContinuationOptions;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
@@ -152,9 +152,14 @@ fn balance_problem(
     let mut options = trace_options(system, range, marks, max_step);
     options.continuation.weight = 1.0 / system.dof() as f64;
     let meter = Meter::new(size.samples);
-    branch::trace(&mut problem, u, &options, &mut RecordMeasures { meter })
-        .unwrap()
-        .unwrap()
+    branch::trace(
+        &mut problem,
+        Begin::Guess(u),
+        &options,
+        &mut RecordMeasures { meter },
+    )
+    .unwrap()
+    .unwrap()
 }
 
 /// A branch traced by shooting, started from a Galerkin orbit.
@@ -183,7 +188,7 @@ pub fn shoot(
     let meter = Meter::new(16);
     branch::trace(
         &mut problem,
-        DVector::from_vec(state),
+        Begin::Guess(DVector::from_vec(state)),
         &options,
         &mut RecordMeasures { meter },
     )
@@ -199,7 +204,13 @@ fn first_solution(system: &System, frequency: f64, size: GalerkinOptions) -> DVe
     }
 }
 
-fn trace_options(system: &System, range: (f64, f64), marks: &[f64], max_step: f64) -> TraceOptions {
+/// Settings with multipliers and no known crossings.
+pub fn trace_options(
+    system: &System,
+    range: (f64, f64),
+    marks: &[f64],
+    max_step: f64,
+) -> TraceOptions {
     let continuation = ContinuationOptions {
         range,
         step: max_step.min(0.02),
@@ -213,6 +224,7 @@ fn trace_options(system: &System, range: (f64, f64), marks: &[f64], max_step: f6
         continuation,
         marks: marks.to_vec(),
         stability: true,
+        known: None,
     }
 }
 

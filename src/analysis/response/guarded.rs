@@ -46,6 +46,10 @@ impl PeriodicResidual for Guarded<'_> {
         self.0.orbit(u, lambda)
     }
 
+    fn from_half_period(&self, half: &DVector<f64>) -> DVector<f64> {
+        self.0.from_half_period(half)
+    }
+
     fn survey(
         &mut self,
         u: &DVector<f64>,

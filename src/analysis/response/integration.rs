@@ -35,7 +35,7 @@ pub(super) fn follow(
         recorder,
         keep,
         state: None,
-        delivered: Delivered::new(Method::Integration),
+        delivered: Delivered::new(Method::Integration, 1),
         warnings: Vec::new(),
     };
     for (lambda, is_mark) in values(settings, swept) {

@@ -44,6 +44,9 @@ macro_rules! response_keys {
             /// nu, excitation periods in a response period.
             #[serde(default = "crate::analysis::response::defaults::subharmonic")]
             pub subharmonic: usize,
+            /// Which branches to follow: the primary one, or those too that begin at its period doublings and branch points.
+            #[serde(default)]
+            pub branches: crate::analysis::response::Branches,
             /// Values to solve exactly, every time the branch passes them.
             #[serde(default)]
             pub marks: Vec<crate::quantity::Quantity>,
@@ -104,6 +107,7 @@ macro_rules! branch_settings {
             quadrature: $keys.quadrature,
             stability: $keys.stability,
             subharmonic: $keys.subharmonic,
+            branches: $keys.branches,
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
             verify: $keys.verify,

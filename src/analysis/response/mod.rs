@@ -1,9 +1,11 @@
 //! Responses against a parameter: what `frequency_response` and `parameter_response` share.
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
-//! along a number of the model; `trace`: method by method from a first solution along the parameter; `integration`: the method
+//! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
+//! begin where one is crossed; `integration`: the method
 //! that follows attractors; `verify`: the same points by the flow; `report`: tables and figure.
 
+mod crossings;
 mod guarded;
 mod integration;
 mod keys;
@@ -15,6 +17,7 @@ mod swept;
 mod trace;
 mod verify;
 
+pub use crossings::Branches;
 pub use keys::{BranchSettings, Method, Orbits, Quadrature};
 pub(super) use keys::{branch_settings, defaults, response_keys};
 pub(super) use swept::{Here, Swept};

@@ -1,10 +1,12 @@
 //! What the methods delivered, as tables, a figure and a summary.
 
+use super::crossings::Origin;
 use super::orbits::OrbitTable;
 use super::verify::Verification;
 use super::{Method, Swept};
 use crate::analysis::branch_figure::{self, MAX_PANELS};
 use crate::analysis::branch_table::{self, Traced};
+use crate::analysis::columns::{float, integer, text};
 use crate::analysis::event_table;
 use crate::analysis::multiplier_table;
 use crate::postprocess::attractor::Label;
@@ -16,6 +18,10 @@ use serde_json::{Value, json};
 /// What one method delivered: a branch, or attractors along the range.
 pub(super) struct Delivered {
     pub method: Method,
+    /// nu, excitation periods in a response period; 1 for attractors, whose labels say it.
+    pub subharmonic: usize,
+    /// Where it begins; `None` for the primary branch.
+    pub origin: Option<Origin>,
     /// Names of the integrators that ran.
     integrators: Vec<&'static str>,
     pub points: Vec<BranchPoint>,
@@ -69,9 +75,11 @@ pub(super) fn early_message(swept: &Swept<'_>, message: &str, points: &[BranchPo
 
 impl Delivered {
     /// Nothing yet.
-    pub fn new(method: Method) -> Delivered {
+    pub fn new(method: Method, subharmonic: usize) -> Delivered {
         Delivered {
             method,
+            subharmonic,
+            origin: None,
             integrators: Vec::new(),
             points: Vec::new(),
             events: Vec::new(),
@@ -87,23 +95,32 @@ impl Delivered {
         }
     }
 
-    /// Why it ended early, with the method in front where there are several.
-    fn complaint(&self, methods: usize) -> Option<String> {
-        let message = &self.end.message;
-        self.end.is_early.then(|| {
-            if methods > 1 {
-                format!("{}: {message}", self.method.word())
-            } else {
-                message.clone()
-            }
+    /// Why it ended early, with the method and the number of the branch in front where there are several.
+    fn complaint(&self, number: usize, branches: usize) -> Option<String> {
+        let (message, word) = (&self.end.message, self.method.word());
+        self.end.is_early.then(|| match self.origin {
+            Some(_) => format!("{word}, branch {number}: {message}"),
+            None if branches > 1 => format!("{word}: {message}"),
+            None => message.clone(),
         })
     }
 
-    fn as_value(&self, number: usize) -> Value {
+    /// Row of the events at which the branch begins.
+    fn event_row(&self, delivered: &[Delivered]) -> Option<usize> {
+        self.origin.map(|origin| {
+            let before = &delivered[..origin.parent];
+            origin.event + before.iter().map(|d| d.events.len()).sum::<usize>()
+        })
+    }
+
+    fn as_value(&self, number: usize, delivered: &[Delivered]) -> Value {
         let integrator = (!self.integrators.is_empty()).then(|| self.integrators.join(", "));
         json!({
             "branch": number,
             "method": self.method.word(),
+            "subharmonic": self.subharmonic,
+            "parent": self.origin.map(|o| o.parent),
+            "event": self.event_row(delivered),
             "integrator": integrator,
             "points": self.points.len(),
             "end": { "reason": self.end.reason, "message": self.end.message },
@@ -133,7 +150,8 @@ pub(super) fn assemble(
         figure: Some(branch_figure::figure(swept, &traced)),
         ..Report::default()
     };
-    let branches = delivered.iter().enumerate().map(|(k, d)| d.as_value(k));
+    let branches = delivered.iter().enumerate();
+    let branches = branches.map(|(k, d)| d.as_value(k, delivered));
     for (key, value) in [
         ("branches", branches.collect()),
         ("events", rows_as_json(&events)),
@@ -162,10 +180,39 @@ pub(super) fn assemble(
     }
     let complaints: Vec<String> = delivered
         .iter()
-        .filter_map(|d| d.complaint(delivered.len()))
+        .enumerate()
+        .filter_map(|(k, d)| d.complaint(k, delivered.len()))
         .collect();
     report.ended_early = (!complaints.is_empty()).then(|| complaints.join("; "));
     report
+}
+
+/// One row a branch: where it begins and ends. `parent` and `event` (a row of the events) are empty for a primary branch.
+pub(super) fn branches(delivered: &[Delivered]) -> Table {
+    let numbers = |f: &dyn Fn(&Delivered) -> usize| -> Vec<i64> {
+        delivered.iter().map(|d| f(d) as i64).collect()
+    };
+    let maybe = |f: &dyn Fn(&Delivered) -> Option<usize>| -> Vec<f64> {
+        let value = |d| f(d).map_or(f64::NAN, |x| x as f64);
+        delivered.iter().map(value).collect()
+    };
+    let words = |f: &dyn Fn(&Delivered) -> &'static str| -> Vec<String> {
+        delivered.iter().map(|d| f(d).to_owned()).collect()
+    };
+    let kind = |d: &Delivered| d.origin.map_or("start", |o| o.kind.word());
+    Table {
+        name: "branches".into(),
+        columns: vec![
+            integer("branch", (0..delivered.len() as i64).collect()),
+            text("method", words(&|d| d.method.word())),
+            integer("subharmonic", numbers(&|d| d.subharmonic)),
+            float("parent", "", maybe(&|d| d.origin.map(|o| o.parent))),
+            float("event", "", maybe(&|d| d.event_row(delivered))),
+            text("kind", words(&kind)),
+            integer("points", numbers(&|d| d.points.len())),
+            text("end", words(&|d| d.end.reason)),
+        ],
+    }
 }
 
 fn rows_as_json(table: &Table) -> Value {

@@ -1,5 +1,6 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
+use super::crossings::MOST_HARMONICS;
 use super::{BranchSettings, Method, Quadrature};
 use crate::analysis::{Fault, Setting, flow};
 use crate::error::SolveError;
@@ -45,6 +46,7 @@ impl BranchSettings {
         }
     }
 
+    /// The size of the Galerkin approximation.
     pub(super) fn size(&self) -> GalerkinOptions {
         let samples = self.samples.unwrap_or(GalerkinOptions::default_samples(
             self.harmonics,
@@ -53,6 +55,15 @@ impl BranchSettings {
         GalerkinOptions {
             harmonics: self.harmonics,
             samples,
+        }
+    }
+
+    /// The same for another subharmonic index: as many samples an excitation period.
+    pub(super) fn size_for(&self, subharmonic: usize) -> GalerkinOptions {
+        let GalerkinOptions { harmonics, samples } = self.size();
+        GalerkinOptions {
+            harmonics,
+            samples: samples * subharmonic / self.subharmonic,
         }
     }
 
@@ -139,6 +150,7 @@ impl BranchSettings {
     pub(in crate::analysis) fn check(&self, setting: &Setting<'_>, system: &System) -> Vec<Fault> {
         let mut faults = self.check_methods(setting, system);
         faults.extend(self.check_integration());
+        faults.extend(self.check_branches());
         faults.extend(self.check_size(setting, system));
         faults
     }
@@ -200,15 +212,38 @@ impl BranchSettings {
         faults
     }
 
+    /// Whether branch switching has what it needs.
+    fn check_branches(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let Some(limits) = self.branches.limits() else {
+            return faults;
+        };
+        if !self.stability {
+            let message = "period doublings are found by multipliers; leave `stability: false` out";
+            faults.push(Fault::new("branches", message));
+        }
+        if self.methods() == [Method::Integration] {
+            let message = "the method `integration` follows attractors, not branches";
+            faults.push(Fault::new("branches", message));
+        }
+        for (key, value) in [("depth", limits.depth), ("limit", limits.limit)] {
+            if value == 0 {
+                let message = "0 must be at least 1; `branches: primary` follows no others";
+                faults.push(Fault::new(format!("branches.{key}"), message));
+            }
+        }
+        faults
+    }
+
     fn check_size(&self, setting: &Setting<'_>, system: &System) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.subharmonic == 0 {
             faults.push(Fault::new("subharmonic", "0 must be at least 1"));
             return faults;
         }
-        if self.harmonics == 0 || self.harmonics * self.subharmonic > 4096 {
+        if self.harmonics == 0 || self.harmonics * self.subharmonic > MOST_HARMONICS {
             let message = format!(
-                "{} must be at least 1, and at most 4096 with the subharmonic index",
+                "{} must be at least 1, and at most {MOST_HARMONICS} with the subharmonic index",
                 self.harmonics
             );
             faults.push(Fault::new("harmonics", message));

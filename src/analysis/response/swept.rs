@@ -130,15 +130,21 @@ impl<'a> Swept<'a> {
     /// # Errors
     /// There is no system at its beginning.
     pub fn family(&self) -> Result<Box<dyn Family + '_>, SolveError> {
+        self.family_for(self.subharmonic)
+    }
+
+    /// The same with another subharmonic index.
+    ///
+    /// # Errors
+    /// There is no system at its beginning.
+    pub fn family_for(&self, subharmonic: usize) -> Result<Box<dyn Family + '_>, SolveError> {
         Ok(match &self.kind {
             Kind::Frequency { .. } => {
                 let mut system = self.setting.assembly.system.clone();
-                system.set_subharmonic(self.subharmonic);
+                system.set_subharmonic(subharmonic);
                 Box::new(FrequencyFamily::new(system))
             }
-            Kind::Number(track) => {
-                Box::new(ModelFamily::new(self.setting, track, self.subharmonic)?)
-            }
+            Kind::Number(track) => Box::new(ModelFamily::new(self.setting, track, subharmonic)?),
         })
     }
 

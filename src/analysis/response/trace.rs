@@ -1,5 +1,6 @@
 //! Method by method from a first solution along the parameter.
 
+use super::crossings::{self, Crossings};
 use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
@@ -9,8 +10,8 @@ use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::Error;
 use crate::report::{Report, Table};
-use crate::solve::branch::{self, Branch, TraceOptions};
-use crate::solve::continuation::PathEnd;
+use crate::solve::branch::{self, Begin, Branch, TraceOptions};
+use crate::solve::continuation::{PathEnd, PathPoint, Side};
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
 use crate::solve::galerkin::Galerkin;
@@ -36,6 +37,7 @@ pub(in crate::analysis) fn run(
         orbits: OrbitTable::new(swept.setting),
         verification: Verification::new(),
         warnings: Vec::new(),
+        crossings: Crossings::default(),
     };
     work.trace_all()?;
     let Work {
@@ -48,6 +50,9 @@ pub(in crate::analysis) fn run(
     let orbits = settings.orbits.are_kept().then_some(orbits);
     let verification = settings.verify.is_asked_for().then_some(&verification);
     let mut report = report::assemble(swept, &delivered, orbits, verification);
+    if settings.branches.limits().is_some() {
+        report.tables.push(report::branches(&delivered));
+    }
     report.warnings = warnings;
     let seconds = began.elapsed().as_secs_f64();
     for (key, value) in [
@@ -61,21 +66,63 @@ pub(in crate::analysis) fn run(
 
 /// Tables of a run without rows: those whose columns are known before it.
 pub(in crate::analysis) fn tables(settings: &BranchSettings, swept: &Swept<'_>) -> Vec<Table> {
-    let delivered: Vec<Delivered> = settings.methods().into_iter().map(Delivered::new).collect();
+    let methods = settings.methods().into_iter();
+    let delivered: Vec<Delivered> = methods.map(|m| Delivered::new(m, 1)).collect();
     let orbits = OrbitTable::new(swept.setting);
     let orbits = settings.orbits.are_kept().then_some(orbits);
     let verification = settings.verify.is_asked_for().then(Verification::new);
-    report::assemble(swept, &delivered, orbits, verification.as_ref()).tables
+    let mut tables = report::assemble(swept, &delivered, orbits, verification.as_ref()).tables;
+    if settings.branches.limits().is_some() {
+        tables.push(report::branches(&delivered));
+    }
+    tables
 }
 
 /// What a run collects while it goes from method to method.
-struct Work<'a> {
-    settings: &'a BranchSettings,
-    swept: &'a Swept<'a>,
-    delivered: Vec<Delivered>,
+pub(super) struct Work<'a> {
+    pub settings: &'a BranchSettings,
+    pub swept: &'a Swept<'a>,
+    pub delivered: Vec<Delivered>,
     orbits: OrbitTable,
     verification: Verification,
-    warnings: Vec<String>,
+    pub warnings: Vec<String>,
+    /// Of the branches of the present method.
+    pub crossings: Crossings,
+}
+
+/// Where a branch of periodic solutions begins.
+pub(super) enum Source {
+    /// A guess at the first value of the range.
+    Guess(DVector<f64>),
+    /// An event of another branch.
+    Crossing {
+        /// The point of that branch.
+        point: Box<PathPoint>,
+        /// Which way the new branch is followed.
+        side: Side,
+        /// Whether the new branch has twice the period.
+        is_doubled: bool,
+    },
+}
+
+impl Source {
+    /// The same in the unknowns of the new branch.
+    fn begin(self, problem: &dyn PeriodicResidual) -> Begin {
+        match self {
+            Source::Guess(u) => Begin::Guess(u),
+            Source::Crossing {
+                mut point,
+                side,
+                is_doubled,
+            } => {
+                if is_doubled {
+                    point.u = problem.from_half_period(&point.u);
+                    point.tangent_u = problem.from_half_period(&point.tangent_u);
+                }
+                Begin::Crossing(point, side)
+            }
+        }
+    }
 }
 
 /// The first periodic solution, as the Galerkin method sees it.
@@ -99,8 +146,11 @@ impl<'a> Work<'a> {
                 Some(first) => first,
                 None => first.insert(self.first()?),
             };
-            let delivered = self.periodic(method, first)?;
+            let number = self.delivered.len();
+            let delivered = self.primary(method, first)?;
             self.delivered.push(delivered);
+            self.follow_crossings(method, number)?;
+            self.crossings = Crossings::default();
         }
         Ok(())
     }
@@ -127,11 +177,11 @@ impl<'a> Work<'a> {
         Ok(First { galerkin, found })
     }
 
-    /// A branch of periodic solutions.
-    fn periodic(&mut self, method: Method, first: &mut First<'_>) -> Result<Delivered, Error> {
+    /// The branch from the first solution.
+    fn primary(&mut self, method: Method, first: &mut First<'_>) -> Result<Delivered, Error> {
         let from = self.swept.range.0;
-        let mut delivered = Delivered::new(method);
-        let u = match &first.found {
+        let mut delivered = Delivered::new(method, self.settings.subharmonic);
+        let mut u = match &first.found {
             Start::Found { u, .. } => u.clone(),
             Start::Failed(reasons) => {
                 let message = format!("no first solution: {}", reasons.join("; "));
@@ -139,33 +189,50 @@ impl<'a> Work<'a> {
                 return Ok(delivered);
             }
         };
-        if method == Method::Galerkin {
-            self.trace(&mut first.galerkin, u, &mut delivered)?;
-            if self.settings.verify.is_asked_for() {
-                let given = (self.settings, self.swept);
-                let (number, newton) = (self.delivered.len(), self.settings.shooting_newton());
-                let (galerkin, points) = (&mut first.galerkin, &delivered.points);
-                self.verification
-                    .add(given, galerkin, number, points, newton)?;
-            }
-            return Ok(delivered);
+        if method == Method::Shooting {
+            let orbit = first.galerkin.orbit(&u, from)?;
+            u = DVector::zeros(2 * first.galerkin.system_at(from)?.dof());
+            orbit.state(0.0, u.as_mut_slice());
         }
-        let orbit = first.galerkin.orbit(&u, from)?;
-        let mut state = vec![0.0; 2 * first.galerkin.system_at(from)?.dof()];
-        orbit.state(0.0, &mut state);
-        let mut shooting = Shooting::new(self.swept.family()?, from, self.settings.integrator)?;
-        delivered.note_integrator(shooting.integrator());
-        self.trace(&mut shooting, DVector::from_vec(state), &mut delivered)?;
-        // Along some parameters the law stops being piecewise affine.
-        delivered.note_integrator(shooting.integrator());
+        self.follow(Source::Guess(u), &mut delivered)?;
         Ok(delivered)
     }
 
-    /// Follows one branch from a guess.
+    /// Follows one branch of periodic solutions and verifies it where that is asked for.
+    pub(super) fn follow(
+        &mut self,
+        source: Source,
+        delivered: &mut Delivered,
+    ) -> Result<(), Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        let from = swept.range.0;
+        let family = swept.family_for(delivered.subharmonic)?;
+        if delivered.method == Method::Galerkin {
+            let galerkin = Galerkin::new(family, from, settings.size_for(delivered.subharmonic))?;
+            let mut galerkin = settings.with_quadrature(galerkin, from)?;
+            self.trace(&mut galerkin, source, delivered)?;
+            if settings.verify.is_asked_for() {
+                let given = (settings, swept);
+                let (number, newton) = (self.delivered.len(), settings.shooting_newton());
+                let points = &delivered.points;
+                self.verification
+                    .add(given, &mut galerkin, number, points, newton)?;
+            }
+            return Ok(());
+        }
+        let mut shooting = Shooting::new(family, from, settings.integrator)?;
+        delivered.note_integrator(shooting.integrator());
+        self.trace(&mut shooting, source, delivered)?;
+        // Along some parameters the law stops being piecewise affine.
+        delivered.note_integrator(shooting.integrator());
+        Ok(())
+    }
+
+    /// Follows one branch.
     fn trace(
         &mut self,
         problem: &mut dyn PeriodicResidual,
-        guess: DVector<f64>,
+        source: Source,
         delivered: &mut Delivered,
     ) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);
@@ -181,24 +248,36 @@ impl<'a> Work<'a> {
             continuation,
             marks: swept.marks.clone(),
             stability: settings.stability,
+            known: settings.branches.limits().map(|_| self.crossings.places()),
         };
-        let samples = settings.size().samples;
+        let samples = settings.size_for(delivered.subharmonic).samples;
         let mut recorder = MeasureRecorder::new(swept, samples);
         if settings.stability {
             recorder = recorder.with_multiplier_estimates();
         }
-        let branch = match branch::trace(problem, guess, &options, &mut recorder)? {
+        let begin = source.begin(problem);
+        let branch = match branch::trace(problem, begin, &options, &mut recorder)? {
             Ok(branch) => branch,
             Err(outcome) => {
-                let message = format!("the first point cannot be corrected: {}", outcome.status);
+                let message = match delivered.origin {
+                    Some(_) => format!("no other branch found at the event: {}", outcome.status),
+                    None => format!("the first point cannot be corrected: {}", outcome.status),
+                };
                 delivered.end = Ending::early("no_start", message);
                 return Ok(());
             }
         };
-        delivered.end = self.ending(problem, &branch);
+        let side = delivered.origin.and_then(|_| crossings::ending(branch.end));
+        delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));
         (delivered.points, delivered.events) = (branch.points, branch.events);
         self.warn(delivered, branch.end, &recorder.pulling);
         let number = self.delivered.len();
+        if settings.branches.limits().is_some() {
+            let met = self.crossings.add(problem, number, delivered, branch.end)?;
+            if let Some(met) = met {
+                delivered.end.message = format!("the branch returned onto branch {met}");
+            }
+        }
         let points = delivered.points.iter().enumerate();
         for (index, point) in points.filter(|(_, p)| settings.orbits.keeps(p.is_mark)) {
             let orbit = problem.orbit(&point.unknowns, point.lambda)?;
@@ -213,7 +292,7 @@ impl<'a> Work<'a> {
         let (end, points) = (branch.end, branch.points.as_slice());
         let (mut reason, mut message) = (end.reason(), end.message());
         match end {
-            PathEnd::RangeReached | PathEnd::Closed => {
+            PathEnd::RangeReached | PathEnd::Closed | PathEnd::Joined { .. } => {
                 return Ending {
                     reason,
                     message,
@@ -271,7 +350,8 @@ impl<'a> Work<'a> {
                 swept.place(high),
             ));
         }
-        if end != PathEnd::RangeReached {
+        // Side branches live on a part of the range.
+        if end != PathEnd::RangeReached || delivered.origin.is_some() {
             return;
         }
         for (mark, written) in swept.marks.iter().zip(&self.settings.marks) {

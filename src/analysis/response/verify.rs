@@ -85,10 +85,12 @@ impl Verification {
         let Some(first) = points.first() else {
             return Ok(());
         };
-        let mut shooting = Shooting::new(swept.family()?, first.lambda, settings.integrator)?;
+        let nu = galerkin.system_at(first.lambda)?.subharmonic();
+        let family = swept.family_for(nu)?;
+        let mut shooting = Shooting::new(family, first.lambda, settings.integrator)?;
         self.integrator = shooting.integrator();
         let mut corrector = Newton::new(&shooting.structure(), newton);
-        let mut meter = Meter::new(settings.size().samples);
+        let mut meter = Meter::new(settings.size_for(nu).samples);
         let chosen = points.iter().enumerate().step_by(settings.verify.stride());
         for (point, accepted) in chosen {
             if swept.setting.control.is_interrupted() {

@@ -3,9 +3,11 @@
 //! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
 
 mod bordered;
+mod crossing;
 mod interpolant;
 mod types;
 
+pub use crossing::Side;
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
 
 use super::newton::{Newton, NewtonOutcome, NewtonStatus};
@@ -84,19 +86,7 @@ impl Continuation {
                 residual_norm: f64::NAN,
             },
         };
-        let mut this = Continuation {
-            newton: Newton::new(&problem.structure().bordered(), options.newton),
-            inner: Linearisation::of(problem),
-            inner_u: DVector::zeros(dim),
-            point: origin.clone(),
-            first: origin.clone(),
-            origin,
-            stride: 0.0,
-            step: options.step,
-            points: 1,
-            end: None,
-            options,
-        };
+        let mut this = Continuation::standing(problem, origin, options);
         // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
         let guess = this.origin.u.clone();
         let point = this.correct(problem, &this.origin.clone(), 0.0, guess, options.range.0)?;
@@ -107,6 +97,27 @@ impl Continuation {
         this.first = point.clone();
         this.point = point;
         Ok(Started::Path(Box::new(this)))
+    }
+
+    /// A path that stands at a point.
+    fn standing(
+        problem: &dyn Residual,
+        origin: PathPoint,
+        options: ContinuationOptions,
+    ) -> Continuation {
+        Continuation {
+            newton: Newton::new(&problem.structure().bordered(), options.newton),
+            inner: Linearisation::of(problem),
+            inner_u: DVector::zeros(problem.dim()),
+            point: origin.clone(),
+            first: origin.clone(),
+            origin,
+            stride: 0.0,
+            step: options.step,
+            points: 1,
+            end: None,
+            options,
+        }
     }
 
     /// The current point.

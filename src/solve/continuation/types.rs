@@ -92,6 +92,12 @@ pub enum PathEnd {
     },
     /// The path came back to its first point.
     Closed,
+    /// The path met another one that is known.
+    Joined {
+        /// Number of the crossing among those that the caller named; `None` for an orbit of half the period that lies on none
+        /// of them.
+        known: Option<usize>,
+    },
     /// The user asked to stop.
     Interrupted,
 }
@@ -105,6 +111,7 @@ impl PathEnd {
             PathEnd::MaxPoints => "max_points",
             PathEnd::StepTooSmall { .. } => "step_too_small",
             PathEnd::Closed => "closed",
+            PathEnd::Joined { .. } => "joined",
             PathEnd::Interrupted => "interrupted",
         }
     }
@@ -119,6 +126,7 @@ impl PathEnd {
             PathEnd::MaxPoints => "max_points was reached".into(),
             PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
             PathEnd::Closed => "the branch closed on itself".into(),
+            PathEnd::Joined { .. } => "the branch returned onto a known one".into(),
             PathEnd::Interrupted => "interrupted".into(),
         }
     }

@@ -10,6 +10,12 @@ use crate::solve::residual::{Extent, PeriodicResidual};
 /// Looks at interpolated places that one step is worth.
 const MAX_LOOKS: usize = 300;
 
+/// Where a step that leaves a crossing is looked at first: nearer to it the parameter hardly moves.
+const BEHIND_CROSSING: f64 = 0.5;
+
+/// A fold this near to a branch point, as a share of the step, is the turning of the arms that meet there.
+const SAME_TURN: f64 = 1e-3;
+
 /// The step under examination.
 pub struct Step<'a> {
     pub(super) path: &'a mut Continuation,
@@ -72,11 +78,27 @@ impl<'a> Step<'a> {
 
     /// Folds and branch points.
     fn turnings(&mut self, a: &Probe, b: &Probe) -> Result<(), SolveError> {
-        let (a, b) = (&a.point, &b.point);
-        let guesses = self.path.turns();
+        if a.point.orientation != 0 {
+            return self.turnings_between((0.0, &a.point), &b.point);
+        }
+        // The path leaves a crossing: no sign means anything there.
+        match self.path.at_fraction(self.problem, BEHIND_CROSSING)? {
+            Some(behind) => self.turnings_between((BEHIND_CROSSING, &behind), &b.point),
+            None => Ok(()),
+        }
+    }
+
+    fn turnings_between(
+        &mut self,
+        (x, a): (f64, &PathPoint),
+        b: &PathPoint,
+    ) -> Result<(), SolveError> {
+        let crossing = self.crossing((x, a), b)?;
+        let mut guesses = self.path.turns();
+        guesses.retain(|guess| *guess > x);
         if a.tangent_lambda * b.tangent_lambda < 0.0 {
             let guess = guesses.first().copied().unwrap_or(0.5);
-            return self.fold((0.0, a), (1.0, b), guess);
+            return self.fold((x, a), (1.0, b), (guess, crossing));
         }
         if let [first, second] = guesses[..] {
             // The interpolant turns and turns back: the corrected path tells whether it does.
@@ -84,30 +106,49 @@ impl<'a> Step<'a> {
             if let Some(m) = self.path.at_fraction(self.problem, middle)?
                 && m.tangent_lambda * a.tangent_lambda < 0.0
             {
-                self.fold((0.0, a), (middle, &m), first)?;
-                return self.fold((middle, &m), (1.0, b), second);
+                self.fold((x, a), (middle, &m), (first, crossing))?;
+                return self.fold((middle, &m), (1.0, b), (second, crossing));
             }
-        }
-        if i32::from(a.orientation) * i32::from(b.orientation) < 0 {
-            let orientation = |p: &PathPoint| f64::from(p.orientation);
-            let target = Target {
-                limits: (0.0, 1.0),
-                guess: 0.5,
-                slope: orientation(b) - orientation(a),
-                extent: None,
-                values: None,
-            };
-            let found = self.locate(&target, |_, p, _| orientation(p))?;
-            self.report(EventKind::BranchPoint, (a.lambda, b.lambda), 0.5, found);
         }
         Ok(())
     }
+
+    /// The branch point of the step; the fraction at which it was located.
+    fn crossing(
+        &mut self,
+        (x, a): (f64, &PathPoint),
+        b: &PathPoint,
+    ) -> Result<Option<f64>, SolveError> {
+        if i32::from(a.orientation) * i32::from(b.orientation) >= 0 {
+            return Ok(None);
+        }
+        let orientation = |p: &PathPoint| f64::from(p.orientation);
+        let target = Target {
+            limits: (x, 1.0),
+            guess: 0.5,
+            slope: orientation(b) - orientation(a),
+            extent: None,
+            values: Some(((x, orientation(a)), (1.0, orientation(b)))),
+        };
+        let mut found = self.locate(&target, |_, p, _| orientation(p))?;
+        let mut fraction = None;
+        if let Found::Root(root) = &mut found {
+            fraction = Some(root.fraction);
+            root.point = self
+                .path
+                .with_smooth_tangent(root.point.clone(), root.fraction);
+        }
+        self.report(EventKind::BranchPoint, (a.lambda, b.lambda), 0.5, found);
+        Ok(fraction)
+    }
+
+    /// A fold between two fractions of the step, unless the path turns where another one crosses: so do the arms of a pitchfork.
 
     fn fold(
         &mut self,
         (x, a): (f64, &PathPoint),
         (y, b): (f64, &PathPoint),
-        guess: f64,
+        (guess, crossing): (f64, Option<f64>),
     ) -> Result<(), SolveError> {
         let target = Target {
             limits: (x, y),
@@ -121,6 +162,11 @@ impl<'a> Step<'a> {
         let farthest = (side * a.lambda).max(side * b.lambda);
         if matches!(&found, Found::Root(root) if side * root.point.lambda < farthest) {
             found = self.farthest((x, y), side)?;
+        }
+        if let (Found::Root(root), Some(crossing)) = (&found, crossing)
+            && (root.fraction - crossing).abs() < SAME_TURN
+        {
+            return Ok(());
         }
         self.report(EventKind::Fold, (a.lambda, b.lambda), guess, found);
         Ok(())

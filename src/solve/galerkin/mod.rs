@@ -237,6 +237,20 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         self.fourier_orbit(u, lambda).map(Orbit::Fourier)
     }
 
+    fn from_half_period(&self, half: &DVector<f64>) -> DVector<f64> {
+        let (c, few) = (self.coefficients, self.coefficients.div_ceil(2));
+        let mut u = DVector::zeros(self.dim());
+        let blocks = u.as_mut_slice().chunks_exact_mut(c);
+        for (block, half) in blocks.zip(half.as_slice().chunks_exact(few)) {
+            block[0] = half[0];
+            // Harmonic k becomes harmonic 2 k.
+            for k in 1..=few / 2 {
+                (block[4 * k - 1], block[4 * k]) = (half[2 * k - 1], half[2 * k]);
+            }
+        }
+        u
+    }
+
     fn survey(
         &mut self,
         u: &DVector<f64>,

@@ -1,0 +1,255 @@
+//! Branch switching: the other branches that begin where a branch is crossed.
+//!
+//! At a period doubling the branch of twice the period begins; its two arms are one orbit seen an excitation period apart, so one
+//! is followed. At a branch point both arms of the other branch are followed, each a branch of its own.
+
+use super::report::{Delivered, Ending};
+use super::trace::{Source, Work};
+use super::{BranchSettings, Method};
+use crate::error::Error;
+use crate::solve::continuation::{PathEnd, Side};
+use crate::solve::events::EventKind;
+use crate::solve::place::Place;
+use crate::solve::residual::PeriodicResidual;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Which branches to follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "`primary`, `all` or {depth: .., limit: ..}")]
+pub enum Branches {
+    /// By a word.
+    Word(Word),
+    /// The primary one and others, within limits.
+    Limits(Limits),
+}
+
+/// Which branches to follow, by a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Word {
+    /// The one from the first solution.
+    Primary,
+    /// Others too, within the default limits.
+    All,
+}
+
+/// How many branches to follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Crossings between the primary branch and another one.
+    pub depth: usize,
+    /// Branches of a method, the primary one among them.
+    pub limit: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits {
+            depth: 2,
+            limit: 20,
+        }
+    }
+}
+
+impl Default for Branches {
+    fn default() -> Self {
+        Branches::Word(Word::Primary)
+    }
+}
+
+impl Branches {
+    /// The limits; `None` when only the primary branch is asked for.
+    pub(super) fn limits(self) -> Option<Limits> {
+        match self {
+            Branches::Word(Word::Primary) => None,
+            Branches::Word(Word::All) => Some(Limits::default()),
+            Branches::Limits(limits) => Some(limits),
+        }
+    }
+}
+
+/// Most harmonics of the response frequency.
+pub(super) const MOST_HARMONICS: usize = 4096;
+
+impl BranchSettings {
+    /// Whether a subharmonic index is within what a problem can hold.
+    fn holds(&self, subharmonic: usize) -> bool {
+        self.harmonics * subharmonic <= MOST_HARMONICS
+    }
+}
+
+/// The event at which a branch begins.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Origin {
+    /// Branch on which it lies.
+    pub parent: usize,
+    /// Its number among the events of that branch.
+    pub event: usize,
+    /// What it is.
+    pub kind: EventKind,
+    /// Crossings between the primary branch and this one.
+    pub depth: usize,
+}
+
+/// A place at which another branch begins.
+pub(super) struct Crossing {
+    branch: usize,
+    event: usize,
+    place: Place,
+    /// Whether both branches through it are known.
+    is_taken: bool,
+}
+
+/// The crossings of the branches of one method.
+#[derive(Default)]
+pub(super) struct Crossings(Vec<Crossing>);
+
+impl Crossings {
+    /// Their places.
+    pub fn places(&self) -> Vec<Place> {
+        self.0.iter().map(|c| c.place.clone()).collect()
+    }
+
+    /// Adds those of a branch, and takes the one onto which it returned; the number of the branch that it met there.
+    pub fn add(
+        &mut self,
+        problem: &mut dyn PeriodicResidual,
+        branch: usize,
+        Delivered { points, events, .. }: &Delivered,
+        end: PathEnd,
+    ) -> Result<Option<usize>, Error> {
+        // The branch ends with the point at which it met the other one.
+        let joint = match (end, points.last()) {
+            (PathEnd::Joined { .. }, Some(last)) => Some(last.lambda),
+            _ => None,
+        };
+        let met = match end {
+            PathEnd::Joined { known: Some(known) } => {
+                self.0[known].is_taken = true;
+                Some(self.0[known].branch)
+            }
+            _ => None,
+        };
+        for (event, found) in events.iter().enumerate() {
+            let Some(point) = &found.point else { continue };
+            if !leads_on(found.kind) || Some(found.lambda) == joint {
+                continue;
+            }
+            let place = Place::of(problem, &point.u, point.lambda)?;
+            // A place that is passed twice has two known branches.
+            let twin = place.nearest(&self.places());
+            let is_twin = |k: &usize| self.0[*k].place.subharmonic() == place.subharmonic();
+            let twin = twin.filter(is_twin);
+            if let Some(twin) = twin {
+                self.0[twin].is_taken = true;
+            }
+            self.0.push(Crossing {
+                branch,
+                event,
+                place,
+                is_taken: twin.is_some(),
+            });
+        }
+        Ok(met)
+    }
+
+    fn is_open(&self, branch: usize, event: usize) -> bool {
+        let here = |c: &&Crossing| c.branch == branch && c.event == event;
+        self.0.iter().find(here).is_some_and(|c| !c.is_taken)
+    }
+}
+
+/// Whether another branch of periodic solutions begins there.
+fn leads_on(kind: EventKind) -> bool {
+    matches!(kind, EventKind::PeriodDoubling | EventKind::BranchPoint)
+}
+
+impl Work<'_> {
+    /// Follows what begins on the branches delivered since `first`, in their order, and on those that come of it.
+    pub(super) fn follow_crossings(&mut self, method: Method, first: usize) -> Result<(), Error> {
+        let Some(limits) = self.settings.branches.limits() else {
+            return Ok(());
+        };
+        let (mut branch, mut left_out) = (first, 0);
+        while branch < self.delivered.len() {
+            for event in 0..self.delivered[branch].events.len() {
+                if !self.crossings.is_open(branch, event) {
+                    continue;
+                }
+                if self.swept.setting.control.is_interrupted() {
+                    return Ok(());
+                }
+                let origin = self.origin(branch, event);
+                let is_within =
+                    origin.depth <= limits.depth && self.delivered.len() - first < limits.limit;
+                if is_within && self.settings.holds(self.subharmonic(origin)) {
+                    self.leave(method, origin)?;
+                } else {
+                    left_out += 1;
+                }
+            }
+            branch += 1;
+        }
+        if left_out > 0 {
+            let word = method.word();
+            let Limits { depth, limit } = limits;
+            self.warnings.push(format!(
+                "{word}: what begins at {left_out} further bifurcations was not followed (depth {depth}, at most {limit} branches, \
+                 at most {MOST_HARMONICS} harmonics of the response frequency)"
+            ));
+        }
+        Ok(())
+    }
+
+    fn origin(&self, parent: usize, event: usize) -> Origin {
+        let branch = &self.delivered[parent];
+        Origin {
+            parent,
+            event,
+            kind: branch.events[event].kind,
+            depth: 1 + branch.origin.map_or(0, |o| o.depth),
+        }
+    }
+
+    fn subharmonic(&self, origin: Origin) -> usize {
+        let nu = self.delivered[origin.parent].subharmonic;
+        match origin.kind {
+            EventKind::PeriodDoubling => 2 * nu,
+            _ => nu,
+        }
+    }
+
+    /// Follows the branch, or the two arms, that begin at an event.
+    fn leave(&mut self, method: Method, origin: Origin) -> Result<(), Error> {
+        let sides: &[Side] = match origin.kind {
+            EventKind::PeriodDoubling => &[Side::Forward],
+            _ => &[Side::Forward, Side::Backward],
+        };
+        let event = &self.delivered[origin.parent].events[origin.event];
+        let Some(point) = event.point.clone() else {
+            return Ok(());
+        };
+        for side in sides {
+            let mut delivered = Delivered::new(method, self.subharmonic(origin));
+            delivered.origin = Some(origin);
+            let source = Source::Crossing {
+                point: Box::new(point.clone()),
+                side: *side,
+                is_doubled: origin.kind == EventKind::PeriodDoubling,
+            };
+            self.follow(source, &mut delivered)?;
+            self.delivered.push(delivered);
+        }
+        Ok(())
+    }
+}
+
+/// The end of a branch that began at a crossing: it may leave the range on either side.
+pub(super) fn ending(end: PathEnd) -> Option<Ending> {
+    matches!(end, PathEnd::ReturnedToStart).then(|| Ending {
+        message: "the beginning of the range was reached".into(),
+        ..Ending::complete()
+    })
+}
