@@ -142,6 +142,26 @@ pub struct Figure {
     pub panels: Vec<Panel>,
 }
 
+/// An abscissa of frequencies omega.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrequencyAxis {
+    /// What the column holds.
+    pub written: FrequencyUnit,
+    /// Characteristic frequency omega_c, rad/s.
+    pub omega_c: f64,
+}
+
+/// Unit of a column of frequencies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrequencyUnit {
+    /// omega/omega_c.
+    Nondimensional,
+    /// rad/s.
+    RadianPerSecond,
+    /// Hz.
+    Hertz,
+}
+
 /// One pair of axes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
@@ -151,6 +171,8 @@ pub struct Panel {
     pub y_label: String,
     /// Range of the abscissa; from the data when `None`.
     pub x_range: Option<(f64, f64)>,
+    /// Set where the abscissa is a frequency of known scale: it can be shown in other units.
+    pub x_frequency: Option<FrequencyAxis>,
     /// Curves, drawn in this order.
     pub curves: Vec<Curve>,
 }

@@ -10,7 +10,7 @@ use super::poincare_map::defaults;
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
-use crate::report::{Curve, Figure, Panel, Report, Table};
+use crate::report::{Curve, Figure, FrequencyUnit, Panel, Report, Table};
 use crate::solve::integrate::IntegratorChoice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -337,10 +337,17 @@ impl BifurcationDiagram {
         } else {
             format!("{} [{}]", self.parameter, plan.unit)
         };
+        let x_frequency = match plan.parameter {
+            Parameter::Frequency => {
+                columns::frequency_axis(setting, FrequencyUnit::RadianPerSecond)
+            }
+            Parameter::Path(_) => None,
+        };
         let panel = |y_label: String, curves| Panel {
             x_label: x_label.clone(),
             y_label,
             x_range: None,
+            x_frequency,
             curves,
         };
         let mut panels: Vec<Panel> = (list.iter().take((list.len() / 2).min(2)))

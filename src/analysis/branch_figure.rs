@@ -1,8 +1,10 @@
 //! Branches as figures: r.m.s. deformations with the backbone.
 
 use super::branch_table::Traced;
+use super::columns::frequency_axis;
 use super::response::{Method, Swept};
-use crate::report::{Curve, CurveStyle, Figure, Panel};
+use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel};
+use std::f64::consts::TAU;
 
 /// Panels drawn at most; the table has every connection.
 pub const MAX_PANELS: usize = 4;
@@ -93,7 +95,20 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
     Panel {
         x_label,
         y_label: format!("r.m.s. of {connection}{unit}"),
-        x_range: None,
+        x_range: Some(swept_range(swept)),
+        x_frequency: match swept.written() {
+            None => frequency_axis(setting, FrequencyUnit::Hertz),
+            Some(_) => None,
+        },
         curves,
+    }
+}
+
+/// Ends of the abscissa: a backbone may leave them, and does where the excitation has many orders.
+fn swept_range(swept: &Swept<'_>) -> (f64, f64) {
+    let (from, to) = (swept.value(swept.range.0), swept.value(swept.range.1));
+    match (swept.written(), swept.setting.is_si()) {
+        (None, true) => (from / TAU, to / TAU),
+        _ => (from, to),
     }
 }

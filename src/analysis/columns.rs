@@ -3,7 +3,7 @@
 use super::{Fault, Setting};
 use crate::error::{Diagnostic, Error};
 use crate::model::{Motion, Structure};
-use crate::report::{Column, Values};
+use crate::report::{Column, FrequencyAxis, FrequencyUnit, Values};
 
 /// A column without its numbers: its name, its unit, and the factor from nondimensional to reported values.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,6 +72,22 @@ pub(super) fn time(setting: &Setting<'_>) -> Quantity {
     let name = if setting.is_si() { "t" } else { "T" };
     let factor = 1.0 / setting.assembly.scales.frequency;
     scaled(setting, name.into(), "s".into(), factor)
+}
+
+/// Scales of an abscissa of frequencies, which SI reports write in `si`. None for reduced systems, which have no time scale.
+pub(super) fn frequency_axis(setting: &Setting<'_>, si: FrequencyUnit) -> Option<FrequencyAxis> {
+    let Structure::Train(_) = setting.model.structure else {
+        return None;
+    };
+    let written = if setting.is_si() {
+        si
+    } else {
+        FrequencyUnit::Nondimensional
+    };
+    Some(FrequencyAxis {
+        written,
+        omega_c: setting.assembly.scales.frequency,
+    })
 }
 
 /// Rate of one connection.

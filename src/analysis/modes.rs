@@ -139,6 +139,7 @@ fn figure(n: usize, unit: &str) -> Figure {
         x_label: "effective stiffness \u{3ba}".into(),
         y_label,
         x_range: None,
+        x_frequency: None,
         curves: (0..n).map(curve).collect(),
     };
     Figure {

@@ -227,6 +227,7 @@ fn figure(setting: &Setting<'_>, labels: &[String]) -> Figure {
         x_label: list[i].axis(),
         y_label: list[n + i].axis(),
         x_range: None,
+        x_frequency: None,
         curves: dots(&list[i].name, &list[n + i].name, &named),
     };
     Figure {

@@ -307,6 +307,7 @@ fn figure(setting: &Setting<'_>) -> Figure {
         x_label: time.axis(),
         y_label: quantity.axis(),
         x_range: None,
+        x_frequency: None,
         curves: vec![Curve {
             table: String::new(),
             x: time.name.clone(),

@@ -49,6 +49,20 @@ impl Axis {
         Axis::exact((bottom, top), count)
     }
 
+    /// Axis around the data with some room, wherever zero is; data without negative values stay at or above zero.
+    pub fn framing(data: impl Iterator<Item = f64>, count: usize) -> Self {
+        let (low, high) = extent(data).unwrap_or((0.0, 1.0));
+        let positive = low >= 0.0;
+        let (low, high) = widened(low, high);
+        let room = MARGIN * (high - low);
+        let bottom = if positive {
+            f64::max(0.0, low - room)
+        } else {
+            low - room
+        };
+        Axis::exact((bottom, high + room), count)
+    }
+
     /// Where a value lies: 0 at the low end, 1 at the high end. Far outside values are brought near, so that coordinates
     /// stay small numbers.
     pub fn share(&self, value: f64) -> f64 {
@@ -143,6 +157,15 @@ mod tests {
         assert_eq!(axis.exponent, -5);
         assert_eq!(labels(&axis)[0], "0.0");
         assert_eq!(power_of_ten(-5), "×10⁻⁵");
+    }
+
+    #[test]
+    fn a_frame_does_not_reach_for_zero() {
+        let axis = Axis::framing([0.5, 2.5].into_iter(), 5);
+        assert_eq!((axis.low, axis.high), (0.4, 2.6));
+        assert_eq!(Axis::framing([0.01, 2.0].into_iter(), 5).low, 0.0);
+        assert_eq!(Axis::framing([0.0, 0.0].into_iter(), 5).low, 0.0);
+        assert!(Axis::framing([-0.1, 2.0].into_iter(), 5).low < -0.1);
     }
 
     #[test]

@@ -8,13 +8,17 @@ use std::fmt::Write as _;
 use serde_json::Value;
 
 use super::legend::kind_text;
-use super::plot_data;
-use super::{RunOptions, svg, table_file, table_files};
+use super::{RunOptions, orbit_data, plot_data, svg, table_file, table_files};
 use crate::error::Error;
 use crate::report::{Report, Table, Values};
 
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+/// Each uses what those before it define.
+const SCRIPTS: [&str; 3] = [
+    include_str!("page_axes.js"),
+    include_str!("page_orbit.js"),
+    include_str!("page.js"),
+];
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; \
                       style-src 'unsafe-inline'; img-src data: blob:";
 /// Rows of events shown; the file has them all.
@@ -41,17 +45,17 @@ pub fn render(reports: &[Report], options: &RunOptions) -> Result<String, Error>
     );
     contents(&mut page, reports);
     page.push_str("</header>\n<main>\n");
+    let stride = orbit_data::stride(reports);
     for report in reports {
-        section(&mut page, report, options)?;
+        section(&mut page, report, options, stride)?;
     }
     page.push_str("</main>\n");
     footer(&mut page, options);
     if reports.iter().any(|r| r.figure.is_some()) {
-        let _ = write!(
-            page,
-            "<script>{}</script>\n<script>\n{SCRIPT}</script>\n",
-            plotting_script()
-        );
+        let _ = writeln!(page, "<script>{}</script>", plotting_script());
+        for script in SCRIPTS {
+            let _ = write!(page, "<script>\n{script}</script>\n");
+        }
     }
     page.push_str("</body>\n</html>\n");
     Ok(page)
@@ -101,7 +105,12 @@ fn heading(report: &Report) -> &str {
     }
 }
 
-fn section(page: &mut String, report: &Report, options: &RunOptions) -> Result<(), Error> {
+fn section(
+    page: &mut String,
+    report: &Report,
+    options: &RunOptions,
+    stride: usize,
+) -> Result<(), Error> {
     let _ = write!(
         page,
         "<section id=\"a-{name}\">\n<h2>{}</h2>\n<p class=\"soft\">{name} <span class=\"tag\">{}</span></p>\n",
@@ -121,7 +130,7 @@ fn section(page: &mut String, report: &Report, options: &RunOptions) -> Result<(
     }
     list(page, "Warnings", "note", &report.warnings);
     list(page, "Assumed", "soft", &report.assumed);
-    plot(page, report)?;
+    plot(page, report, stride)?;
     branches(page, report);
     if let Some(table) = report.table("events").filter(|t| t.rows() > 0) {
         events(page, report, table);
@@ -143,12 +152,14 @@ fn list(page: &mut String, title: &str, class: &str, entries: &[String]) {
     page.push_str("</ul></div>\n");
 }
 
-fn plot(page: &mut String, report: &Report) -> Result<(), Error> {
+fn plot(page: &mut String, report: &Report, stride: usize) -> Result<(), Error> {
     let Some(figure) = &report.figure else {
         return Ok(());
     };
     let name = escape(&report.name);
-    let data = plot_data::value(figure, report)?.to_string();
+    let mut data = plot_data::value(figure, report)?;
+    data["orbits"] = orbit_data::value(report, stride)?;
+    let data = data.to_string();
     let _ = write!(
         page,
         "<div class=\"plot\" data-source=\"data-{name}\" data-name=\"{name}\">\

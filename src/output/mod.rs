@@ -17,6 +17,7 @@ pub mod svg;
 mod axis;
 mod draw;
 mod legend;
+mod orbit_data;
 mod plot_data;
 mod series;
 

@@ -25,9 +25,21 @@
     return lines;
   }
 
+  // Columns are called rms.mesh_1.
+  const connection = (curve) => curve.name.slice(curve.name.indexOf(".") + 1);
+
+  // Branch and point of a row: what leads to its orbit.
+  function place(data, curve, row) {
+    const value = (name) => {
+      const entry = curve.hover.find(([own]) => own === name);
+      return entry ? data.columns[entry[1]][row] : null;
+    };
+    return [value("branch"), value("point") ?? value("after_point")];
+  }
+
   // The runs of one state as one trace, separated by gaps.
   function runTrace(data, panel, curve, state) {
-    const x = [], y = [], tips = [];
+    const x = [], y = [], tips = [], places = [];
     for (const [s, first, end] of curve.runs) {
       if (s !== state) continue;
       for (let row = first; row < end; row++) {
@@ -36,20 +48,21 @@
         const lines = hover(data, curve, row, panel);
         if (state !== "plain") lines.push(state === "unknown" ? "stability unknown" : state);
         tips.push(lines.join("<br>"));
+        places.push(place(data, curve, row));
       }
-      x.push(null); y.push(null); tips.push("");
+      x.push(null); y.push(null); tips.push(""); places.push(null);
     }
     const lone = curve.runs.every(([, first, end]) => end - first === 1);
     return {
-      x, y, text: tips, hoverinfo: "text", mode: lone ? "markers" : "lines",
-      line: { color: curve.color, ...STATES[state] }, marker: { color: curve.color, size: 5 }, meta: { state },
+      x, y, text: tips, customdata: places, hoverinfo: "text", mode: lone ? "markers" : "lines",
+      line: { color: curve.color, ...STATES[state] }, marker: { color: curve.color, size: 5 }, meta: { state, connection: connection(curve) },
     };
   }
 
   function pointTrace(data, panel, curve, rows, marker) {
     return {
       x: rows.map((r) => data.columns[curve.x][r]), y: rows.map((r) => data.columns[curve.y][r]),
-      mode: "markers", marker, meta: {},
+      mode: "markers", marker, meta: { connection: connection(curve) }, customdata: rows.map((r) => place(data, curve, r)),
       type: rows.length > MANY_DOTS ? "scattergl" : "scatter",
       text: rows.map((r) => hover(data, curve, r, panel).join("<br>")), hoverinfo: "text",
     };
@@ -88,6 +101,7 @@
     }));
   }
 
+  // Ranges are copies: a zoom writes into the ones that the layout holds.
   function layout(data, width) {
     const n = data.panels.length;
     const small = width < 700;
@@ -103,10 +117,10 @@
     const inner = n * panelHeight + (n - 1) * 80;
     data.panels.forEach((panel, i) => {
       const top = 1 - (i * (panelHeight + 80)) / inner;
-      const suffix = i === 0 ? "" : String(i + 1);
+      const suffix = axes.suffix(i);
       const frame = { showline: true, mirror: "allticks", ticks: "inside", linecolor: "#000", gridcolor: "#e8e8e8", zeroline: false, exponentformat: "power", automargin: true };
-      result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range };
-      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range };
+      result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range.slice() };
+      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range.slice() };
     });
     return result;
   }
@@ -114,7 +128,7 @@
   function traces(data) {
     const list = [], named = new Set();
     data.panels.forEach((panel, i) => {
-      const suffix = i === 0 ? "" : String(i + 1);
+      const suffix = axes.suffix(i);
       for (const curve of panel.curves) {
         for (const trace of curveTraces(data, panel, curve)) {
           const group = curve.style + "|" + trace.name + "|" + (curve.style === "events" ? "" : curve.color);
@@ -146,10 +160,14 @@
     const data = JSON.parse(document.getElementById(plot.dataset.source).textContent);
     const canvas = document.createElement("div");
     plot.append(canvas);
-    const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"], toImageButtonOptions: { format: "svg", filename: plot.dataset.name } };
+    const config = { responsive: true, displaylogo: false, doubleClick: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "resetScale2d"], toImageButtonOptions: { format: "svg", filename: plot.dataset.name } };
     try {
-      await Plotly.newPlot(canvas, traces(data), layout(data, plot.clientWidth), config);
+      const list = traces(data);
+      const base = list.map(({ x, xaxis }) => ({ x, xaxis }));
+      await Plotly.newPlot(canvas, list, layout(data, plot.clientWidth), config);
       canvas.on("plotly_legendclick", (event) => toggleState(canvas, event));
+      axes.attach(canvas, data, base);
+      orbits.attach(plot, canvas, data);
       plot.querySelectorAll("img").forEach((img) => { img.hidden = true; img.style.display = "none"; });
     } catch (error) {
       canvas.remove(); // the static figure stays

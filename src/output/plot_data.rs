@@ -8,10 +8,10 @@ use super::legend::kind_text;
 use super::series::{Drawing, Series, State, floats, resolve};
 use super::svg;
 use crate::error::Error;
-use crate::report::{Figure, Report};
+use crate::report::{Figure, FrequencyAxis, FrequencyUnit, Report};
 
-/// Columns shown when the pointer is over a point, where the table has them.
-const HOVER: [&str; 4] = ["branch", "point", "omega", "parameter"];
+/// Columns shown when the pointer is over a point, where the table has them; the first ones lead to its orbit.
+const HOVER: [&str; 5] = ["branch", "point", "after_point", "omega", "parameter"];
 
 /// What the script of the page draws from.
 pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
@@ -34,10 +34,21 @@ pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
             "y_label": panel.y_label,
             "x_range": [x.low, x.high],
             "y_range": [y.low, y.high],
+            "frequency": panel.x_frequency.map(frequency),
             "curves": curves,
         }));
     }
     Ok(json!({"columns": columns, "kinds": kinds, "panels": panels}))
+}
+
+/// What the page needs to show the abscissa in another unit.
+fn frequency(axis: FrequencyAxis) -> Value {
+    let written = match axis.written {
+        FrequencyUnit::Nondimensional => "\u{3c9}/\u{3c9}c",
+        FrequencyUnit::RadianPerSecond => "rad/s",
+        FrequencyUnit::Hertz => "Hz",
+    };
+    json!({"written": written, "omega_c": axis.omega_c})
 }
 
 fn curve(
@@ -54,20 +65,37 @@ fn curve(
         key
     };
     let (x, y) = (&series.curve.x, &series.curve.y);
+    // Curves of other rows of the same columns are other numbers.
+    let only = match &series.curve.only {
+        Some((column, value)) => format!(" where {column} is {value}"),
+        None => String::new(),
+    };
     let mut out = json!({
+        "name": y,
         "label": series.curve.label,
         "color": series.color(),
         "style": style(&series.drawing),
         "hover": [],
     });
     if series.drawing == Drawing::Dots {
-        let (xs, ys) = distinct(series);
-        out["x"] = json!(put(&format!("{x} against {y}"), &xs));
-        out["y"] = json!(put(&format!("{y} against {x}"), &ys));
-        out["hover"] = json!([[x, out["x"]]]);
+        let rows = distinct(series);
+        let at = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+        out["x"] = json!(put(&format!("{x} against {y}{only}"), &at(&series.x)));
+        out["y"] = json!(put(&format!("{y} against {x}{only}"), &at(&series.y)));
+        let mut hover = vec![json!([x, out["x"]])];
+        for name in HOVER.iter().filter(|name| **name != *x) {
+            if series.table.column(name).is_some() {
+                let values = at(&floats(report, series.table, name)?);
+                hover.push(json!([
+                    name,
+                    put(&format!("{name} against {y}{only}"), &values)
+                ]));
+            }
+        }
+        out["hover"] = Value::Array(hover);
         return Ok(out);
     }
-    out["x"] = json!(put(x, &series.x));
+    out["x"] = json!(put(&format!("{x}{only}"), &series.x));
     out["y"] = json!(put(y, &series.y));
     let mut hover = Vec::new();
     for name in HOVER {
@@ -109,11 +137,14 @@ fn state(state: State) -> &'static str {
     }
 }
 
-/// Points that differ in their seven digits: an attractor of period 1 is one point, not hundreds.
-fn distinct(series: &Series) -> (Vec<f64>, Vec<f64>) {
+/// Rows whose points differ in their seven digits: an attractor of period 1 is one point, not hundreds.
+fn distinct(series: &Series) -> Vec<usize> {
     let mut seen = HashSet::new();
-    let key = |(x, y): &(f64, f64)| (format!("{x:.6e}"), format!("{y:.6e}"));
-    series.points().filter(|p| seen.insert(key(p))).unzip()
+    let (x, y) = (&series.x, &series.y);
+    (0..x.len().min(y.len()))
+        .filter(|&row| x[row].is_finite() && y[row].is_finite())
+        .filter(|&row| seen.insert((format!("{:.6e}", x[row]), format!("{:.6e}", y[row]))))
+        .collect()
 }
 
 fn numbers(values: &[f64]) -> Value {

@@ -139,11 +139,15 @@ pub(super) fn axes(panel: &Panel, list: &[Series]) -> (Axis, Axis) {
     let x = match (panel.x_range, extent(xs())) {
         (Some(range), _) if range.0.is_finite() && range.1.is_finite() => Axis::exact(range, 7),
         (_, Some(range)) if !only_dots => Axis::exact(range, 7),
-        _ => Axis::around(xs(), 7),
+        _ => Axis::framing(xs(), 7),
     };
     let inside = |p: &(f64, f64)| p.0 >= x.low && p.0 <= x.high;
     let ys = list.iter().flat_map(|s| s.points().filter(inside));
-    let y = Axis::around(ys.map(|p| p.1), 6);
+    let ys = ys.map(|p| p.1);
+    let y = match only_dots {
+        true => Axis::framing(ys, 6),
+        false => Axis::around(ys, 6),
+    };
     (x, y)
 }
 

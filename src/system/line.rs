@@ -45,6 +45,7 @@ impl Line {
                 *x = (1.0 - share) * a + share * b;
             }
         });
+        system.index();
         system
     }
 
@@ -203,6 +204,7 @@ mod tests {
         let found = line.system(1.0);
         assert!(found.is_alike(&system(0.3, 2.0, -0.3)));
         assert_eq!(found.mounts()[0].element.breakpoints(), [-2.0, 2.0]);
+        assert_eq!(found.damping_column(0), [(0, 0.3)]);
     }
 
     #[test]

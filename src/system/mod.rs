@@ -120,11 +120,10 @@ impl System {
                 });
             }
         }
-        let is_tree = n == e && element_map == DMatrix::identity(n, n);
-        Ok(System {
-            damping_columns: Nonzeros::of_columns(&damping),
-            stiffness_columns: Nonzeros::of_columns(&stiffness),
-            map_rows: Nonzeros::of_rows(&element_map),
+        let mut system = System {
+            damping_columns: Nonzeros::default(),
+            stiffness_columns: Nonzeros::default(),
+            map_rows: Nonzeros::default(),
             damping,
             stiffness,
             element_map,
@@ -132,8 +131,19 @@ impl System {
             loads,
             omega: 1.0,
             subharmonic: 1,
-            is_tree,
-        })
+            is_tree: false,
+        };
+        system.index();
+        Ok(system)
+    }
+
+    /// Finds the nonzero entries of the matrices again: due after every change of them.
+    fn index(&mut self) {
+        let (n, e) = (self.dof(), self.mounts.len());
+        self.is_tree = n == e && self.element_map == DMatrix::identity(n, n);
+        self.damping_columns = Nonzeros::of_columns(&self.damping);
+        self.stiffness_columns = Nonzeros::of_columns(&self.stiffness);
+        self.map_rows = Nonzeros::of_rows(&self.element_map);
     }
 
     /// n, number of relative coordinates.

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 /// Nonzero entries of the lines (rows or columns) of a matrix.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Nonzeros {
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,

@@ -34,8 +34,14 @@ fn models() -> Vec<PathBuf> {
     list
 }
 
-/// Harmonics: two dozen of the fastest excitation.
-fn harmonics(system: &System) -> usize {
+/// Harmonics at most: a mode so much faster than the excitation does not ring to a visible degree.
+const MOST: usize = 160;
+
+/// Harmonics: two dozen of the fastest excitation, and enough for the ringing of the fastest mode after an impact.
+fn harmonics(study: &Study, ratio: f64) -> usize {
+    let system: &System = &study.assembly.system;
+    let modes = &study.assembly.natural_frequencies;
+    let ringing = 4.0 * modes[modes.len() - 1] / (ratio * modes[0]);
     let order = |series: &Periodic| match series {
         Periodic::Fourier { harmonics, .. } => harmonics.iter().map(|h| h.order).max().unwrap_or(1),
         Periodic::Table { base_order, .. } | Periodic::Rectangular { base_order, .. } => {
@@ -45,7 +51,8 @@ fn harmonics(system: &System) -> usize {
     let mounts = system.mounts().iter();
     let own = mounts.flat_map(|m| m.stiffness_variation.iter().chain(&m.transmission_error));
     let all = own.chain(system.loads().iter().map(|l| &l.series));
-    24 * all.map(order).max().unwrap_or(1)
+    let forced = 24 * all.map(order).max().unwrap_or(1);
+    forced.max((ringing.ceil() as usize).min(MOST))
 }
 
 fn response(path: &Path, study: &Study, ratio: f64) -> Report {
@@ -60,7 +67,7 @@ fn response(path: &Path, study: &Study, ratio: f64) -> Report {
          harmonics: {}, orbits: marks}}",
         1.01 * omega,
         0.99 * omega,
-        harmonics(&study.assembly.system)
+        harmonics(study, ratio)
     );
     let study = Study::load(path, &[text], &["crosscheck".into()])
         .unwrap_or_else(|e| panic!("{}: {e}", path.display()));

@@ -192,8 +192,8 @@ fn every_kind_of_number_meets_the_model_that_has_it_written() {
         ["connections.mesh.element.half_gap", "20 um", "0", "5 um"],
         [
             "connections.mesh.stiffness",
-            "1e8 N/m",
             "4e8 N/m",
+            "2e8 N/m",
             "3e8 N/m",
         ],
         ["connections.mesh.damping", "0", "2 kN s/m", "700 N s/m"],

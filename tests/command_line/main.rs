@@ -12,4 +12,5 @@ mod hostile_input;
 mod laws_in_models;
 mod messages;
 mod output_files;
+mod page;
 mod verify;

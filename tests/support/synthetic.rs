@@ -201,6 +201,7 @@ pub fn resonance() -> Report {
                 x_label: "excitation frequency Ω = ω/ωc".into(),
                 y_label: "r.m.s. displacement".into(),
                 x_range: Some((2.5, 0.3)),
+                x_frequency: None,
                 curves: vec![
                     curve("", "omega", "rms.mesh_1", "mesh_1", branch()),
                     curve("", "omega", "rms.mesh_2", "mesh_2", branch()),
@@ -218,6 +219,7 @@ pub fn resonance() -> Report {
                 x_label: "excitation frequency Ω = ω/ωc".into(),
                 y_label: "effective stiffness".into(),
                 x_range: Some((2.5, 0.3)),
+                x_frequency: None,
                 curves: vec![
                     curve(
                         "",
@@ -291,6 +293,7 @@ pub fn bifurcation() -> Report {
                 x_label: "half gap of mesh_2 [m]".into(),
                 y_label: "displacement of mesh_1 [m]".into(),
                 x_range: None,
+                x_frequency: None,
                 curves: vec![curve(
                     "",
                     "parameter",
@@ -335,6 +338,7 @@ pub fn all() -> Vec<Report> {
                 x_label: "nondimensional time T".into(),
                 y_label: "displacement".into(),
                 x_range: None,
+                x_frequency: None,
                 curves: vec![line("mesh_1"), line("mesh_2"), line("shaft")],
             }],
         }),

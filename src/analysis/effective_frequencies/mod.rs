@@ -247,6 +247,7 @@ fn figure(setting: &Setting<'_>, amplitude: &Reported) -> Figure {
         x_label,
         y_label,
         x_range: None,
+        x_frequency: None,
         curves: (0..setting.assembly.system.dof()).map(curve).collect(),
     };
     Figure {

@@ -139,6 +139,7 @@ impl ParameterStudy {
             x_label: labelled(x),
             y_label: labelled(y),
             x_range: None,
+            x_frequency: None,
             curves: vec![Curve {
                 table: String::new(),
                 x: x.name.clone(),

@@ -1,0 +1,160 @@
+"""The page of a run in a real browser: see README.md. Usage: run.py PROGRAM FOLDER"""
+
+import math
+import os
+import subprocess
+import sys
+
+from devtools import Browser
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+MODEL = os.path.join(HERE, "..", "..", "models", "reverse_idler.yaml")
+ARGUMENTS = ["--only", "fig_08", "--only", "fig_11", "--set", "analyses.fig_11.orbits=true",
+             "--set", "analyses.fig_08.points=21", "--quiet"]
+PLOT = "document.querySelector('[data-name=fig_11] .js-plotly-plot')"
+ORBIT = "document.querySelector('#a-fig_11 .orbit')"
+
+
+def close(a, b):
+    return math.isclose(a, b, rel_tol=1e-6)
+
+
+def check(truth, what):
+    if not truth:
+        raise AssertionError(what)
+    print("  " + what)
+
+
+def middle_of(page, element):
+    """Middle of an element on the screen."""
+    return page.evaluate(f"(() => {{ const r = {element}.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }})()")
+
+
+def curve_point(page, trace, row):
+    """Where a point of a trace lies on the screen."""
+    return page.evaluate(f"""(() => {{
+        const plot = {PLOT}, trace = plot._fullData[{trace}], box = plot.getBoundingClientRect();
+        const x = plot._fullLayout.xaxis, y = plot._fullLayout.yaxis;
+        return [box.x + x._offset + x.d2p(trace.x[{row}]), box.y + y._offset + y.d2p(trace.y[{row}])];
+    }})()""")
+
+
+def axis(page, name):
+    return page.evaluate(f"(({{ type, range, title }}) => ({{ type, range, title: title.text }}))({PLOT}.layout.{name})")
+
+
+def free_row(page):
+    """Row of the first trace far from events, whose markers would be hit instead."""
+    return page.evaluate(f"""(() => {{
+        const [trace] = {PLOT}.data;
+        return trace.x.findIndex((x) => x !== null && x < 2.1);
+    }})()""")
+
+
+def loads(page, file):
+    check(os.path.getsize(file) < 8e6, "the page is below 8 MB")
+    page.open(file)
+    page.wait_for("document.querySelectorAll('.js-plotly-plot .main-svg').length >= 4", "plots of both analyses")
+    check(page.evaluate(f"{PLOT}.data.length") > 6, "curves are drawn")
+    check(page.evaluate("[...document.querySelectorAll('.plot img')].every((i) => i.hidden)"), "static figures gave way")
+    check(page.evaluate("document.querySelectorAll('nav li').length") == 2, "the table of contents lists both analyses")
+    page.evaluate(f"{PLOT}.parentElement.scrollIntoView()")
+
+
+def hovers(page, row):
+    page.mouse("mouseMoved", [2, 2])
+    page.mouse("mouseMoved", curve_point(page, 0, row))
+    page.wait_for(f"{PLOT}.querySelector('.hoverlayer .hovertext')", "a hover box")
+    words = page.evaluate(f"{PLOT}.querySelector('.hoverlayer .hovertext').textContent")
+    check("mesh_1" in words and "omega" in words and "stable" in words, "the hover box names curve, frequency, stability")
+
+
+def zooms(page):
+    before = axis(page, "xaxis")["range"]
+    box = page.evaluate(f"(() => {{ const r = {PLOT}.querySelector('.nsewdrag').getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; }})()")
+    at = lambda x, y: [box[0] + x * box[2], box[1] + y * box[3]]
+    page.drag(at(0.3, 0.2), at(0.6, 0.8))
+    page.wait_for(f"{PLOT}.layout.xaxis.range[0] > {before[0]} + 0.1", "a zoomed abscissa")
+    low, high = axis(page, "xaxis")["range"]
+    share = (high - low) / (before[1] - before[0])
+    check(abs(share - 0.3) < 0.01, "dragging zooms to the part framed")
+    return low, high
+
+
+def changes_axes(page, low, high):
+    select = f"{PLOT}.parentElement.querySelector('.controls select')"
+    first = page.evaluate(f"{PLOT}.data[0].x[0]")
+    omega_c = math.sqrt(6e8)
+    for unit, size in [("rad/s", 1.0), ("Hz", 2 * math.pi), ("rpm", 2 * math.pi / 60), ("ω/ωc", omega_c)]:
+        page.evaluate(f"(() => {{ const s = {select}; s.value = '{unit}'; s.dispatchEvent(new Event('change')); }})()")
+        factor = omega_c / size
+        page.wait_for(f"Math.abs({PLOT}.data[0].x[0] / {first * factor} - 1) < 1e-6", "frequencies in " + unit)
+        now = axis(page, "xaxis")
+        check(close(now["range"][0], low * factor) and close(now["range"][1], high * factor) and unit in now["title"],
+              f"the same part is in view in {unit}")
+    page.click(middle_of(page, f"{PLOT}.parentElement.querySelector('.controls input')"))
+    page.wait_for(f"{PLOT}.layout.yaxis.type === 'log'", "a logarithmic ordinate")
+    check(axis(page, "yaxis")["range"][0] < -1, "the logarithmic ordinate shows small values")
+    check(page.evaluate("!document.querySelector('[data-name=fig_08] .controls input')"),
+          "negative values are not offered a logarithm")
+
+
+def zooms_out(page):
+    at = middle_of(page, f"{PLOT}.querySelector('.nsewdrag')")
+    page.double_click(at)
+    page.wait_for(f"Math.abs({PLOT}.layout.xaxis.range[1] - 2.5) < 1e-9", "the whole range after a double click")
+    check(axis(page, "yaxis")["type"] == "log", "zooming out keeps the scale")
+    page.click(middle_of(page, f"{PLOT}.parentElement.querySelector('.controls input')"))
+    page.wait_for(f"{PLOT}.layout.yaxis.type === 'linear'", "a linear ordinate")
+
+
+def toggles(page):
+    entry = f"[...{PLOT}.querySelectorAll('.legend .traces')].find((t) => t.textContent.trim() === 'mesh_1').querySelector('.legendtoggle')"
+    hidden = f"{PLOT}._fullData.filter((t) => t.name === 'mesh_1').every((t) => t.visible === 'legendonly')"
+    page.click(middle_of(page, entry))
+    page.wait_for(hidden, "mesh_1 hidden")
+    check(True, "a click in the legend hides a curve")
+    page.click(middle_of(page, entry))
+    page.wait_for(f"!({hidden})", "mesh_1 shown again")
+
+
+def shows_orbit(page, row):
+    page.wait_for(f"{PLOT}._fullData[0].visible === true", "the first curve")
+    expected = page.evaluate(f"{PLOT}.data[0].customdata[{row}]")
+    page.click(curve_point(page, 0, row))
+    page.wait_for(f"{ORBIT}.querySelectorAll('.subplot').length === 4", "four diagrams of the orbit")
+    words = page.evaluate(f"{ORBIT}.querySelector('p').textContent")
+    check(f"branch {expected[0]}, point" in words, "the orbit says where it belongs: " + words)
+    drawn = f"{ORBIT}.querySelector('.js-plotly-plot').data"
+    check(page.evaluate(f"{drawn}.map((t) => t.x.length)") == [257, 257, 257, 60], "time histories, phase plane and spectrum have their points")
+    spread = page.evaluate(f"(() => {{ const y = {drawn}[0].y; const m = y.slice(1).reduce((a, b) => a + b) / 256; return Math.sqrt(y.slice(1).reduce((a, b) => a + (b - m) ** 2, 0) / 256); }})()")
+    own = page.evaluate(f"(({{ orbits }}, [branch, point]) => orbits.orbits.some((o) => o.branch === branch && o.point === point))(JSON.parse(document.getElementById('data-fig_11').textContent), {expected})")
+    check(own, "the orbit of this very point is in the page")
+    rms = page.evaluate(f"{PLOT}.data[0].y[{row}]")
+    check(abs(spread / rms - 1) < 1e-3, "the r.m.s. of the orbit is the ordinate of the point")
+
+
+def main():
+    program, folder = sys.argv[1:3]
+    run = [program, "run", MODEL, "--out", folder, *ARGUMENTS]
+    subprocess.run(run, check=True, stdout=subprocess.DEVNULL, timeout=120)
+    with Browser() as page:
+        try:
+            loads(page, os.path.join(folder, "report.html"))
+            row = free_row(page)
+            hovers(page, row)
+            low, high = zooms(page)
+            changes_axes(page, low, high)
+            zooms_out(page)
+            toggles(page)
+            shows_orbit(page, row)
+            page.evaluate(f"{PLOT}.parentElement.scrollIntoView()")
+        finally:
+            page.screenshot(os.path.join(folder, "screenshot.png"))
+        if page.faults:
+            raise AssertionError("\n".join(page.faults))
+    print("the page works; screenshot: " + os.path.join(folder, "screenshot.png"))
+
+
+if __name__ == "__main__":
+    main()
