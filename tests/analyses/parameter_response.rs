@@ -139,7 +139,7 @@ connections:
   shaft: {ground: C, stiffness: 1.0e5, damping: 0.5}
 damping: {modal_ratio: 0.04}
 loads:
-  A: {mean: 100, harmonics: [{order: 1, amplitude: 60}]}
+  A: {mean: 100, harmonics: [{order: 1, amplitude: 30}]}
   C: {mean: 10}
 ";
 
@@ -162,26 +162,29 @@ fn meets_the_written_model(
     [path, from, to, mark]: [&str; 4],
     method: &str,
     tolerance: f64,
-) {
+) -> Option<String> {
     let common = "harmonics: 8, tolerance: 1e-12, stability: false";
     let text = format!(
         "{{type: parameter_response, at: 3 kHz, parameter: {path}, from: {from}, to: {to}, marks: [{mark}], \
          method: {method}, {common}}}"
     );
     let along = run(model, &text);
-    assert_eq!(along.ended_early, None, "{path}, {method}");
+    if let Some(reason) = along.ended_early {
+        return Some(format!("{path}, {method}: {reason}"));
+    }
     let text = format!(
         "{{type: frequency_response, from: 3050 Hz, to: 2950 Hz, marks: [3 kHz], method: {method}, {common}, \
          set: {{{path}: {mark}}}}}"
     );
     let (gap, what) = nearest_gap(&along, &run(model, &text));
-    assert!(gap < tolerance, "{path}, {method}: {what}");
+    (gap >= tolerance).then(|| format!("{path}, {method}: {gap:.1e} {what}"))
 }
 
 #[test]
 fn every_kind_of_number_meets_the_model_that_has_it_written() {
     let error = "connections.mesh.transmission_error.harmonics.0";
     let (amplitude, phase) = (format!("{error}.amplitude"), format!("{error}.phase"));
+    let mut faults = Vec::new();
     for case in [
         [
             "connections.mesh.element.half_gap",
@@ -197,7 +200,7 @@ fn every_kind_of_number_meets_the_model_that_has_it_written() {
             "3e8 N/m",
         ],
         ["connections.mesh.damping", "0", "2 kN s/m", "700 N s/m"],
-        ["connections.mesh.gear.B", "35 mm", "45 mm", "43 mm"],
+        ["connections.mesh.gear.B", "45 mm", "42 mm", "43 mm"],
         [&amplitude, "0 um", "6 um", "5 um"],
         [&phase, "0 deg", "1 rad", "33 deg"],
         ["connections.stop.element.gap", "0", "0.5 mrad", "0.3 mrad"],
@@ -220,7 +223,7 @@ fn every_kind_of_number_meets_the_model_that_has_it_written() {
         ["loads.A.harmonics.0.phase", "0", "90 deg", "33 deg"],
     ] {
         for method in ["galerkin", "shooting"] {
-            meets_the_written_model(RICH, case, method, 1e-9);
+            faults.extend(meets_the_written_model(RICH, case, method, 1e-9));
         }
     }
     let variation = "connections.mesh.stiffness_variation.harmonics.0.amplitude";
@@ -228,10 +231,11 @@ fn every_kind_of_number_meets_the_model_that_has_it_written() {
         [variation, "0", "0.3", "0.2"],
         ["connections.stop.element.cubic", "0", "8e3 1/rad^2", "7e3"],
     ] {
-        meets_the_written_model(&smooth(), case, "galerkin", 1e-9);
+        faults.extend(meets_the_written_model(&smooth(), case, "galerkin", 1e-9));
         // DOPRI5 keeps 1e-10 a step, and there are some hundred of them.
-        meets_the_written_model(&smooth(), case, "shooting", 1e-7);
+        faults.extend(meets_the_written_model(&smooth(), case, "shooting", 1e-7));
     }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 /// Parameters of laws that change what the law is: impact damping ends the exact flow.
