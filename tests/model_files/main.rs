@@ -8,6 +8,7 @@ mod loader_fuzz;
 mod model_mistakes;
 mod model_read;
 mod models_load;
+mod places;
 mod schema;
 mod yaml_hostile;
 mod yaml_loader;

@@ -1,5 +1,6 @@
 //! Loading: scalars as written, places, merging, overrides.
 
+use crate::places::shown;
 use gearlash::error::{Diagnostic, Error};
 use gearlash::yaml::{self, Node};
 use indexmap::IndexMap;
@@ -14,18 +15,6 @@ fn mistakes(result: Result<impl std::fmt::Debug, Error>) -> Vec<Diagnostic> {
         Err(Error::Input(list)) => list,
         other => panic!("wanted mistakes in the input, found {other:?}"),
     }
-}
-
-/// Line, column, path and message with help.
-fn shown(d: &Diagnostic) -> (usize, usize, String, String) {
-    let at = d.location.as_ref().expect("a place");
-    let help = d.help.as_deref().unwrap_or("");
-    (
-        at.line,
-        at.column,
-        d.path.clone(),
-        format!("{}; {help}", d.message),
-    )
 }
 
 struct Files(tempfile::TempDir);

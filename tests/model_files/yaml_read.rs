@@ -1,25 +1,14 @@
 //! Deserialising nodes: structs, enums, laws; messages with path, place and next move.
 
+use crate::places::shown;
 use gearlash::element::Element;
-use gearlash::error::{Colour, Diagnostic, render};
+use gearlash::error::{Colour, render};
 use gearlash::yaml::{self, Node};
 use indexmap::IndexMap;
 use serde::Deserialize;
 
 fn parse(text: &str) -> Node {
     yaml::parse(text, "m.yaml").unwrap_or_else(|e| panic!("{e}"))
-}
-
-/// Line, column, path and message with help.
-fn shown(d: &Diagnostic) -> (usize, usize, String, String) {
-    let at = d.location.as_ref().expect("a place");
-    let help = d.help.as_deref().unwrap_or("");
-    (
-        at.line,
-        at.column,
-        d.path.clone(),
-        format!("{}; {help}", d.message),
-    )
 }
 
 #[derive(Debug, Deserialize, PartialEq)]

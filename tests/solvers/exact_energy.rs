@@ -1,20 +1,11 @@
 //! Energy of closed orbits: what the loads put in, damping takes out.
 
 use crate::common::{self, floats, reference};
+use gearlash::numeric::quadrature::unit_nodes;
 use gearlash::solve::integrate::{Exact, IntegrationEnd, Integrator, Observer, Segment};
 use gearlash::system::System;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
-
-/// Gauss' rule with 12 points on [-1, 1], positive half.
-const GAUSS: [(f64, f64); 6] = [
-    (0.125_233_408_511_468_9, 0.249_147_045_813_402_8),
-    (0.367_831_498_998_180_2, 0.233_492_536_538_354_8),
-    (0.587_317_954_286_617_5, 0.203_167_426_723_065_9),
-    (0.769_902_674_194_304_7, 0.160_078_328_543_346_2),
-    (0.904_117_256_370_474_9, 0.106_939_325_995_318_4),
-    (0.981_560_634_246_719_2, 0.047_175_336_386_511_8),
-];
 
 /// Integrals of v . M Q and v . M Gam v over time, M = kappa^-1: with it the restoring forces have a potential.
 struct Works<'a> {
@@ -28,10 +19,7 @@ impl Observer for Works<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let (system, n) = (self.system, self.system.dof());
         let mut state = vec![0.0; 2 * n];
-        let halves = GAUSS
-            .iter()
-            .flat_map(|(x, w)| [(0.5 - 0.5 * x, w), (0.5 + 0.5 * x, w)]);
-        for (x, weight) in halves {
+        for (x, weight) in unit_nodes() {
             segment.state(x, system.omega(), &mut state);
             let v = DVector::from_column_slice(&state[n..]);
             let phase = system.subharmonic() as f64 * (segment.tau + x * segment.width);
@@ -39,7 +27,7 @@ impl Observer for Works<'_> {
             for source in system.loads() {
                 load += &source.direction * source.series.value(phase);
             }
-            let time = 0.5 * weight * segment.width / system.omega();
+            let time = weight * segment.width / system.omega();
             self.loads += time * v.dot(&(&self.inertia * load));
             self.damping += time * v.dot(&(&self.inertia * (system.damping() * &v)));
         }
