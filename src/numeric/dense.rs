@@ -4,8 +4,9 @@ use dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;
 use faer::perm::PermRef;
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::{Accum, MatMut, MatRef, Par, Side};
 use nalgebra::{DMatrix, DVector};
+use num_complex::Complex;
 
 /// LU factors of a square matrix, with the work space to make and to use them.
 pub struct Lu {
@@ -103,6 +104,42 @@ pub fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], size: usize) {
     let a = MatRef::from_column_major_slice(a, size, size);
     let b = MatRef::from_column_major_slice(b, size, size);
     matmul(c, Accum::Add, a, b, -1.0, Par::Seq);
+}
+
+/// Rows below which plain loops beat a library's call.
+const SMALL: usize = 8;
+
+/// C <- A B.
+pub fn multiply(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &mut DMatrix<f64>) {
+    if a.nrows() < SMALL {
+        a.mul_to(b, c);
+        return;
+    }
+    let view = |m: &'_ DMatrix<f64>| (m.nrows(), m.ncols());
+    let ((m, k), n) = (view(a), b.ncols());
+    matmul(
+        MatMut::from_column_major_slice_mut(c.as_mut_slice(), m, n),
+        Accum::Replace,
+        MatRef::from_column_major_slice(a.as_slice(), m, k),
+        MatRef::from_column_major_slice(b.as_slice(), k, n),
+        1.0,
+        Par::Seq,
+    );
+}
+
+/// Eigenvalues of a square matrix in no particular order; `None` when the iteration does not converge.
+pub fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    let n = matrix.nrows();
+    let view = MatRef::from_column_major_slice(matrix.as_slice(), n, n);
+    let list = view.eigenvalues().ok()?;
+    Some(list.iter().map(|x| Complex::new(x.re, x.im)).collect())
+}
+
+/// Eigenvalues of a symmetric matrix, ascending; its lower half is read. `None` when the iteration does not converge.
+pub fn symmetric_eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let n = matrix.nrows();
+    let view = MatRef::from_column_major_slice(matrix.as_slice(), n, n);
+    view.self_adjoint_eigenvalues(Side::Lower).ok()
 }
 
 impl std::fmt::Debug for Lu {

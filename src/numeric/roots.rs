@@ -60,6 +60,9 @@ pub fn bracketed<E>(
     }
 }
 
+/// Step of Newton's method from which on a step that does not shrink is rounding: double roots are known no better.
+const ROUNDING: f64 = 1e-8;
+
 /// Root of a differentiable function between a and b, f(a) f(b) <= 0: Newton's method kept inside the bracket.
 ///
 /// `f` returns value and derivative.
@@ -86,13 +89,17 @@ pub fn newton_bracketed(mut f: impl FnMut(f64) -> (f64, f64), (a, fa): (f64, f64
             0.5 * (low + high)
         };
         width = (next - x).abs();
+        let scale = x.abs().max(1.0);
+        if width > 0.5 * previous && previous <= ROUNDING * scale {
+            return x;
+        }
         // Newton that does not halve its step each time gives way to bisection.
         let next = if width > 0.5 * previous && newton == next {
             0.5 * (low + high)
         } else {
             next
         };
-        if (next - x).abs() <= 2.0 * f64::EPSILON * x.abs().max(1.0) {
+        if (next - x).abs() <= 2.0 * f64::EPSILON * scale {
             return next;
         }
         x = next;

@@ -5,7 +5,7 @@ use super::{effective_stiffness, segment_measures};
 use crate::element::{Element, ResponseSeries};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
-use crate::solve::orbit::{Deformation, FourierOrbit, Orbit};
+use crate::solve::orbit::{Deformation, ExtremaFinder, FourierOrbit, Orbit};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
 
@@ -46,6 +46,7 @@ pub struct Measures {
 #[derive(Debug)]
 pub struct Meter {
     fourier: Fourier,
+    extrema: ExtremaFinder,
     phase: Vec<f64>,
     deformation: Vec<f64>,
     rate: Vec<f64>,
@@ -62,6 +63,7 @@ impl Meter {
         let buffer = || vec![0.0; samples];
         Meter {
             fourier: Fourier::new(samples),
+            extrema: ExtremaFinder::default(),
             phase: buffer(),
             deformation: buffer(),
             rate: buffer(),
@@ -94,7 +96,7 @@ impl Meter {
     fn connection(&mut self, system: &System, orbit: &FourierOrbit, e: usize) -> Measures {
         let deformation = orbit.deformation(system, e);
         self.sample(system, orbit, e, &deformation);
-        let extrema = deformation.extrema();
+        let extrema = self.extrema.find(&deformation);
         let values = || extrema.iter().map(|x| x.1);
         let (a, c) = (&self.coefficients, &self.force_coefficients);
         let scale = self.deformation.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

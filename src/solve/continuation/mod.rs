@@ -3,6 +3,7 @@
 //! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
 
 mod bordered;
+mod corner;
 mod types;
 
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
@@ -54,6 +55,14 @@ pub struct Continuation {
     points: usize,
     first: PathPoint,
     end: Option<PathEnd>,
+    predictor: Predictor,
+}
+
+/// How the next point is guessed.
+#[derive(Debug, Clone, Copy)]
+enum Predictor {
+    Tangent,
+    Cubic,
 }
 
 impl Continuation {
@@ -91,6 +100,7 @@ impl Continuation {
             step: options.step,
             points: 1,
             end: None,
+            predictor: Predictor::Tangent,
             options,
         };
         // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
@@ -131,38 +141,86 @@ impl Continuation {
         if let Some(end) = self.end {
             return Ok(Advance::End(end));
         }
-        loop {
-            let base = self.point.clone();
-            let guess = &base.u + &base.tangent_u * self.step;
-            let next = self.correct(
-                problem,
-                &base,
-                self.step,
-                guess,
-                base.lambda + base.tangent_lambda * self.step,
-            )?;
-            let turn = self.turn(&base, &next);
-            let is_corner = self.step < CORNER_STEP * self.options.step;
-            if next.newton.is_converged() && next.orientation != 0 && (turn < MAX_TURN || is_corner)
-            {
-                self.stride = self.step;
-                self.adapt(next.newton.iterations, turn);
-                self.origin = base;
-                self.point = next;
-                break;
-            }
-            if self.step <= self.options.min_step {
-                let end = PathEnd::StepTooSmall {
-                    last: next.newton.status,
-                };
-                self.end = Some(end);
-                return Ok(Advance::End(end));
-            }
-            self.step = (0.5 * self.step).max(self.options.min_step);
+        if let Err(last) = self.step(problem)?
+            && !self.turn_corner(problem)?
+        {
+            let end = PathEnd::StepTooSmall { last };
+            self.end = Some(end);
+            return Ok(Advance::End(end));
         }
         self.points += 1;
         self.finish(problem)?;
         Ok(Advance::Point(&self.point))
+    }
+
+    /// Takes a step of the length that the last ones suggest, or of a shorter one that converges. Inner `Err`: how the
+    /// corrector failed at the smallest step.
+    fn step(&mut self, problem: &mut dyn Residual) -> Result<Result<(), NewtonStatus>, SolveError> {
+        loop {
+            let base = self.point.clone();
+            let (guess, lambda) = self.predict();
+            let next = self.correct(problem, &base, self.step, guess, lambda)?;
+            let turn = self.turn(&base, &next);
+            let is_corner = self.step < CORNER_STEP * self.options.step;
+            if next.newton.is_converged() && next.orientation != 0 && (turn < MAX_TURN || is_corner)
+            {
+                self.judge_predictors(&next);
+                self.stride = self.step;
+                self.adapt(next.newton.iterations, turn);
+                self.origin = base;
+                self.point = next;
+                return Ok(Ok(()));
+            }
+            if self.step <= self.options.min_step {
+                return Ok(Err(next.newton.status));
+            }
+            self.step = (0.5 * self.step).max(self.options.min_step);
+        }
+    }
+
+    /// The next point as the better predictor of the last step has it.
+    fn predict(&self) -> (DVector<f64>, f64) {
+        match self.predictor {
+            Predictor::Tangent => self.along_tangent(),
+            Predictor::Cubic => self.along_cubic(),
+        }
+    }
+
+    fn along_tangent(&self) -> (DVector<f64>, f64) {
+        let base = &self.point;
+        let u = &base.u + &base.tangent_u * self.step;
+        (u, base.lambda + base.tangent_lambda * self.step)
+    }
+
+    /// The cubic through the last two points and their tangents, continued: off by the fourth power of the step on a smooth
+    /// path, by more than the tangent behind a kink.
+    fn along_cubic(&self) -> (DVector<f64>, f64) {
+        self.interpolate(1.0 + self.step / self.chord())
+    }
+
+    /// Compares both predictions with the point that the corrector found.
+    fn judge_predictors(&mut self, found: &PathPoint) {
+        if self.points < 2 {
+            return;
+        }
+        let miss = |(u, lambda): (DVector<f64>, f64)| {
+            let (gap, step) = (u - &found.u, lambda - found.lambda);
+            self.dot(&gap, step, &gap, step)
+        };
+        let is_better = miss(self.along_cubic()) < miss(self.along_tangent());
+        self.predictor = if is_better {
+            Predictor::Cubic
+        } else {
+            Predictor::Tangent
+        };
+    }
+
+    /// Length of the last step.
+    fn chord(&self) -> f64 {
+        let (a, b) = (&self.origin, &self.point);
+        let chord = &b.u - &a.u;
+        let step = b.lambda - a.lambda;
+        self.dot(&chord, step, &chord, step).sqrt()
     }
 
     /// Ends the path exactly at the border of the range when the last step crossed it, or where the path closes.
@@ -292,9 +350,7 @@ impl Continuation {
     fn interpolate(&self, x: f64) -> (DVector<f64>, f64) {
         let (a, b) = (&self.origin, &self.point);
         let chord = &b.u - &a.u;
-        let length = self
-            .dot(&chord, b.lambda - a.lambda, &chord, b.lambda - a.lambda)
-            .sqrt();
+        let length = self.chord();
         let h11 = x * x * (x - 1.0) * length;
         let h10 = x * (x - 1.0) * (x - 1.0) * length;
         let h01 = x * x * (3.0 - 2.0 * x);
@@ -343,7 +399,6 @@ impl Continuation {
         guess: DVector<f64>,
         lambda: f64,
     ) -> Result<PathPoint, SolveError> {
-        let dim = problem.dim();
         let mut x = guess.push(lambda);
         let (inner, u) = (&mut self.inner, &mut self.inner_u);
         let mut bordered = Bordered {
@@ -354,6 +409,34 @@ impl Continuation {
             u,
         };
         let newton = self.newton.solve(&mut bordered, &mut x, s)?;
+        Ok(self.with_tangent(x, newton))
+    }
+
+    /// The null direction of the derivatives at a place that need not be on the path; `None` where they are singular.
+    fn tangent_at(
+        &mut self,
+        problem: &mut dyn Residual,
+        base: &PathPoint,
+        s: f64,
+        u: DVector<f64>,
+        lambda: f64,
+    ) -> Result<Option<PathPoint>, SolveError> {
+        let x = u.push(lambda);
+        let mut bordered = Bordered {
+            problem,
+            base,
+            weight: self.options.weight,
+            inner: &mut self.inner,
+            u: &mut self.inner_u,
+        };
+        let outcome = self.newton.visit(&mut bordered, &x, s)?;
+        let point = self.with_tangent(x, outcome);
+        Ok((point.orientation != 0).then_some(point))
+    }
+
+    /// A point with the unit tangent from the linearisation at the last point visited.
+    fn with_tangent(&mut self, x: DVector<f64>, newton: NewtonOutcome) -> PathPoint {
+        let dim = x.len() - 1;
         // The last row of the bordered matrix is the tangent of `base`, scaled: the solution keeps its direction.
         let mut tangent = DVector::zeros(dim + 1);
         tangent[dim] = 1.0;
@@ -368,13 +451,13 @@ impl Continuation {
             .dot(&tangent_u, tangent_lambda, &tangent_u, tangent_lambda)
             .sqrt();
         let lambda = x[dim];
-        Ok(PathPoint {
+        PathPoint {
             u: x.remove_row(dim),
             lambda,
             tangent_u: tangent_u / norm,
             tangent_lambda: tangent_lambda / norm,
             orientation,
             newton,
-        })
+        }
     }
 }

@@ -8,7 +8,7 @@ mod aft;
 mod hill;
 
 use super::family::Family;
-use super::floquet;
+use super::floquet::Floquet;
 use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Linearisation, PeriodicResidual, Residual};
 use crate::error::SolveError;
@@ -50,6 +50,7 @@ pub struct Galerkin<F: Family> {
     load_rate: Vec<f64>,
     derivative: Vec<f64>,
     shifted: Linearisation,
+    floquet: Floquet,
 }
 
 impl<F: Family> Galerkin<F> {
@@ -85,6 +86,7 @@ impl<F: Family> Galerkin<F> {
             load_rate,
             derivative,
             shifted,
+            floquet: Floquet::default(),
         })
     }
 
@@ -209,10 +211,8 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         lambda: f64,
     ) -> Result<Vec<Complex<f64>>, SolveError> {
         let orbit = self.fourier_orbit(u, lambda)?;
-        Ok(floquet::multipliers(&floquet::monodromy(
-            self.family.at(lambda)?,
-            &orbit,
-        )))
+        let system = self.family.at(lambda)?;
+        Ok(self.floquet.multipliers(system, &orbit))
     }
 }
 
