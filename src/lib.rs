@@ -29,6 +29,7 @@ pub mod output;
 pub mod postprocess;
 pub mod quantity;
 pub mod report;
+pub mod schema;
 pub mod solve;
 pub mod study;
 pub mod system;

@@ -53,7 +53,8 @@ const FLOORS: &[(&str, &[&str])] = &[
         ],
     ),
     ("output", &["error", "report"]),
-    // floor 6
+    // floor 6: siblings
+    ("schema", &["quantity", "element", "model", "analysis"]),
     (
         "study",
         &[
@@ -65,7 +66,7 @@ const FLOORS: &[(&str, &[&str])] = &[
         "cli",
         &[
             "error", "report", "element", "model", "assembly", "solve", "analysis", "output",
-            "study",
+            "schema", "study",
         ],
     ),
 ];

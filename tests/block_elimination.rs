@@ -241,7 +241,7 @@ fn the_same_path_through_folds() {
         .solve(&mut block, &mut guess, from)
         .unwrap();
     assert!(outcome.is_converged(), "{outcome:?}");
-    let mut start =
+    let start =
         |problem: &mut dyn Residual| match Continuation::start(problem, guess.clone(), options)
             .unwrap()
         {

@@ -11,13 +11,14 @@ use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, Figure, Panel, Report, Table};
 use crate::solve::integrate::IntegratorChoice;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
 use sweep::{Plan, Point, Work};
 
 /// Settings of `bifurcation_diagram`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BifurcationDiagram {
     /// `frequency`, or the path of a number of the model.
@@ -60,7 +61,7 @@ fn frequency() -> String {
 }
 
 /// Direction of a sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
     /// Rising parameter.
@@ -72,7 +73,7 @@ pub enum Direction {
 }
 
 /// Random initial states.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Seeds {
     /// States at every value of the parameter.
@@ -85,7 +86,7 @@ pub struct Seeds {
 }
 
 /// Half widths of the box of initial states.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a number, or {q: [..], v: [..]}")]
 pub enum Reach {
     /// Of every coordinate and rate, nondimensional.

@@ -1,22 +1,26 @@
 //! Branches as tables and figures: the columns of a frequency response.
 
+use super::columns::{float, integer, text};
 use super::response::{Method, Swept};
 use super::{Setting, rattle};
 use crate::postprocess::attractor::Label;
 use crate::postprocess::effective_stiffness::natural_frequencies;
+use crate::postprocess::floquet_estimate::averaged_multipliers;
 use crate::postprocess::measures::{Measures, Meter};
-use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Table, Values};
+use crate::report::Table;
 use crate::solve::branch::{BranchPoint, Recorder, Stability};
 use crate::solve::events::BifurcationEvent;
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 
-/// Records the measures of every connection and the effective frequencies, nondimensional.
+/// Records the measures of every connection and the effective frequencies, nondimensional; then the rattle metrics; last, where
+/// stability is asked for, the estimated multipliers.
 pub struct MeasureRecorder<'a> {
     meter: Meter,
     setting: &'a Setting<'a>,
     range: (f64, f64),
     points: usize,
+    estimates_multipliers: bool,
     /// Connections whose contact pulled somewhere on the branch.
     pub pulling: Vec<bool>,
 }
@@ -33,7 +37,16 @@ impl<'a> MeasureRecorder<'a> {
             setting,
             range,
             points: 0,
+            estimates_multipliers: false,
             pulling,
+        }
+    }
+
+    /// The same, with the averaged estimate of the multipliers at every point.
+    pub fn with_multiplier_estimates(self) -> Self {
+        MeasureRecorder {
+            estimates_multipliers: true,
+            ..self
         }
     }
 }
@@ -67,6 +80,11 @@ impl Recorder for MeasureRecorder<'_> {
         }
         values.extend(natural_frequencies(system, &slopes));
         rattle::record(self.setting.assembly, system, orbit, &measures, values);
+        if self.estimates_multipliers {
+            let means = measures.iter().map(|m| [m.mean_slope, m.mean_damping]);
+            let list = averaged_multipliers(system, &means.collect::<Vec<_>>());
+            values.extend(list.iter().flat_map(|mu| [mu.re, mu.im]));
+        }
     }
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
@@ -157,30 +175,6 @@ pub struct Traced<'a> {
     pub method: Method,
 }
 
-fn float(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Column {
-    Column {
-        name: name.into(),
-        unit: unit.into(),
-        values: Values::Float(values),
-    }
-}
-
-fn integer(name: &str, values: Vec<i64>) -> Column {
-    Column {
-        name: name.into(),
-        unit: String::new(),
-        values: Values::Integer(values),
-    }
-}
-
-fn text(name: &str, values: Vec<String>) -> Column {
-    Column {
-        name: name.into(),
-        unit: String::new(),
-        values: Values::Text(values),
-    }
-}
-
 /// The main table: one row a point.
 pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     let setting = swept.setting;
@@ -252,41 +246,6 @@ pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     rattle::table(swept, traced, recorded_columns(swept.setting).len())
 }
 
-/// All multipliers, by falling modulus; `None` when stability was not asked for.
-pub fn multipliers(traced: &[Traced<'_>]) -> Option<Table> {
-    let count = traced
-        .iter()
-        .flat_map(|t| t.points)
-        .map(|p| p.multipliers.len())
-        .max()?;
-    if count == 0 {
-        return None;
-    }
-    let (mut branch, mut point) = (Vec::new(), Vec::new());
-    let mut parts = vec![Vec::new(); 2 * count];
-    for (b, t) in traced.iter().enumerate() {
-        let points = t.points.iter().enumerate();
-        for (p, accepted) in points.filter(|(_, p)| !p.multipliers.is_empty()) {
-            branch.push(b as i64);
-            point.push(p as i64);
-            for k in 0..count {
-                let mu = accepted.multipliers.get(k);
-                parts[2 * k].push(mu.map_or(f64::NAN, |mu| mu.re));
-                parts[2 * k + 1].push(mu.map_or(f64::NAN, |mu| mu.im));
-            }
-        }
-    }
-    let mut columns = vec![integer("branch", branch), integer("point", point)];
-    columns.extend(parts.into_iter().enumerate().map(|(k, values)| {
-        let part = if k % 2 == 0 { "re" } else { "im" };
-        float(format!("{part}.{}", k / 2 + 1), "", values)
-    }));
-    Some(Table {
-        name: "multipliers".into(),
-        columns,
-    })
-}
-
 /// Located events, with the r.m.s. deformation of every connection for the plots.
 pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     let setting = swept.setting;
@@ -341,90 +300,5 @@ pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     Table {
         name: "events".into(),
         columns,
-    }
-}
-
-/// Panels drawn at most; the table has every connection.
-pub const MAX_PANELS: usize = 4;
-
-/// R.m.s. deformation of each connection against the parameter, stable solid and unstable dashed, attractors as dots, one
-/// curve a method; with the backbone: the response-variant natural frequencies at the same deformation.
-pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
-    let names = swept
-        .setting
-        .assembly
-        .connections
-        .iter()
-        .enumerate()
-        .take(MAX_PANELS);
-    Figure {
-        title: String::new(),
-        panels: names
-            .map(|(e, name)| panel(swept, traced, e, name))
-            .collect(),
-    }
-}
-
-fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
-    let setting = swept.setting;
-    let (abscissa, x_label) = match setting.is_si() {
-        true => ("frequency_hz", "excitation frequency [Hz]"),
-        false => ("omega", "excitation frequency \u{3c9}/\u{3c9}c"),
-    };
-    let curve = |table: &str, x: &str, label: String, style, only| Curve {
-        table: table.into(),
-        x: x.into(),
-        y: format!("rms.{connection}"),
-        label,
-        style,
-        only,
-    };
-    let mut curves = Vec::new();
-    for t in traced {
-        let style = match t.method {
-            Method::Integration => CurveStyle::Dots,
-            Method::Galerkin | Method::Shooting => CurveStyle::Branch {
-                branch: "branch".into(),
-                stable: "stable".into(),
-            },
-        };
-        let label = if traced.len() > 1 {
-            format!("{connection}, {}", t.method.word())
-        } else {
-            connection.to_string()
-        };
-        curves.push(curve(
-            "",
-            abscissa,
-            label,
-            style,
-            Some(("method".into(), t.method.word().into())),
-        ));
-    }
-    // The backbones of methods that agree lie on one another: the first one's is drawn.
-    let first = traced
-        .first()
-        .map(|t| ("method".to_string(), t.method.word().to_string()));
-    for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
-        let (x, label) = (
-            format!("effective_frequency.{i}"),
-            format!("backbone, mode {i}"),
-        );
-        curves.push(curve("", &x, label, CurveStyle::Crosses, first.clone()));
-    }
-    let style = CurveStyle::Events {
-        kind: "kind".into(),
-    };
-    curves.push(curve("events", abscissa, "events".into(), style, None));
-    let unit = if setting.is_si() {
-        format!(" [{}]", setting.model.units_of(e).0)
-    } else {
-        String::new()
-    };
-    Panel {
-        x_label: x_label.into(),
-        y_label: format!("r.m.s. of {connection}{unit}"),
-        x_range: None,
-        curves,
     }
 }

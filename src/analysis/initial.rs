@@ -3,11 +3,12 @@
 use super::{Fault, Setting, columns, flow};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::system::System;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// State at phase 0: relative coordinates r and their rates. Bare numbers are in the units of the report (nondimensional r and
 /// dr/dT, or SI); quantities with a unit are converted.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Initial {
     /// Relative coordinates; the static equilibrium when absent.

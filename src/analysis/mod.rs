@@ -3,6 +3,7 @@
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
 mod bifurcation_diagram;
+mod branch_figure;
 mod branch_table;
 mod columns;
 mod effective_frequencies;
@@ -10,6 +11,7 @@ pub mod flow;
 mod frequency_response;
 mod initial;
 mod modes;
+mod multiplier_table;
 pub mod parameter;
 pub mod parameter_study;
 mod poincare_map;
@@ -34,6 +36,7 @@ use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::{Report, Table};
 use crate::yaml::Node;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One analysis of a model file, named by `type:`.
@@ -78,35 +81,45 @@ impl Fault {
     }
 }
 
-/// The analysis types and what each is for.
-pub const TYPES: &[(&str, &str)] = &[
+/// Gives the JSON schema of an analysis's own settings.
+pub type SettingsSchema = fn(&mut SchemaGenerator) -> Schema;
+
+/// The analysis types, what each is for, and the schema of its settings.
+pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
     (
         "modes",
         "natural frequencies against the effective stiffness",
+        Modes::json_schema,
     ),
     (
         "effective_frequencies",
         "natural frequencies against the amplitude of a one-harmonic motion",
+        EffectiveFrequencies::json_schema,
     ),
     (
         "frequency_response",
         "periodic responses against the excitation frequency, with stability",
+        FrequencyResponse::json_schema,
     ),
     (
         "time_history",
         "motion against time, with switches and absolute accelerations",
+        TimeHistory::json_schema,
     ),
     (
         "poincare_map",
         "states at phase 0 of the excitation, period after period",
+        PoincareMap::json_schema,
     ),
     (
         "bifurcation_diagram",
         "states at phase 0 of the excitation against a parameter, with Lyapunov exponents",
+        BifurcationDiagram::json_schema,
     ),
     (
         "parameter_study",
         "many runs of another analysis over a grid, a list or a random sample of parameters",
+        ParameterStudy::json_schema,
     ),
 ];
 

@@ -4,10 +4,11 @@ use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Settings of `modes`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Modes {
     /// First and last effective stiffness.

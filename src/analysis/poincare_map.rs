@@ -8,13 +8,14 @@ use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
 use crate::solve::integrate::IntegratorChoice;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Settings of `poincare_map`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoincareMap {
     /// Excitation frequency.

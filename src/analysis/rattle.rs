@@ -89,8 +89,10 @@ fn metrics(m: &Measures, mass: Option<f64>) -> [f64; METRICS.len()] {
     ]
 }
 
-/// Instants at which accelerations are looked at before the largest is refined between its neighbours.
+/// Instants a response period, and at least so many an excitation period, at which accelerations are looked at before the
+/// largest is refined between its neighbours.
 const INSTANTS: usize = 512;
+const INSTANTS_PER_EXCITATION: usize = 64;
 
 /// Largest modulus of the acceleration of every body over one response period, SI; none for reduced systems.
 fn peak_accelerations(assembly: &Assembly, system: &System, orbit: &Orbit) -> Vec<f64> {
@@ -100,12 +102,13 @@ fn peak_accelerations(assembly: &Assembly, system: &System, orbit: &Orbit) -> Ve
         let list = assembly.body_accelerations(system, tau, &state, &mut scratch);
         list.unwrap_or_default()
     };
-    let width = TAU / INSTANTS as f64;
+    let count = INSTANTS.max(INSTANTS_PER_EXCITATION * system.subharmonic());
+    let width = TAU / count as f64;
     let mut best = vec![(0.0, 0.0); at(0.0).len()];
     if best.is_empty() {
         return Vec::new();
     }
-    for k in 0..INSTANTS {
+    for k in 0..count {
         let tau = k as f64 * width;
         for (best, acceleration) in best.iter_mut().zip(at(tau)) {
             if acceleration.abs() > best.1 {

@@ -8,13 +8,14 @@ use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
 use crate::system::{Scratch, System};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::time::Instant;
 
 /// Settings of `time_history`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeHistory {
     /// Excitation frequency.

@@ -1,8 +1,6 @@
 //! `gearlash elements`.
 
-use crate::element::{
-    Dimension, ElementInfo, ParameterInfo, ParameterKind, ParameterRange, registered,
-};
+use crate::element::{ElementInfo, ParameterInfo, ParameterKind, ParameterRange, registered};
 use serde_json::{Value, json};
 
 /// Every registered law as text or JSON.
@@ -21,7 +19,10 @@ pub fn list(as_json: bool) -> String {
 fn as_text(law: &ElementInfo) -> String {
     let mut text = format!("{}\n    {}\n", law.tag, law.doc);
     for p in law.parameters {
-        let unit = unit(p.dimension).map_or(String::new(), |u| format!(" [{u}]"));
+        let unit = p
+            .dimension
+            .unit()
+            .map_or(String::new(), |u| format!(" [{u}]"));
         let kind = match p.kind {
             ParameterKind::Choice(words) => format!(" ({})", words.join(" | ")),
             ParameterKind::List => " (list)".to_string(),
@@ -70,7 +71,7 @@ fn as_value(law: &ElementInfo) -> Value {
                 "description": p.doc,
                 "kind": kind(p.kind),
                 "choices": choices,
-                "unit": unit(p.dimension),
+                "unit": p.dimension.unit(),
                 "range": range(p.range),
                 "required": p.is_required(),
                 "one_of": p.one_of,
@@ -88,28 +89,5 @@ fn kind(kind: ParameterKind) -> &'static str {
         ParameterKind::Choice(_) => "choice",
         ParameterKind::Text => "text",
         ParameterKind::Map => "map",
-    }
-}
-
-/// `displacement`, `time/displacement`, ...; `None` for pure numbers. Displacement is m for meshes and rad for shafts, force
-/// N or N m.
-fn unit(dimension: Dimension) -> Option<String> {
-    let parts = [
-        ("displacement", dimension.displacement),
-        ("time", dimension.time),
-        ("force", dimension.force),
-    ];
-    let power = |(name, halves): (&str, i8)| match halves.abs() {
-        2 => name.to_string(),
-        even if even % 2 == 0 => format!("{name}^{}", even / 2),
-        odd => format!("{name}^({odd}/2)"),
-    };
-    let above: Vec<String> = parts.into_iter().filter(|p| p.1 > 0).map(power).collect();
-    let below: Vec<String> = parts.into_iter().filter(|p| p.1 < 0).map(power).collect();
-    match (above.is_empty(), below.is_empty()) {
-        (true, true) => None,
-        (false, true) => Some(above.join(" ")),
-        (true, false) => Some(format!("1/{}", below.join("/"))),
-        (false, false) => Some(format!("{}/{}", above.join(" "), below.join("/"))),
     }
 }

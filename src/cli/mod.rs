@@ -3,6 +3,7 @@
 mod check;
 mod elements;
 mod merge;
+mod new;
 mod progress;
 mod run;
 
@@ -37,6 +38,13 @@ enum Command {
     },
     /// Join the parts of a sharded study into results as one run would have written them.
     Merge(MergeArguments),
+    /// Print the JSON schema of the model file, for completion and validation in editors.
+    Schema,
+    /// Write a commented starter model.
+    New {
+        /// The file, which must not exist yet; standard output when absent.
+        file: Option<PathBuf>,
+    },
     /// Print shell completions.
     Completions {
         /// The shell.
@@ -134,6 +142,8 @@ pub fn main() -> ExitCode {
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Check(arguments) => check::check(&arguments).map(|()| ExitCode::SUCCESS),
         Command::Elements { json } => print(&elements::list(json)),
+        Command::Schema => print(&format!("{:#}\n", crate::schema::schema())),
+        Command::New { file } => new::new(file.as_deref()),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "gearlash", &mut text);

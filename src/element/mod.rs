@@ -90,6 +90,29 @@ impl Dimension {
         time: 0,
         force: 2,
     };
+
+    /// In words: `displacement`, `time/displacement`, ...; `None` for pure numbers. Displacement is m for meshes and rad for
+    /// shafts, force N or N m.
+    pub fn unit(self) -> Option<String> {
+        let parts = [
+            ("displacement", self.displacement),
+            ("time", self.time),
+            ("force", self.force),
+        ];
+        let power = |(name, halves): (&str, i8)| match halves.abs() {
+            2 => name.to_string(),
+            even if even % 2 == 0 => format!("{name}^{}", even / 2),
+            odd => format!("{name}^({odd}/2)"),
+        };
+        let above: Vec<String> = parts.into_iter().filter(|p| p.1 > 0).map(power).collect();
+        let below: Vec<String> = parts.into_iter().filter(|p| p.1 < 0).map(power).collect();
+        match (above.is_empty(), below.is_empty()) {
+            (true, true) => None,
+            (false, true) => Some(above.join(" ")),
+            (true, false) => Some(format!("1/{}", below.join("/"))),
+            (false, false) => Some(format!("{}/{}", above.join(" "), below.join("/"))),
+        }
+    }
 }
 
 /// Units in which a law is made nondimensional: q* = q / displacement, t* = t frequency, F* = F / force.

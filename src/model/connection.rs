@@ -9,7 +9,8 @@ use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::Node;
 use indexmap::IndexMap;
 
-const GEOMETRY: [&str; 5] = ["gear", "internal_gear", "shaft", "ground", "acts_on"];
+/// Keys of a connection that say what it acts on, exactly one of which is given.
+pub const GEOMETRY: [&str; 5] = ["gear", "internal_gear", "shaft", "ground", "acts_on"];
 
 const KEYS: [&str; 12] = [
     "gear",

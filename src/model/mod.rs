@@ -8,6 +8,7 @@ mod reduced;
 mod series;
 mod train;
 
+pub use connection::GEOMETRY;
 pub use fields::check_name;
 pub use read::{SCHEMA, locate, read};
 

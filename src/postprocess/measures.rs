@@ -5,6 +5,7 @@ use super::{effective_stiffness, segment_measures};
 use crate::element::{Element, ResponseSeries};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
+use crate::solve::galerkin::jumps::{self, Edge};
 use crate::solve::orbit::{Deformation, ExtremaFinder, FourierOrbit, Orbit};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
@@ -28,6 +29,8 @@ pub struct Measures {
     pub effective_stiffness_dc: Option<f64>,
     /// Mean of df/dq, (21): the slope that stands in for k_a where nothing moves.
     pub mean_slope: f64,
+    /// Mean of df/dv, (21).
+    pub mean_damping: f64,
     /// Contacts of either flank.
     pub contacts: Contacts,
     /// Mean force.
@@ -55,6 +58,7 @@ pub struct Meter {
     damping: Vec<f64>,
     coefficients: Vec<f64>,
     force_coefficients: Vec<f64>,
+    edges: Vec<Edge>,
 }
 
 impl Meter {
@@ -72,6 +76,7 @@ impl Meter {
             damping: buffer(),
             coefficients: Vec::new(),
             force_coefficients: Vec::new(),
+            edges: Vec::new(),
         }
     }
 
@@ -103,13 +108,11 @@ impl Meter {
         let crossings = orbit.crossings(system, e, &extrema);
         let mean_of = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
         let force_mean = c[0];
-        let variance = mean_of(
-            &self
-                .force
-                .iter()
-                .map(|f| (f - force_mean).powi(2))
-                .collect::<Vec<_>>(),
-        );
+        let square = |f: &f64| (f - force_mean).powi(2);
+        let squares: Vec<f64> = self.force.iter().map(square).collect();
+        let jumps = self.edges.iter();
+        let jumps = jumps.map(|e| e.shift / TAU * (square(&e.after) - square(&e.before)));
+        let variance = (mean_of(&squares) + jumps.sum::<f64>()).max(0.0);
         let derivative_square = trigonometric::mean_square_of_derivative(a);
         let extreme = |sign: f64| {
             let force = |tau: f64| sign * force_at(system, orbit, e, &deformation, tau);
@@ -124,6 +127,7 @@ impl Meter {
             effective_stiffness: effective_stiffness::alternating(a, c, scale),
             effective_stiffness_dc: effective_stiffness::direct(a[0], force_mean, scale),
             mean_slope: mean_of(&self.slope),
+            mean_damping: mean_of(&self.damping),
             contacts: Contacts::new(system, e, &crossings, a[0], nu_of(orbit)),
             force_mean,
             force_min: -extreme(-1.0),
@@ -174,10 +178,15 @@ impl Meter {
                 let s = variation.value(*phase);
                 self.force[j] *= s;
                 self.slope[j] *= s;
+                self.damping[j] *= s;
             }
         }
         self.fourier
             .to_coefficients(&self.force, &mut self.force_coefficients);
+        let (x, at) = (&self.deformation, |tau| deformation.at(tau));
+        let rates = (orbit.omega, nu_of(orbit));
+        jumps::edges(mount, x, at, rates, &mut self.edges);
+        jumps::correct(&self.edges, &mut self.force_coefficients);
     }
 
     /// Largest of sign times the force: the largest sample, refined between its neighbours, and the values at the extrema of

@@ -4,6 +4,7 @@ pub mod attractor;
 pub mod contacts;
 pub mod describing_function;
 pub mod effective_stiffness;
+pub mod floquet_estimate;
 pub mod lyapunov;
 pub mod measures;
 mod segment_measures;

@@ -26,6 +26,7 @@ struct Sums {
     fx: f64,
     ff: f64,
     slope: f64,
+    damping: f64,
     low: f64,
     high: f64,
     smallest_force: f64,
@@ -70,8 +71,8 @@ impl Piece<'_> {
         }
     }
 
-    /// Deformation, rate, force and slope, stiffness variation included.
-    fn response(&self, x: f64) -> [f64; 4] {
+    /// Deformation, rate, force and its partials, stiffness variation included.
+    fn response(&self, x: f64) -> [f64; 5] {
         let (q, slope) = self.deformation(x);
         let v = slope * self.omega / self.stretch.width;
         let r = self.mount.element.eval(q, v, self.phase(x));
@@ -80,7 +81,7 @@ impl Piece<'_> {
             .stiffness_variation
             .as_ref()
             .map_or(1.0, |s| s.value(self.phase(x)));
-        [q, v, s * r.f, s * r.df_dq]
+        [q, v, s * r.f, s * r.df_dq, s * r.df_dv]
     }
 
     /// Abscissae inside the stretch where the deformation is extremal.
@@ -164,7 +165,7 @@ fn connection(
         }
         // Exact to rounding for the squares of the polynomials here, whose high coefficients are tiny.
         for (x, weight) in unit_nodes() {
-            let [q, v, f, slope] = piece.response(x);
+            let [q, v, f, slope, damping] = piece.response(x);
             let weight = weight * share;
             let x = q - sums.origin;
             sums.x += weight * x;
@@ -174,11 +175,12 @@ fn connection(
             sums.fx += weight * f * x;
             sums.ff += weight * f * f;
             sums.slope += weight * slope;
+            sums.damping += weight * damping;
             sums.widen_force(f);
             sums.pulls |= pulls_possible && f64::from(mount.element.flank(q)) * f < 0.0;
         }
         for x in piece.extrema(finder).into_iter().chain([0.0, 1.0]) {
-            let [q, _, f, _] = piece.response(x);
+            let [q, _, f, _, _] = piece.response(x);
             (sums.low, sums.high) = (sums.low.min(q), sums.high.max(q));
             sums.widen_force(f);
         }
@@ -202,6 +204,7 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
         effective_stiffness: moves.then(|| (sums.fx - sums.f * sums.x) / variance),
         effective_stiffness_dc: effective_stiffness::direct(mean, sums.f, scale),
         mean_slope: sums.slope,
+        mean_damping: sums.damping,
         contacts: Contacts::new(system, e, &crossings, mean, orbit.subharmonic as f64),
         force_mean: sums.f,
         force_min: sums.smallest_force,

@@ -3,10 +3,12 @@
 //! A bare number is SI. Decimal units convert without rounding twice: `5 um` is the double nearest to 5e-6.
 
 mod dimension;
+mod pattern;
 mod serde_impl;
 mod unit;
 
 pub use dimension::UnitDimension;
+pub use pattern::{NUMBER_PATTERN, QUANTITY, pattern};
 pub use unit::symbols;
 
 use crate::error::Diagnostic;
@@ -183,6 +185,14 @@ mod tests {
             ("1.0e-3 kg m^2", D::INERTIA, 1e-3),
             ("5 g mm^2", D::INERTIA, 5e-9),
             ("2 kg cm²", D::INERTIA, 2e-4),
+            ("3 kg⋅m²", D::INERTIA, 3.0),
+            ("4 N m s rad⁻¹", D::TORSIONAL_DAMPING, 4.0),
+            ("2 mil", D::LENGTH, 5.08e-5),
+            ("16 oz", D::MASS, 0.453_592_37),
+            ("16 ozf", D::FORCE, 4.448_221_615_260_5),
+            ("5 MN/m", D::STIFFNESS, 5e6),
+            ("2 lbf ft", D::MOMENT, 2.711_635_896_662_800_5),
+            ("1 lbf in s^2", D::INERTIA, 0.112_984_829_027_616_7),
             ("100 N m", D::MOMENT, 100.0),
             ("100 N*m", D::MOMENT, 100.0),
             ("100 N.m", D::MOMENT, 100.0),
@@ -217,6 +227,9 @@ mod tests {
             ("60 arcmin", D::ANGLE, PI / 180.0),
             ("25 Hz", D::FREQUENCY, TAU * 25.0),
             ("3000 rpm", D::FREQUENCY, 100.0 * PI),
+            ("3 krpm", D::FREQUENCY, 100.0 * PI),
+            ("90°", D::ANGLE, PI / 2.0),
+            ("1 N m/deg", D::TORSIONAL_STIFFNESS, 180.0 / PI),
             ("50 rev/s", D::FREQUENCY, 100.0 * PI),
             ("0.01 m/m", D::ANGLE, 0.01),
         ] {
@@ -253,6 +266,10 @@ mod tests {
             ("5 KN", "did you mean `kN`?"),
             ("5 RPM", "did you mean `rpm`?"),
             ("5 furlong", "known are"),
+            ("5 inches", "did you mean `in`?"),
+            ("5 kgm^2", "write `kg m`"),
+            ("5 Nms/rad", "write `Nm s`"),
+            ("5 m⁻", "whole number"),
             ("5 %", "unknown unit `%`"),
             ("5 m2", "`^`"),
             ("5 N/m s", "two ways"),

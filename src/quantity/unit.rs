@@ -18,6 +18,35 @@ pub(super) struct Unit {
 const MAX_FACTORS: usize = 16;
 /// Largest power.
 const MAX_POWER: i16 = 9;
+/// Raised digits, 0 first.
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+/// What some write for a unit, and its symbol.
+const WORDS: [(&str, &str); 24] = [
+    ("sec", "s"),
+    ("second", "s"),
+    ("seconds", "s"),
+    ("meter", "m"),
+    ("metre", "m"),
+    ("micron", "um"),
+    ("microns", "um"),
+    ("inch", "in"),
+    ("inches", "in"),
+    ("feet", "ft"),
+    ("foot", "ft"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("radian", "rad"),
+    ("radians", "rad"),
+    ("newton", "N"),
+    ("newtons", "N"),
+    ("hertz", "Hz"),
+    ("gram", "g"),
+    ("kilogram", "kg"),
+    ("lbs", "lb"),
+    ("lbm", "lb"),
+    ("kp", "kgf"),
+    ("turns", "rev"),
+];
 
 impl Unit {
     const ONE: Unit = si(UnitDimension::NUMBER);
@@ -104,6 +133,8 @@ const UNITS: &[(&str, Unit)] = &[
     ("km", decimal(LENGTH, 1, 3)),
     ("in", decimal(LENGTH, 254, -4)),
     ("ft", decimal(LENGTH, 3048, -4)),
+    ("mil", decimal(LENGTH, 254, -7)),
+    ("thou", decimal(LENGTH, 254, -7)),
     ("rad", si(ANGLE)),
     ("mrad", decimal(ANGLE, 1, -3)),
     ("urad", decimal(ANGLE, 1, -6)),
@@ -126,16 +157,20 @@ const UNITS: &[(&str, Unit)] = &[
     ("mg", decimal(MASS, 1, -6)),
     ("t", decimal(MASS, 1, 3)),
     ("lb", decimal(MASS, 45_359_237, -8)),
+    ("oz", decimal(MASS, 28_349_523_125, -12)),
     ("N", si(FORCE)),
     ("mN", decimal(FORCE, 1, -3)),
     ("kN", decimal(FORCE, 1, 3)),
     ("MN", decimal(FORCE, 1, 6)),
+    ("GN", decimal(FORCE, 1, 9)),
     ("lbf", decimal(FORCE, 44_482_216_152_605, -13)),
+    ("ozf", decimal(FORCE, 27_801_385_095_378_125, -17)),
     ("kgf", decimal(FORCE, 980_665, -5)),
     ("Nm", si(MOMENT)),
     ("mNm", decimal(MOMENT, 1, -3)),
     ("Nmm", decimal(MOMENT, 1, -3)),
     ("kNm", decimal(MOMENT, 1, 3)),
+    ("MNm", decimal(MOMENT, 1, 6)),
     ("J", si(MOMENT)),
     ("mJ", decimal(MOMENT, 1, -3)),
     ("kJ", decimal(MOMENT, 1, 3)),
@@ -145,6 +180,7 @@ const UNITS: &[(&str, Unit)] = &[
     ("kHz", circular(FREQUENCY, 2000, 1)),
     ("MHz", circular(FREQUENCY, 2_000_000, 1)),
     ("rpm", circular(FREQUENCY, 1, 30)),
+    ("krpm", circular(FREQUENCY, 100, 3)),
     ("1", Unit::ONE),
 ];
 
@@ -154,7 +190,7 @@ pub fn symbols() -> impl Iterator<Item = &'static str> {
     written.filter(|symbol| *symbol != "1")
 }
 
-/// A unit expression. Factors are joined by spaces, `*`, `.` or `·`; each `/` divides by the next factor.
+/// A unit expression. Factors are joined by spaces, `*`, `.`, `·` or `⋅`; each `/` divides by the next factor.
 ///
 /// # Errors
 /// What is wrong, and what to write instead.
@@ -216,7 +252,7 @@ impl Expression<'_> {
     fn join(&mut self) -> Option<char> {
         self.rest = self.rest.trim_start();
         let sign = self.rest.chars().next();
-        let sign = sign.filter(|c| matches!(c, '*' | '.' | '·' | '/'))?;
+        let sign = sign.filter(|c| matches!(c, '*' | '.' | '·' | '⋅' | '/'))?;
         self.rest = self.rest[sign.len_utf8()..].trim_start();
         Some(sign)
     }
@@ -260,14 +296,28 @@ impl Expression<'_> {
         }
     }
 
+    /// A power in raised digits, such as `⁻¹`.
+    fn superscript(&mut self) -> Option<Result<i16, String>> {
+        let digits = |text: &str| -> String {
+            let raised = text.chars().map_while(|c| match c {
+                '⁻' => Some('-'),
+                '⁺' => Some('+'),
+                _ => SUPERSCRIPTS
+                    .iter()
+                    .position(|s| *s == c)
+                    .map(|d| char::from(b'0' + d as u8)),
+            });
+            raised.collect()
+        };
+        let number = digits(self.rest);
+        let end = self.rest.char_indices().nth(number.len());
+        self.rest = &self.rest[end.map_or(self.rest.len(), |(at, _)| at)..];
+        (!number.is_empty()).then(|| power_of(&number))
+    }
+
     fn exponent(&mut self) -> Result<i16, String> {
-        if let Some(rest) = self.rest.strip_prefix('²') {
-            self.rest = rest;
-            return Ok(2);
-        }
-        if let Some(rest) = self.rest.strip_prefix('³') {
-            self.rest = rest;
-            return Ok(3);
+        if let Some(power) = self.superscript() {
+            return power;
         }
         let Some(rest) = self.rest.trim_start().strip_prefix('^') else {
             return match self.rest.chars().next() {
@@ -282,23 +332,48 @@ impl Expression<'_> {
         let digits = rest[sign..].bytes().take_while(u8::is_ascii_digit).count();
         let (number, rest) = rest.split_at(sign + digits);
         self.rest = rest;
-        match number.parse::<i16>() {
-            Ok(power) if power.abs() <= MAX_POWER => Ok(power),
-            Ok(_) => Err(too_involved()),
-            Err(_) => Err("wanted a whole number after `^`".to_owned()),
-        }
+        power_of(number)
+    }
+}
+
+fn power_of(number: &str) -> Result<i16, String> {
+    match number.parse::<i16>() {
+        Ok(power) if power.abs() <= MAX_POWER => Ok(power),
+        Ok(_) => Err(too_involved()),
+        Err(_) => Err("wanted a whole number as a power, such as `m^2`".to_owned()),
     }
 }
 
 fn unknown(symbol: &str) -> String {
     let shown: String = symbol.chars().take(30).collect();
-    let help = match nearest(symbol, symbols()) {
+    let word = WORDS
+        .iter()
+        .find(|(word, _)| symbol.to_lowercase() == *word);
+    if let (None, Some((first, second))) = (word, joined(symbol)) {
+        return format!(
+            "unknown unit `{shown}`; write `{first} {second}`, with a space between the factors"
+        );
+    }
+    let help = match word
+        .map(|(_, unit)| *unit)
+        .or_else(|| nearest(symbol, symbols()))
+    {
         Some(near) => format!("did you mean `{near}`?"),
         None if symbol == "%" => "write a pure number, 5 % as 0.05".to_owned(),
         None => "known are m, mm, um, in, rad, deg, s, ms, kg, g, N, kN, Nm, lbf, Hz, rpm and more"
             .to_owned(),
     };
     format!("unknown unit `{shown}`; {help}")
+}
+
+/// The two units that were written without a space, such as `kgm`.
+fn joined(symbol: &str) -> Option<(&str, &str)> {
+    let cuts = symbol
+        .char_indices()
+        .skip(1)
+        .map(|(at, _)| symbol.split_at(at));
+    let is_unit = |text: &str| symbols().any(|known| known == text);
+    cuts.filter(|(a, b)| is_unit(a) && is_unit(b)).last()
 }
 
 fn too_involved() -> String {

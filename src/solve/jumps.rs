@@ -10,16 +10,22 @@
 use crate::error::SolveError;
 use crate::system::{Mount, System};
 
-/// J of a connection at a level: the force just above it less the force just below, stiffness variation included.
+/// J of a connection at a level: the force just above it less the force just below.
 pub fn size(mount: &Mount, level: f64, rate: f64, phase: f64) -> f64 {
     if !mount.element.is_discontinuous() {
         return 0.0;
     }
-    let aside = nudge(level);
-    let [above, below] =
-        [level + aside, level - aside].map(|x| mount.element.eval(x, rate, phase).f);
+    let (below, above) = sides(mount, level, rate, phase);
+    above - below
+}
+
+/// Forces just below and just above a level, stiffness variation included.
+pub fn sides(mount: &Mount, level: f64, rate: f64, phase: f64) -> (f64, f64) {
     let variation = mount.stiffness_variation.as_ref();
-    (above - below) * variation.map_or(1.0, |s| s.value(phase))
+    let s = variation.map_or(1.0, |s| s.value(phase));
+    let force = |x: f64| s * mount.element.eval(x, rate, phase).f;
+    let aside = nudge(level);
+    (force(level - aside), force(level + aside))
 }
 
 /// A distance from a level that rounding of the law's own arithmetic does not bridge.

@@ -16,7 +16,17 @@ use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// Where the search for the first solution begins.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    Default,
+    PartialEq,
+    Eq,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum StartMode {
     /// Linear response in the contact state of the static equilibrium; homotopy in the alternating load; integration.

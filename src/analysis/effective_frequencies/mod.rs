@@ -11,10 +11,11 @@ use crate::quantity::Quantity;
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
 use indexmap::IndexMap;
 use motion::{Held, Moving};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Settings of `effective_frequencies`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EffectiveFrequencies {
     /// First and last amplitude of every deformation.
@@ -38,7 +39,7 @@ fn default_points() -> usize {
 }
 
 /// One value for every connection, or one each.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "a number, a number with a unit, or one of these for each connection"

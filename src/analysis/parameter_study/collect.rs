@@ -6,10 +6,11 @@ use crate::error::did_you_mean;
 use crate::quantity::Quantity;
 use crate::report::{Cell, Column, Report, Table, Values};
 use indexmap::IndexMap;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A quantity of each run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Collected {
     /// Table: `main`, or one with a name such as `events`.
@@ -33,7 +34,7 @@ fn main() -> String {
 }
 
 /// How the rows of a column become one value. Empty cells do not count.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Reduce {
     /// The largest.

@@ -24,10 +24,11 @@ use crate::error::Error;
 use crate::report::{Report, Table};
 use indexmap::IndexMap;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Settings of `parameter_study`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterStudy {
     /// Values by path: every combination runs, the last path changing fastest.

@@ -1,13 +1,15 @@
 //! Values as a user writes them.
 
 use crate::quantity::Quantity;
+use schemars::JsonSchema;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 use serde::{Deserialize as DeriveDeserialize, Serialize as DeriveSerialize};
 
 /// A value of a parameter: a number, with or without a unit, or a word.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, JsonSchema)]
+#[schemars(untagged)]
 pub enum Given {
     /// A number.
     Quantity(Quantity),
@@ -86,7 +88,7 @@ impl Visitor<'_> for OneValue {
 }
 
 /// Values along one direction of a grid.
-#[derive(Debug, Clone, PartialEq, DeriveSerialize)]
+#[derive(Debug, Clone, PartialEq, DeriveSerialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Axis {
     /// One by one.
@@ -96,7 +98,7 @@ pub enum Axis {
 }
 
 /// Evenly spaced values, both ends included.
-#[derive(Debug, Clone, PartialEq, DeriveSerialize, DeriveDeserialize)]
+#[derive(Debug, Clone, PartialEq, DeriveSerialize, DeriveDeserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
     /// First value.
@@ -111,7 +113,9 @@ pub struct Range {
 }
 
 /// Spacing of values between two ends.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, DeriveSerialize, DeriveDeserialize)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, DeriveSerialize, DeriveDeserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Spacing {
     /// Equal differences.
@@ -146,7 +150,7 @@ impl<'de> Visitor<'de> for OneAxis {
 }
 
 /// What the figure of a study shows: dots, one a run, or a line where one parameter rises or falls.
-#[derive(Debug, Clone, PartialEq, Eq, DeriveSerialize, DeriveDeserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, DeriveSerialize, DeriveDeserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plot {
     /// Column along the abscissa.

@@ -1,6 +1,8 @@
 //! The keys that all analyses of responses share.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Declares the keys of an analysis of responses: its own, then those that all of them share ([`BranchSettings`]), in one map
 /// as users write them.
@@ -10,7 +12,7 @@ use serde::{Deserialize, Serialize};
 macro_rules! response_keys {
     ($(#[$about:meta])* pub struct $name:ident { $($own:tt)* }) => {
         $(#[$about])*
-        #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($own)*
@@ -136,7 +138,7 @@ pub(in crate::analysis) mod defaults {
 }
 
 /// How responses are computed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Multi-harmonic balance.
@@ -184,6 +186,16 @@ impl Orbits {
             Orbits::All => true,
             Orbits::Marks => is_mark,
         }
+    }
+}
+
+impl JsonSchema for Orbits {
+    fn schema_name() -> Cow<'static, str> {
+        "Orbits".into()
+    }
+
+    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "enum": [false, true, "marks"] })
     }
 }
 

@@ -2,7 +2,9 @@
 
 use super::orbits::OrbitTable;
 use super::{Method, Swept};
-use crate::analysis::branch_table::{self, MAX_PANELS, Traced};
+use crate::analysis::branch_figure::{self, MAX_PANELS};
+use crate::analysis::branch_table::{self, Traced};
+use crate::analysis::multiplier_table;
 use crate::postprocess::attractor::Label;
 use crate::report::{Report, Table, Values};
 use crate::solve::branch::BranchPoint;
@@ -125,7 +127,7 @@ pub(super) fn assemble(
         .collect();
     let events = branch_table::events(swept, &traced);
     let mut report = Report {
-        figure: Some(branch_table::figure(swept, &traced)),
+        figure: Some(branch_figure::figure(swept, &traced)),
         ..Report::default()
     };
     let branches = delivered.iter().enumerate().map(|(k, d)| d.as_value(k));
@@ -136,7 +138,7 @@ pub(super) fn assemble(
         report.summary.insert(key.into(), value);
     }
     report.tables.push(branch_table::points(swept, &traced));
-    report.tables.extend(branch_table::multipliers(&traced));
+    report.tables.extend(multiplier_table::multipliers(&traced));
     report.tables.push(events);
     report.tables.push(branch_table::rattle(swept, &traced));
     report.tables.extend(orbits.map(|o| o.finish(setting)));

@@ -168,6 +168,9 @@ impl<'a> Work<'a> {
         };
         let samples = settings.size().samples;
         let mut recorder = MeasureRecorder::new(swept.setting, samples, swept.range);
+        if settings.stability {
+            recorder = recorder.with_multiplier_estimates();
+        }
         let branch = match branch::trace(problem, guess, &options, &mut recorder)? {
             Ok(branch) => branch,
             Err(outcome) => {

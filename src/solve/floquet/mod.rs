@@ -113,11 +113,11 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
     } else {
         dense::eigenvalues(phi)
     };
-    sorted(list.unwrap_or_default())
+    by_falling_modulus(list.unwrap_or_default())
 }
 
-/// By falling modulus, the member of a pair with positive imaginary part first.
-fn sorted(mut list: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+/// Multipliers by falling modulus, the member of a pair with positive imaginary part first.
+pub fn by_falling_modulus(mut list: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     let key = |mu: &Complex<f64>| (mu.norm(), mu.re, mu.im);
     list.sort_by(|a, b| {
         key(b)

@@ -1,6 +1,7 @@
 //! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
 
 use super::hill::{self, Hill};
+use super::jumps::{self, Edge};
 use crate::element::{Response, ResponseSeries};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::trigonometric;
@@ -33,6 +34,8 @@ pub struct Sampling {
     filler: Hill,
     hill: DMatrix<f64>,
     hill_rate: DMatrix<f64>,
+    /// Jumps of the force at hand.
+    edges: Vec<Edge>,
 }
 
 /// A law without breakpoints and rates, with constant stiffness.
@@ -68,6 +71,7 @@ impl Sampling {
             filler: Hill::new(harmonics),
             hill: DMatrix::zeros(c, c),
             hill_rate: DMatrix::zeros(c, c),
+            edges: Vec::new(),
         }
     }
 
@@ -129,15 +133,19 @@ impl Sampling {
             }
             self.sample(e);
             let is_rate_dependent = self.respond(system, e);
+            self.find_jumps(system, e);
             self.fourier.to_coefficients(&self.force, &mut self.c);
+            jumps::correct(&self.edges, &mut self.c);
             self.add_force(system, e, out);
             let slope = self.slope[0];
-            if !is_rate_dependent && self.slope.iter().all(|s| *s == slope) {
+            let is_constant = self.edges.is_empty() && self.slope.iter().all(|s| *s == slope);
+            if is_constant && !is_rate_dependent {
                 add_diagonal(system, e, slope, self.c.len(), out);
                 continue;
             }
             self.fourier.to_coefficients(&self.slope, &mut self.g);
             self.filler.fill(&self.g, &mut self.hill);
+            jumps::add_slopes(&self.edges, &mut self.hill);
             if is_rate_dependent {
                 self.add_damping(system, e, out);
             }
@@ -203,6 +211,22 @@ impl Sampling {
             }
         }
         is_rate_dependent
+    }
+
+    /// Where the force jumps between two samples.
+    fn find_jumps(&mut self, system: &System, e: usize) {
+        let mount = &system.mounts()[e];
+        let (a, nu) = (&self.a, system.subharmonic() as f64);
+        let at = |tau: f64| {
+            let [mut x, mut slope, _] = trigonometric::evaluate(a, tau);
+            if let Some(error) = &mount.transmission_error {
+                x -= error.value(nu * tau);
+                slope -= nu * error.derivative(nu * tau);
+            }
+            [x, slope]
+        };
+        let rates = (system.omega(), nu);
+        jumps::edges(mount, &self.deformation, at, rates, &mut self.edges);
     }
 
     fn add_force(&self, system: &System, e: usize, out: &mut Linearisation) {

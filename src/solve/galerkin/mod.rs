@@ -6,6 +6,7 @@
 
 mod aft;
 mod hill;
+pub mod jumps;
 
 use super::family::Family;
 use super::floquet::Floquet;

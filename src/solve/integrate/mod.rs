@@ -134,7 +134,17 @@ pub trait Integrator {
 }
 
 /// Which integrator to take.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    Default,
+    PartialEq,
+    Eq,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum IntegratorChoice {
     /// The exact flow where every law allows it, DOPRI5 else; the result says which.

@@ -1,0 +1,90 @@
+//! Branches as figures: r.m.s. deformations with the backbone.
+
+use super::branch_table::Traced;
+use super::response::{Method, Swept};
+use crate::report::{Curve, CurveStyle, Figure, Panel};
+
+/// Panels drawn at most; the table has every connection.
+pub const MAX_PANELS: usize = 4;
+
+/// R.m.s. deformation of each connection against the parameter, stable solid and unstable dashed, attractors as dots, one
+/// curve a method; with the backbone: the response-variant natural frequencies at the same deformation.
+pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
+    let names = swept
+        .setting
+        .assembly
+        .connections
+        .iter()
+        .enumerate()
+        .take(MAX_PANELS);
+    Figure {
+        title: String::new(),
+        panels: names
+            .map(|(e, name)| panel(swept, traced, e, name))
+            .collect(),
+    }
+}
+
+fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
+    let setting = swept.setting;
+    let (abscissa, x_label) = match setting.is_si() {
+        true => ("frequency_hz", "excitation frequency [Hz]"),
+        false => ("omega", "excitation frequency \u{3c9}/\u{3c9}c"),
+    };
+    let curve = |table: &str, x: &str, label: String, style, only| Curve {
+        table: table.into(),
+        x: x.into(),
+        y: format!("rms.{connection}"),
+        label,
+        style,
+        only,
+    };
+    let mut curves = Vec::new();
+    for t in traced {
+        let style = match t.method {
+            Method::Integration => CurveStyle::Dots,
+            Method::Galerkin | Method::Shooting => CurveStyle::Branch {
+                branch: "branch".into(),
+                stable: "stable".into(),
+            },
+        };
+        let label = if traced.len() > 1 {
+            format!("{connection}, {}", t.method.word())
+        } else {
+            connection.to_string()
+        };
+        curves.push(curve(
+            "",
+            abscissa,
+            label,
+            style,
+            Some(("method".into(), t.method.word().into())),
+        ));
+    }
+    // The backbones of methods that agree lie on one another: the first one's is drawn.
+    let first = traced
+        .first()
+        .map(|t| ("method".to_string(), t.method.word().to_string()));
+    for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
+        let (x, label) = (
+            format!("effective_frequency.{i}"),
+            format!("backbone, mode {i}"),
+        );
+        curves.push(curve("", &x, label, CurveStyle::Crosses, first.clone()));
+    }
+    let style = CurveStyle::Events {
+        kind: "kind".into(),
+    };
+    curves.push(curve("events", abscissa, "events".into(), style, None));
+    let unit = if setting.is_si() {
+        format!(" [{}]", setting.model.units_of(e).0)
+    } else {
+        String::new()
+    };
+    Panel {
+        x_label: x_label.into(),
+        y_label: format!("r.m.s. of {connection}{unit}"),
+        x_range: None,
+        curves,
+    }
+}
