@@ -11,6 +11,7 @@ use crate::solve::branch::{self, Branch, TraceOptions};
 use crate::solve::continuation::PathEnd;
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
+use crate::solve::floquet::Spectrum;
 use crate::solve::galerkin::Galerkin;
 use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
@@ -182,6 +183,7 @@ impl<'a> Work<'a> {
         delivered.end = ending(swept, &branch);
         (delivered.points, delivered.events) = (branch.points, branch.events);
         self.warn(delivered, branch.end, &recorder.pulling);
+        self.explain(delivered.method, branch.exchanges);
         let number = self.delivered.len();
         let points = delivered.points.iter().enumerate();
         for (index, point) in points.filter(|(_, p)| settings.orbits.keeps(p.is_mark)) {
@@ -205,6 +207,25 @@ impl<'a> Work<'a> {
         self.warnings.extend(warnings);
         self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
         self.delivered.push(delivered);
+    }
+
+    /// What was computed in another way than for most systems.
+    fn explain(&mut self, method: Method, exchanges: usize) {
+        let dof = self.swept.setting.assembly.system.dof();
+        let is_leading = Spectrum::of(dof) == Spectrum::Leading;
+        if self.settings.stability && method == Method::Galerkin && is_leading {
+            self.warnings.push(format!(
+                "{dof} coordinates: of the {} multipliers those of largest modulus are computed, by Arnoldi's method, down to \
+                 the inside of the unit circle",
+                2 * dof
+            ));
+        }
+        if exchanges > 0 {
+            self.warnings.push(format!(
+                "{exchanges} linear systems were solved by dense elimination with row exchanges across all coordinates: \
+                 elimination by blocks lost too many digits"
+            ));
+        }
     }
 
     fn warn(&mut self, delivered: &Delivered, end: PathEnd, pulling: &[bool]) {

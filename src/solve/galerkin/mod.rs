@@ -223,6 +223,16 @@ fn structure(system: &System, coefficients: usize) -> Structure {
     Structure::chosen(Pattern::new(system.dof(), coefficients, pairs))
 }
 
+/// Blocks of the Jacobian that are stored, and all of them, where it is eliminated by blocks; `None` where it is dense.
+pub fn stored_blocks(system: &System) -> Option<[usize; 2]> {
+    match structure(system, 1) {
+        Structure::Dense(_) => None,
+        Structure::Block(pattern) | Structure::BorderedBlock(pattern) => {
+            Some([pattern.stored(), pattern.blocks().pow(2)])
+        }
+    }
+}
+
 fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<(), SolveError> {
     let error = |name, found: usize, wanted: String| {
         Err(SolveError::Option {
