@@ -74,6 +74,12 @@ pub enum SolveError {
         /// Values allowed.
         wanted: String,
     },
+    /// A value of the parameter at which there is no system.
+    #[error("{reason}")]
+    NoSystem {
+        /// What the model says about the value.
+        reason: String,
+    },
     /// A law that the method cannot take.
     #[error("connection {connection}: {reason}")]
     Unsupported {

@@ -1,19 +1,19 @@
 //! A study: a model file, its analyses checked before anything runs, and their results on disk.
 
-use crate::analysis::{self, Analysis, Control, Setting};
-use crate::assembly::{Assembly, assemble};
-use crate::error::{Diagnostic, Error, did_you_mean};
-use crate::model::{self, Model};
+use crate::analysis::{Analysis, Control, Setting};
+use crate::assembly::Assembly;
+use crate::error::{Diagnostic, Error};
+use crate::model::Model;
 use crate::output::{self, FigureFormat, Input, RunOptions};
 use crate::report::Report;
-use crate::yaml::{self, Document, Entry, Node};
-use indexmap::IndexMap;
+use crate::yaml::{self, Document, Node};
 use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
 mod ensemble;
+mod load;
 mod merge;
 mod record;
 mod shard;
@@ -23,6 +23,7 @@ pub use shard::Shard;
 
 use crate::analysis::parameter_study::Plan;
 use ensemble::{Delivered, Ensemble};
+use load::{analyses, build, diagnostics, load_run, without_repetition};
 
 /// A model file ready to run.
 #[derive(Debug)]
@@ -348,165 +349,3 @@ fn scales(assembly: &Assembly) -> Value {
         .collect();
     json!({ "omega_c": scales.frequency, "displacement": displacement })
 }
-
-/// Reads and assembles the model of a document; mistakes of the assembly get the place of their path.
-fn build(root: &Node) -> Result<(Model, Assembly), Vec<Diagnostic>> {
-    let model = model::read(root)?;
-    let assembly = assemble(&model).map_err(|list| located(root, list))?;
-    Ok((model, assembly))
-}
-
-/// Gives mistakes of later stages the place of their path.
-fn located(root: &Node, mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    model::locate(root, &mut list);
-    list
-}
-
-/// The chosen entries of `analyses:`, in the order of the file.
-fn analyses<'a>(
-    root: &'a Node,
-    only: &[String],
-) -> Result<Vec<(&'a String, &'a Entry)>, Vec<Diagnostic>> {
-    let empty = IndexMap::new();
-    let map = match root.get("analyses") {
-        None => None,
-        Some(node) if node.is_null() => None,
-        Some(node) => Some(node.as_map("analyses").map_err(|d| vec![d])?),
-    };
-    let known: Vec<&str> = map.unwrap_or(&empty).keys().map(String::as_str).collect();
-    let unknown: Vec<Diagnostic> = only
-        .iter()
-        .filter(|name| !known.contains(&name.as_str()))
-        .map(|name| Diagnostic {
-            location: None,
-            path: "--only".into(),
-            message: format!("no analysis is called `{name}`"),
-            help: Some(did_you_mean(name, known.iter().copied())),
-        })
-        .collect();
-    if !unknown.is_empty() {
-        return Err(unknown);
-    }
-    Ok(map
-        .into_iter()
-        .flatten()
-        .filter(|(name, _)| only.is_empty() || only.contains(name))
-        .collect())
-}
-
-/// Reads one analysis and checks it against its model.
-fn load_run(
-    root: &Node,
-    name: &str,
-    entry: &Entry,
-    base: Option<&(Model, Assembly)>,
-) -> Result<Run, Vec<Diagnostic>> {
-    let path = yaml::join("analyses", name);
-    model::check_name(entry, name, &path).map_err(|d| vec![d])?;
-    if name == "manifest" || name == "report" {
-        let message = format!(
-            "an analysis called `{name}` would overwrite the files of that name; choose another name"
-        );
-        return Err(vec![Diagnostic::at_key(entry, &path, message)]);
-    }
-    let node = &entry.node;
-    let own = own_model(root, node, &path);
-    let (texts, kind, analysis) = read_analysis(node, &path).map_err(|mut list| {
-        // Mistakes in `set:` and in the other keys are independent.
-        list.extend(own.as_ref().err().into_iter().flatten().cloned());
-        list
-    })?;
-    let own = own?;
-    let (document, model, assembly) = match (&own, base) {
-        (Some(own), _) => (&own.root, &own.model, &own.assembly),
-        (None, Some((model, assembly))) => (root, model, assembly),
-        (None, None) => return Err(Vec::new()),
-    };
-    let setting = Setting {
-        name,
-        model,
-        assembly,
-        document,
-        control: &Unattended,
-    };
-    let faults = analysis.check(&setting);
-    if faults.is_empty() {
-        return Ok(Run {
-            name: name.to_string(),
-            kind,
-            texts,
-            analysis,
-            own,
-        });
-    }
-    Err(diagnostics(root, name, faults))
-}
-
-/// Faults of an analysis with their paths and places.
-fn diagnostics(root: &Node, name: &str, faults: Vec<analysis::Fault>) -> Vec<Diagnostic> {
-    let path = yaml::join("analyses", name);
-    let diagnostic = |fault: analysis::Fault| Diagnostic {
-        location: None,
-        path: match fault.key.as_str() {
-            "" => path.clone(),
-            key => yaml::join(&path, key),
-        },
-        message: fault.message,
-        help: None,
-    };
-    located(root, faults.into_iter().map(diagnostic).collect())
-}
-
-/// The model with the analysis's own `set:`, if it has one.
-fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<Variant>, Vec<Diagnostic>> {
-    let Some(set) = node.get("set").filter(|set| !set.is_null()) else {
-        return Ok(None);
-    };
-    let path = yaml::join(path, "set");
-    let map = set.as_map(&path).map_err(|d| vec![d])?;
-    let mut changed = root.clone();
-    let mut faults = Vec::new();
-    for (target, entry) in map {
-        if let Err(mut fault) = changed.set(target, entry.node.clone()) {
-            fault.location = entry.key_location.clone();
-            faults.push(fault);
-        }
-    }
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    let (model, assembly) = build(&changed)?;
-    Ok(Some(Variant {
-        root: changed,
-        model,
-        assembly,
-    }))
-}
-
-type Read = (Texts, String, Box<dyn Analysis>);
-
-fn read_analysis(node: &Node, path: &str) -> Result<Read, Vec<Diagnostic>> {
-    let parts = analysis::read::parts(node, path).map_err(|d| vec![d])?;
-    let texts = parts.common.read::<Texts>(path);
-    let analysis = parts.own.read::<Box<dyn Analysis>>(path);
-    match (texts, analysis) {
-        (Ok(texts), Ok(analysis)) => Ok((texts, parts.kind, analysis)),
-        (texts, analysis) => Err(texts.err().into_iter().chain(analysis.err()).collect()),
-    }
-}
-
-/// The same mistake, found in the model and again under an analysis's settings, is reported once.
-fn without_repetition(list: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let mut kept: Vec<Diagnostic> = Vec::new();
-    for diagnostic in list {
-        if !kept.contains(&diagnostic) {
-            kept.push(diagnostic);
-        }
-    }
-    kept
-}
-
-/// Control of checks, where nothing runs.
-struct Unattended;
-
-impl Control for Unattended {}

@@ -1,5 +1,6 @@
 //! Residual, Jacobian and Newton's iteration allocate nothing once they are warm.
 
+#[path = "support/common.rs"]
 mod common;
 
 use gearlash::solve::family::FrequencyFamily;

@@ -4,7 +4,7 @@
 mod sweep;
 
 use super::flow::{self, Lengths, MapSize};
-use super::parameter::{Parameter, said};
+use super::parameter::Parameter;
 use super::poincare_map::{self, Rows, defaults};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
@@ -395,9 +395,4 @@ fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table 
         name: "summary".into(),
         columns: list,
     }
-}
-
-/// Texts of mistakes, for a run that a value ends.
-fn joined(list: &[crate::error::Diagnostic]) -> String {
-    list.iter().map(said).collect::<Vec<_>>().join("; ")
 }

@@ -27,9 +27,11 @@ pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
 
 fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
     let setting = swept.setting;
-    let (abscissa, x_label) = match setting.is_si() {
-        true => ("frequency_hz", "excitation frequency [Hz]"),
-        false => ("omega", "excitation frequency \u{3c9}/\u{3c9}c"),
+    let (abscissa, x_label) = match (swept.written(), setting.is_si()) {
+        (None, true) => ("frequency_hz", "excitation frequency [Hz]".to_string()),
+        (None, false) => ("omega", "excitation frequency \u{3c9}/\u{3c9}c".to_string()),
+        (Some(path), _) if swept.unit.is_empty() => ("parameter", path.to_string()),
+        (Some(path), _) => ("parameter", format!("{path} [{}]", swept.unit)),
     };
     let curve = |table: &str, x: &str, label: String, style, only| Curve {
         table: table.into(),
@@ -61,11 +63,15 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
             Some(("method".into(), t.method.word().into())),
         ));
     }
-    // The backbones of methods that agree lie on one another: the first one's is drawn.
+    // The backbones of methods that agree lie on one another: the first one's is drawn, where frequencies are the abscissa.
     let first = traced
         .first()
         .map(|t| ("method".to_string(), t.method.word().to_string()));
-    for i in 1..=setting.assembly.system.dof().min(MAX_PANELS) {
+    let backbones = match swept.written() {
+        None => setting.assembly.system.dof().min(MAX_PANELS),
+        Some(_) => 0,
+    };
+    for i in 1..=backbones {
         let (x, label) = (
             format!("effective_frequency.{i}"),
             format!("backbone, mode {i}"),
@@ -82,7 +88,7 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
         String::new()
     };
     Panel {
-        x_label: x_label.into(),
+        x_label,
         y_label: format!("r.m.s. of {connection}{unit}"),
         x_range: None,
         curves,

@@ -17,8 +17,7 @@ use crate::system::System;
 /// stability is asked for, the estimated multipliers.
 pub struct MeasureRecorder<'a> {
     meter: Meter,
-    setting: &'a Setting<'a>,
-    range: (f64, f64),
+    swept: &'a Swept<'a>,
     points: usize,
     estimates_multipliers: bool,
     /// Connections whose contact pulled somewhere on the branch.
@@ -30,12 +29,11 @@ const PER_CONNECTION: usize = 12;
 
 impl<'a> MeasureRecorder<'a> {
     /// A recorder for orbits of so many samples.
-    pub fn new(setting: &'a Setting<'a>, samples: usize, range: (f64, f64)) -> Self {
-        let pulling = vec![false; setting.assembly.connections.len()];
+    pub fn new(swept: &'a Swept<'a>, samples: usize) -> Self {
+        let pulling = vec![false; swept.setting.assembly.connections.len()];
         MeasureRecorder {
             meter: Meter::new(samples),
-            setting,
-            range,
+            swept,
             points: 0,
             estimates_multipliers: false,
             pulling,
@@ -52,8 +50,13 @@ impl<'a> MeasureRecorder<'a> {
 }
 
 impl Recorder for MeasureRecorder<'_> {
-    fn record(&mut self, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
-        let measures = self.meter.measure(system, orbit);
+    fn record(&mut self, lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
+        let mut measures = self.meter.measure(system, orbit);
+        let here = self.swept.here(lambda);
+        for (m, stiffening) in measures.iter_mut().zip(&here.stiffening) {
+            // The law is in units of its own stiffness, the report in those of the stiffness as written.
+            m.scale_force(*stiffening);
+        }
         let mut slopes = Vec::with_capacity(measures.len());
         for (m, pulling) in measures.iter().zip(&mut self.pulling) {
             let Measures {
@@ -79,7 +82,13 @@ impl Recorder for MeasureRecorder<'_> {
             *pulling |= m.pulls;
         }
         values.extend(natural_frequencies(system, &slopes));
-        rattle::record(self.setting.assembly, system, orbit, &measures, values);
+        rattle::record(
+            self.swept.setting,
+            &here,
+            (system, orbit),
+            &measures,
+            values,
+        );
         if self.estimates_multipliers {
             let means = measures.iter().map(|m| [m.mean_slope, m.mean_damping]);
             let list = averaged_multipliers(system, &means.collect::<Vec<_>>());
@@ -89,13 +98,16 @@ impl Recorder for MeasureRecorder<'_> {
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
         self.points += 1;
-        let (from, to) = self.range;
+        let (from, to) = self.swept.range;
         let share = ((point.lambda - from) / (to - from)).clamp(0.0, 1.0);
-        let words = format!("point {} at {:.4}", self.points, point.lambda);
-        self.setting
-            .control
-            .progress(self.setting.name, share, &words);
-        !self.setting.control.is_interrupted()
+        let words = format!(
+            "point {} at {}",
+            self.points,
+            self.swept.place(point.lambda)
+        );
+        let Setting { name, control, .. } = self.swept.setting;
+        control.progress(name, share, &words);
+        !control.is_interrupted()
     }
 }
 

@@ -16,7 +16,7 @@ impl Analysis for FrequencyResponse {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let settings = branch_settings!(self);
         let mut faults = settings.check_range(&|written| setting.frequency(written));
-        faults.extend(settings.check(setting));
+        faults.extend(settings.check(setting, &setting.assembly.system));
         faults
     }
 

@@ -13,6 +13,7 @@ mod initial;
 mod modes;
 mod multiplier_table;
 pub mod parameter;
+mod parameter_response;
 pub mod parameter_study;
 mod poincare_map;
 mod rattle;
@@ -25,6 +26,7 @@ pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::Modes;
+pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use response::{Method, Orbits};
@@ -100,6 +102,11 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
         "frequency_response",
         "periodic responses against the excitation frequency, with stability",
         FrequencyResponse::json_schema,
+    ),
+    (
+        "parameter_response",
+        "periodic responses at a fixed frequency against any number of the model",
+        ParameterResponse::json_schema,
     ),
     (
         "time_history",

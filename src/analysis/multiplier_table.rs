@@ -19,7 +19,10 @@ pub(super) fn multipliers(traced: &[Traced<'_>]) -> Vec<Table> {
     };
     let exact = |p: &BranchPoint, k: usize| {
         let mu = p.multipliers.get(k / 2);
-        mu.map_or(f64::NAN, |mu| if k % 2 == 0 { mu.re } else { mu.im })
+        mu.map_or(
+            f64::NAN,
+            |mu| if k.is_multiple_of(2) { mu.re } else { mu.im },
+        )
     };
     // The recorder puts the estimates last.
     let estimate = |p: &BranchPoint, k: usize| {

@@ -3,7 +3,7 @@
 
 use super::Setting;
 use crate::assembly::{Assembly, Scales, assemble};
-use crate::error::{Diagnostic, did_you_mean};
+use crate::error::{Diagnostic, did_you_mean, nearest};
 use crate::model::{self, FrequencyScale, Model, Structure};
 use crate::quantity::Quantity;
 use crate::system::System;
@@ -34,7 +34,8 @@ impl Parameter {
             return Ok(Parameter::Frequency);
         }
         let steps: Vec<&str> = written.split('.').collect();
-        if ROOTS.contains(&steps[0]) {
+        // A reduced model has its own `damping` and `loads`: there these are short forms.
+        if ROOTS.contains(&steps[0]) && setting.document.get(steps[0]).is_some() {
             return Ok(Parameter::Path(written.into()));
         }
         let mut known = Vec::new();
@@ -49,7 +50,12 @@ impl Parameter {
             [] => unwritten(setting, &steps)
                 .map(Parameter::Path)
                 .ok_or_else(|| {
-                    let hint = did_you_mean(written, &known);
+                    // Whoever writes a short form means a short form.
+                    let short: Vec<String> = known.iter().map(|path| shortened(path)).collect();
+                    let hint = match nearest(written, &short) {
+                        Some(name) => format!("did you mean `{name}`?"),
+                        None => did_you_mean(written, &known),
+                    };
                     format!("`{written}` is neither `frequency` nor a path of the model; {hint}")
                 }),
             several => {
@@ -122,11 +128,15 @@ impl Parameter {
             None => Node::number(written.value),
             Some(_) => Node::quoted(written.text.as_str()),
         };
-        rebuilt(setting, path, node).map(|_| ()).map_err(|list| {
-            let texts: Vec<String> = list.iter().map(said).collect();
-            texts.join("; ")
-        })
+        let refused = |list: Vec<Diagnostic>| joined(&list);
+        rebuilt(setting, path, node).map(|_| ()).map_err(refused)
     }
+}
+
+/// Several mistakes in one text.
+pub(super) fn joined(list: &[Diagnostic]) -> String {
+    let texts: Vec<String> = list.iter().map(said).collect();
+    texts.join("; ")
 }
 
 /// A mistake without its place in the file, which is that of the model and not of the analysis.
@@ -141,11 +151,40 @@ pub(super) fn said(mistake: &Diagnostic) -> String {
     }
 }
 
+/// The model with one number of the document changed and everything else, its scales too, as written.
+pub struct Variation<'a> {
+    setting: &'a Setting<'a>,
+    /// The mechanics of the document.
+    root: Node,
+    path: &'a str,
+}
+
+impl<'a> Variation<'a> {
+    /// The model of a setting, to be varied at a full dotted path.
+    pub fn new(setting: &'a Setting<'a>, path: &'a str) -> Variation<'a> {
+        let kept = ["schema", "name", "report", "scaling"];
+        let kept = kept.into_iter().chain(ROOTS);
+        let parts = kept.filter_map(|key| Some((key, setting.document.get(key)?.clone())));
+        Variation {
+            setting,
+            root: Node::map(parts),
+            path,
+        }
+    }
+
+    /// The model with this value and its assembly.
+    ///
+    /// # Errors
+    /// What the model says about it.
+    pub fn at(&mut self, value: Node) -> Result<(Model, Assembly), Vec<Diagnostic>> {
+        self.root.set(self.path, value).map_err(|d| vec![d])?;
+        rebuild(&self.root, self.setting.assembly)
+    }
+}
+
 /// The system with one number of the document changed and the scales frozen.
 fn rebuilt(setting: &Setting<'_>, path: &str, value: Node) -> Result<System, Vec<Diagnostic>> {
-    let mut root = setting.document.clone();
-    root.set(path, value).map_err(|d| vec![d])?;
-    let (_, assembly) = rebuild(&root, setting.assembly)?;
+    let (_, assembly) = Variation::new(setting, path).at(value)?;
     Ok(assembly.system)
 }
 
@@ -214,6 +253,27 @@ fn is_short(steps: &[&str], path: &str) -> bool {
         }
     }
     wanted.is_none()
+}
+
+/// Names and keys of a path alone, such as `mesh_2.half_gap`: a short form of it.
+fn shortened(path: &str) -> String {
+    const UNSAID: [&str; 7] = [
+        "bodies",
+        "connections",
+        "loads",
+        "reduced",
+        "elements",
+        "element",
+        "harmonics",
+    ];
+    let steps: Vec<&str> = path.split('.').collect();
+    let last = steps.len() - 1;
+    let is_said = |(k, step): &(usize, &&str)| {
+        let is_index = step.bytes().all(|b| b.is_ascii_digit());
+        *k == last || !(is_index || UNSAID.contains(*step))
+    };
+    let said = steps.iter().enumerate().filter(is_said);
+    said.map(|(_, step)| *step).collect::<Vec<_>>().join(".")
 }
 
 /// Full path of a default that the document does not write, such as `mesh_1.impact_damping`: the first place of that name

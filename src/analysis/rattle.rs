@@ -2,14 +2,14 @@
 
 use super::Setting;
 use super::branch_table::Traced;
-use super::columns::{accelerations, float, integer};
-use super::response::Swept;
+use super::columns::{Quantity, accelerations, float, integer};
+use super::response::{Here, Swept};
 use crate::assembly::Assembly;
-use crate::model::{Structure, Train};
+use crate::model::{Model, Structure};
 use crate::numeric::roots;
 use crate::postprocess::contacts::effective_mass;
 use crate::postprocess::measures::{Measures, is_clearance};
-use crate::report::{Column, Table};
+use crate::report::Table;
 use crate::solve::branch::BranchPoint;
 use crate::solve::orbit::Orbit;
 use crate::system::System;
@@ -47,18 +47,24 @@ const METRICS: [(&str, Kind); 17] = [
     ("force_peak_factor", Kind::Number),
 ];
 
-/// Appends the metrics of every connection, nondimensional, and the peak acceleration of every body, SI.
+/// Appends the metrics of every connection, nondimensional, the peak acceleration of every body, SI, and the rattle index of
+/// every loose one. `here`: the model at this point; `measures`: with forces in units of the model as written.
 pub(super) fn record(
-    assembly: &Assembly,
-    system: &System,
-    orbit: &Orbit,
+    setting: &Setting<'_>,
+    here: &Here<'_>,
+    (system, orbit): (&System, &Orbit),
     measures: &[Measures],
     values: &mut Vec<f64>,
 ) {
-    for (e, m) in measures.iter().enumerate() {
-        values.extend(metrics(m, effective_mass(system, e)));
+    for (e, (m, stiffening)) in measures.iter().zip(&here.stiffening).enumerate() {
+        let mass = effective_mass(system, e).map(|mass| mass * stiffening);
+        values.extend(metrics(m, mass));
     }
-    values.extend(peak_accelerations(assembly, system, orbit));
+    let peaks = peak_accelerations(&here.assembly, system, orbit);
+    let loose = loose_bodies(setting);
+    let indices = loose.iter().map(|body| body.index(&here.model, &peaks));
+    let indices: Vec<f64> = indices.collect();
+    values.extend(peaks.into_iter().chain(indices));
 }
 
 fn metrics(m: &Measures, mass: Option<f64>) -> [f64; METRICS.len()] {
@@ -126,33 +132,42 @@ fn peak_accelerations(assembly: &Assembly, system: &System, orbit: &Orbit) -> Ve
 
 /// A body that only clearances hold, driven by no alternating load of its own: it rattles when its inertia demands more
 /// than its drag torque.
-struct LooseBody {
-    index: usize,
-    name: String,
-    /// I over the modulus of the mean load: the factor from the peak acceleration to the rattle index.
-    factor: f64,
+struct LooseBody<'a> {
+    number: usize,
+    name: &'a str,
 }
 
-/// Loose bodies with a drag torque.
-fn loose_bodies(setting: &Setting<'_>, train: &Train) -> Vec<LooseBody> {
+impl LooseBody<'_> {
+    /// Inertia times the peak acceleration over the modulus of the mean load.
+    fn index(&self, model: &Model, peaks: &[f64]) -> f64 {
+        let Structure::Train(train) = &model.structure else {
+            return f64::NAN;
+        };
+        let drag = train
+            .loads
+            .get(self.name)
+            .map_or(0.0, |load| load.series.mean());
+        train.bodies[self.number].inertia * peaks[self.number] / drag.abs()
+    }
+}
+
+/// Loose bodies with a drag torque, in the model as written.
+fn loose_bodies<'a>(setting: &Setting<'a>) -> Vec<LooseBody<'a>> {
+    let Structure::Train(train) = &setting.model.structure else {
+        return Vec::new();
+    };
     let mounts = setting.assembly.system.mounts();
     let is_held = |body: usize| {
         let connections = train.connections.values().zip(mounts);
         let mut own = connections.filter(|(c, _)| c.arms.iter().any(|(b, _)| *b == body));
         own.any(|(_, mount)| !is_clearance(mount.element.as_ref()))
     };
-    let loose = |(index, (name, body)): (usize, (&String, &crate::model::Body))| {
+    let loose = |(number, name): (usize, &'a String)| {
         let load = &train.loads.get(name)?.series;
-        let drag = load.mean().abs();
-        let is_loose = drag > 0.0 && load.is_constant() && !is_held(index);
-        is_loose.then(|| LooseBody {
-            index,
-            name: name.clone(),
-            factor: body.inertia / drag,
-        })
+        let is_loose = load.mean() != 0.0 && load.is_constant() && !is_held(number);
+        is_loose.then_some(LooseBody { number, name })
     };
-    let bodies = train.bodies.iter().enumerate();
-    bodies.filter_map(loose).collect()
+    train.bodies.keys().enumerate().filter_map(loose).collect()
 }
 
 /// The table. `first`: where the values of [`record`] begin among the recorded ones.
@@ -189,9 +204,10 @@ pub(super) fn table(swept: &Swept<'_>, traced: &[Traced<'_>], first: usize) -> T
             next += 1;
         }
     }
-    columns.extend(bodies(setting, &|body, factor| {
-        of(&|p| p.recorded[next + body] * factor)
-    }));
+    for quantity in bodies(setting) {
+        columns.push(quantity.column(of(&|p| p.recorded[next])));
+        next += 1;
+    }
     Table {
         name: "rattle".into(),
         columns,
@@ -215,19 +231,19 @@ fn scale(setting: &Setting<'_>, connection: usize, kind: Kind) -> (String, f64) 
     }
 }
 
-/// Peak accelerations of the bodies and rattle indices of the loose ones; `peak`: the values of one body times a factor.
-fn bodies(setting: &Setting<'_>, peak: &dyn Fn(usize, f64) -> Vec<f64>) -> Vec<Column> {
-    let Structure::Train(train) = &setting.model.structure else {
-        return Vec::new();
-    };
-    let mut columns = Vec::new();
-    for (body, quantity) in accelerations(setting).into_iter().enumerate() {
-        let name = format!("peak_{}", quantity.name);
-        columns.push(float(name, quantity.unit, peak(body, quantity.factor)));
-    }
-    for body in loose_bodies(setting, train) {
-        let name = format!("rattle_index.{}", body.name);
-        columns.push(float(name, "", peak(body.index, body.factor)));
-    }
-    columns
+/// Peak accelerations of the bodies, and rattle indices of the loose ones.
+fn bodies(setting: &Setting<'_>) -> Vec<Quantity> {
+    let mut list: Vec<Quantity> = accelerations(setting)
+        .into_iter()
+        .map(|quantity| Quantity {
+            name: format!("peak_{}", quantity.name),
+            ..quantity
+        })
+        .collect();
+    list.extend(loose_bodies(setting).iter().map(|body| Quantity {
+        name: format!("rattle_index.{}", body.name),
+        unit: String::new(),
+        factor: 1.0,
+    }));
+    list
 }

@@ -2,11 +2,11 @@
 
 use super::{CheckArguments, print};
 use crate::assembly::summary;
-use crate::element::Element;
 use crate::error::Error;
 use crate::model::ReportUnits;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::solve::galerkin::stored_blocks;
+use crate::solve::support::{self, Reach};
 use crate::study::Study;
 use comfy_table::{Table, presets};
 use nalgebra::DMatrix;
@@ -64,6 +64,13 @@ fn as_value(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> V
     value["jacobian"] = json!(if is_block { "blocks" } else { "dense" });
     value["static_displacement"] = json!(rest.map(|r| at_rest(study, r)));
     value["static_flank"] = json!(rest.map(|r| r.flank.clone()));
+    let names = study.assembly.connections.iter();
+    let mounts = study.assembly.system.mounts().iter();
+    let supported = names.zip(mounts.map(support::of));
+    value["solvers"] = supported
+        .map(|(name, list)| (name.clone(), json!(list)))
+        .collect::<serde_json::Map<_, _>>()
+        .into();
     value["static_is_unique"] = json!(rest.map(|r| r.is_unique));
     value["analyses"] = json!(
         study
@@ -106,6 +113,7 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
     };
     let _ = writeln!(text, "Galerkin Jacobian:     {jacobian}\n");
     let _ = writeln!(text, "{}\n", connections(study, rest));
+    text.push_str(&solvers(study));
     let _ = writeln!(text, "{}\n", frequencies(study));
     for (name, matrix) in [
         ("stiffness (kappa, n x e)", assembly.system.stiffness()),
@@ -130,19 +138,50 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
     text
 }
 
-/// One line a connection: scale, law, what solves it, where it rests.
+/// What each solver can do with each connection: a table, and a line for every answer but a plain yes.
+fn solvers(study: &Study) -> String {
+    let assembly = &study.assembly;
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let mut notes: Vec<(String, Vec<&str>)> = Vec::new();
+    for (name, mount) in assembly.connections.iter().zip(assembly.system.mounts()) {
+        let list = support::of(mount);
+        if table.header().is_none() {
+            let solvers = list.iter().map(|s| s.solver);
+            table.set_header(std::iter::once("solvers").chain(solvers));
+        }
+        let word = |s: &support::Support| match s.reach {
+            Reach::Yes if s.solver == "multipliers" => s.how,
+            Reach::Yes => "yes",
+            Reach::Limited => "limited",
+            Reach::No => "no",
+        };
+        table.add_row(std::iter::once(name.as_str()).chain(list.iter().map(word)));
+        for s in list.iter().filter(|s| s.reach != Reach::Yes) {
+            let note = format!("{}, {}: {}", s.solver, word(s), s.how);
+            match notes.iter_mut().find(|(text, _)| *text == note) {
+                Some((_, names)) => names.push(name),
+                None => notes.push((note, vec![name])),
+            }
+        }
+    }
+    let mut text = format!("{table}\n");
+    for (note, names) in notes {
+        const SHOWN: usize = 8;
+        let more = if names.len() > SHOWN { ", .." } else { "" };
+        let shown = &names[..names.len().min(SHOWN)];
+        let _ = writeln!(text, "{note} ({}{more})", shown.join(", "));
+    }
+    text.push('\n');
+    text
+}
+
+/// One line a connection: scale, law, where it rests.
 fn connections(study: &Study, rest: Option<&Equilibrium>) -> Table {
     let assembly = &study.assembly;
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
-    table.set_header([
-        "connection",
-        "law",
-        "scale l",
-        "stability by",
-        "at rest",
-        "rests on",
-    ]);
+    table.set_header(["connection", "law", "scale l", "at rest", "rests on"]);
     let at_rest = rest.map(|r| at_rest(study, r));
     for (e, name) in assembly.connections.iter().enumerate() {
         let element = &assembly.system.mounts()[e].element;
@@ -157,26 +196,15 @@ fn connections(study: &Study, rest: Option<&Equilibrium>) -> Table {
             Some(_) => "- flank",
         };
         let scale = format!("{} {unit}", number(assembly.scales.displacement[e]));
-        let flow = flow(element.as_ref());
         table.add_row([
             name.clone(),
             element.typetag_name().to_string(),
             scale,
-            flow.into(),
             position,
             flank.into(),
         ]);
     }
     table
-}
-
-/// How the variational equation is integrated across a law.
-fn flow(element: &dyn Element) -> &'static str {
-    if element.is_piecewise_affine() {
-        "exact exponentials"
-    } else {
-        "Magnus panels"
-    }
 }
 
 fn frequencies(study: &Study) -> Table {

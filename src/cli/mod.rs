@@ -7,7 +7,7 @@ mod new;
 mod progress;
 mod run;
 
-use crate::element::duplicate_tags;
+use crate::element::table_mistakes;
 use crate::error::{Colour, Error, render};
 use crate::output::FigureFormat;
 use crate::study::Shard;
@@ -129,12 +129,9 @@ pub fn main() -> ExitCode {
             return status;
         }
     };
-    let twice = duplicate_tags();
-    if !twice.is_empty() {
-        eprintln!(
-            "error: laws registered more than once: {}; rename all but one of each",
-            twice.join(", ")
-        );
+    let mistakes = table_mistakes();
+    if !mistakes.is_empty() {
+        mistakes.iter().for_each(|m| eprintln!("error: {m}"));
         return ExitCode::from(BAD_INPUT);
     }
     let result = match arguments.command {

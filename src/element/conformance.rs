@@ -1,6 +1,10 @@
 //! The contract of a law as an executable check, for laws of this crate and of users alike.
 
-use super::{Dimension, Element, Units, nondimensional};
+mod smoothness;
+mod table;
+
+use super::{Element, Parameter, Response, ResponseSeries, Units, nondimensional};
+pub use table::check_registered;
 
 /// Displacements, velocities and phases of the grid.
 const DISPLACEMENTS: [f64; 13] = [
@@ -8,6 +12,8 @@ const DISPLACEMENTS: [f64; 13] = [
 ];
 const VELOCITIES: [f64; 5] = [-7.0, -0.6, 0.0, 0.45, 5.0];
 const PHASES: [f64; 3] = [0.0, 1.0, 4.4];
+/// Sizes at which a law must be finite, with either sign.
+const SIZES: [f64; 8] = [0.0, 1e-12, 1e-8, 1e-4, 1e-2, 1.0, 30.0, 300.0];
 /// Difference step of the derivative test; central differences of smooth laws then agree to about 1e-9.
 const STEP: f64 = 1e-5;
 const DERIVATIVE_TOLERANCE: f64 = 1e-6;
@@ -18,17 +24,27 @@ const COVARIANCE_TOLERANCE: f64 = 1e-11;
 #[error("the law breaks its contract:\n{}", .0.join("\n"))]
 pub struct Violations(pub Vec<String>);
 
+impl Violations {
+    fn conclude(found: Vec<String>) -> Result<(), Violations> {
+        if found.is_empty() {
+            Ok(())
+        } else {
+            Err(Violations(found))
+        }
+    }
+}
+
 /// Checks a law, parameters nondimensional and of order one:
 ///
-/// - parameters pass `validate`, are finite, and the copy is equal;
+/// - parameters pass `validate`, are finite, and are visited in a fixed order;
 /// - force and partials are finite on a wide grid, and the partials equal central differences away from breakpoints;
-/// - breakpoints are ascending, and force and partials are smooth elsewhere; the force is continuous there unless
-///   `is_discontinuous`;
+/// - breakpoints are ascending; f and its partials are smooth elsewhere and not there; a force that jumps says so, at a
+///   breakpoint (`is_discontinuous`) or elsewhere (`has_hidden_jumps`), and one that says so jumps;
 /// - `is_piecewise_affine` and `depends_on_velocity` are honest;
-/// - `flank` changes at breakpoints only, and an open flank carries no force;
-/// - scaling displacement, time and force changes the law as its dimensions say:
+/// - `flank` changes at breakpoints only, an open flank carries no force, and a stretch without any force is open;
+/// - scaling displacement, time and force changes the law, its breakpoints and its flanks as its dimensions say:
 ///   f*(q / l, v / (l w)) = f(q, v) / l;
-/// - the law survives a round trip through serde under its registered tag.
+/// - `eval_many` and the copy say what `eval` says, and so does the law after a round trip through serde under its tag.
 ///
 /// # Errors
 /// All violations found.
@@ -37,158 +53,109 @@ pub fn check(element: &dyn Element) -> Result<(), Violations> {
     if let Err(error) = element.validate() {
         found.push(format!("validate: {error}"));
     }
-    breakpoints(element, &mut found);
-    responses(element, &mut found);
+    finiteness(element, &mut found);
+    if !found.is_empty() {
+        // What is not finite would be reported again by every check below.
+        return Violations::conclude(found);
+    }
+    parameters(element, &mut found);
+    smoothness::check(element, &mut found);
+    partials(element, &mut found);
+    velocity(element, &mut found);
     flanks(element, &mut found);
-    for units in [
-        Units {
-            displacement: 0.37,
-            frequency: 1.0,
-            force: 0.37,
-        },
-        Units {
-            displacement: 1.0,
-            frequency: 12.5,
-            force: 1.0,
-        },
-        Units {
-            displacement: 4.1e-3,
-            frequency: 0.2,
-            force: 4.1e-3,
-        },
-    ] {
+    for (displacement, frequency) in [(0.37, 1.0), (1.0, 12.5), (4.1e-3, 0.2)] {
+        let units = Units {
+            displacement,
+            frequency,
+            force: displacement,
+        };
         covariance(element, &units, &mut found);
     }
-    round_trip(element, &mut found);
-    if found.is_empty() {
-        Ok(())
-    } else {
-        Err(Violations(found))
+    copies(element, &mut found);
+    Violations::conclude(found)
+}
+
+fn grid() -> impl Iterator<Item = (f64, f64, f64)> {
+    let places = DISPLACEMENTS.into_iter();
+    let places = places.flat_map(|q| VELOCITIES.map(|v| (q, v)));
+    places.flat_map(|(q, v)| PHASES.map(|phase| (q, v, phase)))
+}
+
+fn finiteness(element: &dyn Element, found: &mut Vec<String>) {
+    let sizes = || SIZES.into_iter().flat_map(|x| [x, -x]);
+    let wide = sizes().flat_map(|q| sizes().map(move |v| (q, v, 0.7)));
+    for (q, v, phase) in wide.chain(grid()) {
+        let r = element.eval(q, v, phase);
+        if ![r.f, r.df_dq, r.df_dv].iter().all(|x| x.is_finite()) {
+            found.push(format!(
+                "not finite at q = {q}, v = {v}, phase = {phase}: {r:?}"
+            ));
+            return;
+        }
     }
 }
 
-/// Checks every registered law, plugins included, on its documented example, and that the tags are unique.
-///
-/// # Errors
-/// All violations found, with the tag in front.
-pub fn check_registered() -> Result<(), Violations> {
-    let mut found: Vec<String> = super::duplicate_tags()
-        .iter()
-        .map(|tag| format!("{tag}: registered more than once"))
-        .collect();
-    for info in super::registered() {
-        let mut say = |what: String| found.push(format!("{}: {what}", info.tag));
-        let node = crate::yaml::parse(info.example, info.tag).map_err(|e| e.to_string());
-        let element = node.and_then(|n| n.read::<Box<dyn Element>>("").map_err(|e| e.to_string()));
-        let element = match element {
-            Ok(element) => element,
-            Err(error) => {
-                say(format!("the example cannot be read: {error}"));
-                continue;
-            }
-        };
-        if element.typetag_name() != info.tag {
-            say(format!(
-                "typetag knows the law as {}",
-                element.typetag_name()
-            ));
-        }
-        if let Err(violations) = check(element.as_ref()) {
-            violations.0.into_iter().for_each(&mut say);
-        }
-        let mut copy = element.clone_box();
-        copy.visit_parameters(&mut |p| {
-            let documented = info
-                .parameters
-                .iter()
-                .find(|i| i.name == p.name)
-                .map(|i| i.dimension);
-            // A law may keep a parameter in another form than it is written in; the name then is not documented.
-            if documented.is_some_and(|d: Dimension| d != p.dimension) {
-                say(format!(
-                    "{}: the documented dimension is not the visited one",
-                    p.name
-                ));
-            }
+fn parameters(element: &dyn Element, found: &mut Vec<String>) {
+    let mut law = element.clone_box();
+    let mut visit = || {
+        let mut list: Vec<(String, Option<usize>, f64)> = Vec::new();
+        law.visit_parameters(&mut |p: Parameter<'_>| {
+            list.push((p.name.to_owned(), p.index, *p.value));
         });
+        list
+    };
+    let (first, second) = (visit(), visit());
+    if first != second {
+        found.push(format!(
+            "parameters are visited as {first:?}, then as {second:?}"
+        ));
     }
-    if found.is_empty() {
-        Ok(())
-    } else {
-        Err(Violations(found))
+    for (k, (name, index, value)) in first.iter().enumerate() {
+        if !value.is_finite() {
+            found.push(format!("parameter {name} is {value}"));
+        }
+        if first[..k].iter().any(|p| (&p.0, p.1) == (name, *index)) {
+            found.push(format!("parameter {name} is visited twice"));
+        }
     }
 }
 
 fn is_near_breakpoint(element: &dyn Element, q: f64) -> bool {
-    element
-        .breakpoints()
-        .iter()
-        .any(|b| (q - b).abs() <= 3.0 * STEP)
-}
-
-fn breakpoints(element: &dyn Element, found: &mut Vec<String>) {
+    let reach = 3.0 * STEP * (1.0 + q.abs());
     let list = element.breakpoints();
-    if list.windows(2).any(|w| w[0] >= w[1]) || list.iter().any(|b| !b.is_finite()) {
-        found.push(format!("breakpoints {list:?} are not finite and ascending"));
-    }
-    for b in list {
-        let offset = 1e-9 * (1.0 + b.abs());
-        for v in VELOCITIES {
-            let (left, right) = (
-                element.eval(b - offset, v, 0.3),
-                element.eval(b + offset, v, 0.3),
-            );
-            let jump = (left.f - right.f).abs();
-            let allowed = 4.0 * offset * (left.df_dq.abs() + right.df_dq.abs()) + 1e-12;
-            if jump > allowed && !element.is_discontinuous() {
-                found.push(format!("the force jumps by {jump:e} at the breakpoint {b}, but is_discontinuous is false"));
+    list.iter().any(|b| (q - b).abs() <= reach)
+}
+
+fn partials(element: &dyn Element, found: &mut Vec<String>) {
+    for (q, v, phase) in grid().filter(|(q, ..)| !is_near_breakpoint(element, *q)) {
+        let at = |q: f64, v: f64| element.eval(q, v, phase);
+        let r = at(q, v);
+        let (h, hv) = (STEP * (1.0 + q.abs()), STEP * (1.0 + v.abs()));
+        let by_q = (at(q + h, v).f - at(q - h, v).f) / (2.0 * h);
+        let by_v = (at(q, v + hv).f - at(q, v - hv).f) / (2.0 * hv);
+        for (name, exact, difference) in [("df/dq", r.df_dq, by_q), ("df/dv", r.df_dv, by_v)] {
+            let size = 1.0 + exact.abs() + r.f.abs();
+            if (exact - difference).abs() > DERIVATIVE_TOLERANCE * size {
+                found.push(format!(
+                    "{name} at q = {q}, v = {v}, phase = {phase}: {exact} is not {difference}"
+                ));
             }
         }
     }
 }
 
-fn responses(element: &dyn Element, found: &mut Vec<String>) {
-    for q in DISPLACEMENTS {
-        for (v, phase) in VELOCITIES.iter().flat_map(|v| PHASES.map(|p| (*v, p))) {
-            let at = |q: f64, v: f64| element.eval(q, v, phase);
-            let r = at(q, v);
-            if ![r.f, r.df_dq, r.df_dv].iter().all(|x| x.is_finite()) {
-                found.push(format!(
-                    "not finite at q = {q}, v = {v}, phase = {phase}: {r:?}"
-                ));
-                continue;
-            }
-            if !element.depends_on_velocity() && (r.df_dv != 0.0 || at(q, v + 1.0).f != r.f) {
-                found.push(format!(
-                    "depends on v at q = {q}, v = {v}, but depends_on_velocity is false"
-                ));
-            }
-            if is_near_breakpoint(element, q) {
-                continue;
-            }
-            let h = STEP * (1.0 + q.abs());
-            let hv = STEP * (1.0 + v.abs());
-            let by_q = (at(q + h, v).f - at(q - h, v).f) / (2.0 * h);
-            let by_v = (at(q, v + hv).f - at(q, v - hv).f) / (2.0 * hv);
-            for (name, exact, difference) in [("df/dq", r.df_dq, by_q), ("df/dv", r.df_dv, by_v)] {
-                if (exact - difference).abs()
-                    > DERIVATIVE_TOLERANCE * (1.0 + exact.abs() + r.f.abs())
-                {
-                    found.push(format!(
-                        "{name} at q = {q}, v = {v}, phase = {phase}: {exact} is not {difference}"
-                    ));
-                }
-            }
-            let curved = (at(q + h, v).df_dq - r.df_dq).abs() > 1e-12 * (1.0 + r.df_dq.abs())
-                || r.df_dv != 0.0;
-            if element.is_piecewise_affine()
-                && (curved || at(q, v).f != element.eval(q, v, phase + 0.7).f)
-            {
-                found.push(format!(
-                    "not affine around q = {q}, v = {v}, but is_piecewise_affine is true"
-                ));
-            }
-        }
+fn velocity(element: &dyn Element, found: &mut Vec<String>) {
+    if element.depends_on_velocity() {
+        return;
+    }
+    let depends = |(q, v, phase): &(f64, f64, f64)| {
+        let r = element.eval(*q, *v, *phase);
+        r.df_dv != 0.0 || element.eval(*q, v + 1.0, *phase).f != r.f
+    };
+    if let Some((q, v, _)) = grid().find(depends) {
+        found.push(format!(
+            "depends on v at q = {q}, v = {v}, but depends_on_velocity is false"
+        ));
     }
 }
 
@@ -204,51 +171,120 @@ fn flanks(element: &dyn Element, found: &mut Vec<String>) {
         }
     }
     for q in DISPLACEMENTS {
-        let (flank, force) = (element.flank(q), element.eval(q, 0.0, 0.0).f);
-        if flank == 0 && force != 0.0 {
+        let forces = VELOCITIES.map(|v| PHASES.map(|phase| element.eval(q, v, phase).f));
+        let loaded = forces.as_flattened().iter().find(|f| **f != 0.0);
+        if let (0, Some(force)) = (element.flank(q), loaded) {
             found.push(format!("open at q = {q}, but the force is {force}"));
+        }
+    }
+    for region in smoothness::regions(&list) {
+        let inside = |share: f64| region.0 + share * (region.1 - region.0);
+        let places = [0.2, 0.45, 0.7].map(inside);
+        let is_free = |q: &f64| {
+            let responses = VELOCITIES.map(|v| PHASES.map(|phase| element.eval(*q, v, phase)));
+            let mut responses = responses.as_flattened().iter();
+            responses.all(|r| *r == Response::default())
+        };
+        if places.iter().all(is_free) && element.flank(places[1]) != 0 {
+            found.push(format!(
+                "no force around q = {}, but flank says contact",
+                places[1]
+            ));
         }
     }
 }
 
 fn covariance(element: &dyn Element, units: &Units, found: &mut Vec<String>) {
     let scaled = nondimensional(element, units);
-    for (q, v) in DISPLACEMENTS
-        .iter()
-        .flat_map(|q| VELOCITIES.map(|v| (*q, v)))
-    {
-        if is_near_breakpoint(element, q) {
-            continue;
-        }
-        let expected = element.eval(q, v, 0.3).f / units.displacement;
-        let got = scaled
-            .eval(
-                q / units.displacement,
-                v / (units.displacement * units.frequency),
-                0.3,
-            )
-            .f;
-        if (got - expected).abs()
-            > COVARIANCE_TOLERANCE * (1.0 + expected.abs()) * (1.0 + v.abs() + q.abs())
-        {
-            found.push(format!(
-                "scaling by {units:?} gives f = {got} at q = {q}, v = {v}, wanted {expected}: a parameter's dimension is wrong"
+    let Units {
+        displacement: l,
+        frequency: w,
+        ..
+    } = *units;
+    let mut say = |what: String| {
+        found.push(format!(
+            "scaling by {units:?} {what}: a parameter's dimension is wrong"
+        ));
+    };
+    let pairs = scaled.breakpoints().into_iter().zip(element.breakpoints());
+    for (got, expected) in pairs {
+        if (got - expected / l).abs() > COVARIANCE_TOLERANCE * (expected / l).abs() {
+            return say(format!(
+                "moves the breakpoint {expected} to {got}, wanted {}",
+                expected / l
             ));
-            return;
+        }
+    }
+    for (q, v, phase) in grid().filter(|(q, ..)| !is_near_breakpoint(element, *q)) {
+        let own = element.eval(q, v, phase);
+        let got = scaled.eval(q / l, v / (l * w), phase);
+        let size = (1.0 + own.f.abs()) * (1.0 + v.abs() + q.abs());
+        let gaps = [
+            ("f", got.f, own.f / l, 1.0),
+            ("df/dq", got.df_dq, own.df_dq, 1.0 + own.df_dq.abs()),
+            (
+                "df/dv",
+                got.df_dv,
+                own.df_dv * w,
+                w * (1.0 + own.df_dv.abs()),
+            ),
+        ];
+        for (name, got, expected, factor) in gaps {
+            let allowed = COVARIANCE_TOLERANCE * size * factor * (1.0 + expected.abs());
+            if (got - expected).abs() > allowed {
+                return say(format!(
+                    "gives {name} = {got} at q = {q}, v = {v}, wanted {expected}"
+                ));
+            }
+        }
+        if scaled.flank(q / l) != element.flank(q) {
+            return say(format!("changes the flank at q = {q}"));
         }
     }
 }
 
-fn round_trip(element: &dyn Element, found: &mut Vec<String>) {
+/// Series, copy and round trip against the law itself.
+fn copies(element: &dyn Element, found: &mut Vec<String>) {
+    if let Some((q, v, phase)) = first_difference(element, element.clone_box().as_ref()) {
+        found.push(format!(
+            "the copy says something else at q = {q}, v = {v}, phase = {phase}"
+        ));
+    }
+    let (mut q, mut v, mut phase) = (Vec::new(), Vec::new(), Vec::new());
+    for point in grid() {
+        q.push(point.0);
+        v.push(point.1);
+        phase.push(point.2);
+    }
+    let mut out = [vec![0.0; q.len()], vec![0.0; q.len()], vec![0.0; q.len()]];
+    let [f, df_dq, df_dv] = &mut out;
+    element.eval_many(&q, &v, &phase, ResponseSeries { f, df_dq, df_dv });
+    let series = (0..q.len()).find(|k| {
+        let r = element.eval(q[*k], v[*k], phase[*k]);
+        [r.f, r.df_dq, r.df_dv] != [out[0][*k], out[1][*k], out[2][*k]]
+    });
+    if let Some(k) = series {
+        found.push(format!(
+            "eval_many says something else than eval at q = {}, v = {}, phase = {}",
+            q[k], v[k], phase[k]
+        ));
+    }
     let again = serde_json::to_string(element)
         .and_then(|text| serde_json::from_str::<Box<dyn Element>>(&text).map(|law| (text, law)));
     match again {
         Err(error) => found.push(format!("serde round trip: {error}")),
         Ok((text, law)) => {
-            let differs = |q: &f64| law.eval(*q, 0.4, 0.2) != element.eval(*q, 0.4, 0.2);
-            if DISPLACEMENTS.iter().any(differs) {
+            if first_difference(element, law.as_ref()).is_some() {
                 found.push(format!("serde round trip through {text} changes the law"));
             }
         }
     }
+}
+
+/// The first point of the grid at which two laws differ.
+fn first_difference(a: &dyn Element, b: &dyn Element) -> Option<(f64, f64, f64)> {
+    if a.breakpoints() != b.breakpoints() || a.typetag_name() != b.typetag_name() {
+        return Some((f64::NAN, f64::NAN, f64::NAN));
+    }
+    grid().find(|(q, v, phase)| a.eval(*q, *v, *phase) != b.eval(*q, *v, *phase))
 }

@@ -4,10 +4,13 @@
 //! frequencies, units or solvers.
 
 pub mod conformance;
+pub mod derivatives;
 mod registry;
+mod scale;
 
 mod backlash;
 mod cubic;
+mod expression;
 mod linear;
 mod one_sided;
 mod piecewise_linear;
@@ -16,13 +19,15 @@ mod tanh_friction;
 
 pub use backlash::{Backlash, ImpactDampingLaw};
 pub use cubic::Cubic;
+pub use expression::Expression;
 pub use linear::Linear;
 pub use one_sided::{OneSided, Side};
 pub use piecewise_linear::PiecewiseLinear;
 pub use preloaded::Preloaded;
 pub use registry::{
-    ElementInfo, ParameterInfo, ParameterKind, ParameterRange, duplicate_tags, find, registered,
+    ElementInfo, ParameterInfo, ParameterKind, ParameterRange, find, registered, table_mistakes,
 };
+pub use scale::Scale;
 pub use tanh_friction::TanhFriction;
 
 /// Force of a law and its partial derivatives at one instant.
@@ -150,27 +155,45 @@ impl Parameter<'_> {
 
 /// A parameter outside its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{name} = {found}: must be {wanted}")]
+#[error("{name}{message}")]
 pub struct InvalidParameter {
-    /// Name of the parameter, with its position if it is a list: `slopes[2]`.
+    /// Name of the parameter; with its position if it is a list, `slopes[2]`, with its name in a map, `parameters.k`.
     pub name: String,
-    /// Value found.
-    pub found: String,
-    /// Values allowed.
-    pub wanted: String,
+    /// The rest of the sentence.
+    pub message: String,
+    /// For a text: characters before the place at fault.
+    pub place: Option<usize>,
 }
 
 impl InvalidParameter {
-    /// An error for one parameter.
+    /// A value, and what was wanted.
     pub fn new(
         name: impl Into<String>,
         found: impl std::fmt::Display,
-        wanted: impl Into<String>,
+        wanted: impl std::fmt::Display,
     ) -> Self {
         InvalidParameter {
             name: name.into(),
-            found: found.to_string(),
-            wanted: wanted.into(),
+            message: format!(" = {found}: must be {wanted}"),
+            place: None,
+        }
+    }
+
+    /// Any other mistake.
+    pub fn about(name: impl Into<String>, message: impl std::fmt::Display) -> Self {
+        InvalidParameter {
+            name: name.into(),
+            message: format!(": {message}"),
+            place: None,
+        }
+    }
+
+    /// The same at a place within a text.
+    #[must_use]
+    pub fn at(self, place: usize) -> Self {
+        InvalidParameter {
+            place: Some(place),
+            ..self
         }
     }
 }
@@ -183,6 +206,11 @@ pub trait Element: std::fmt::Debug + Send + Sync {
 
     /// Offers every dimensional or tunable parameter exactly once, in a fixed order.
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>));
+
+    /// The law's own units, if it is scaled as a whole and not parameter by parameter.
+    fn scale_mut(&mut self) -> Option<&mut Scale> {
+        None
+    }
 
     /// A copy behind a new box.
     fn clone_box(&self) -> Box<dyn Element>;
@@ -254,10 +282,13 @@ impl Clone for Box<dyn Element> {
     }
 }
 
-/// Makes every parameter of a law nondimensional.
+/// Makes a law nondimensional: every parameter, or the law as a whole through its [`Scale`].
 pub fn nondimensional(element: &dyn Element, units: &Units) -> Box<dyn Element> {
     let mut copy = element.clone_box();
     copy.visit_parameters(&mut |mut p| p.rescale(units));
+    if let Some(scale) = copy.scale_mut() {
+        scale.rescale(units);
+    }
     copy
 }
 

@@ -82,12 +82,13 @@ impl Element for Preloaded {
     }
 
     fn flank(&self, q: f64) -> i8 {
-        if q > self.half_gap {
+        let is_always_closed = self.half_gap == 0.0;
+        if q > self.half_gap || (is_always_closed && self.preload == 0.0) {
             1
         } else if q < -self.half_gap {
             -1
         } else {
-            i8::from(self.half_gap == 0.0)
+            i8::from(is_always_closed)
         }
     }
 

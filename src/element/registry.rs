@@ -3,7 +3,8 @@
 //! typetag's own registry is private: it offers no list of tags and no documentation. `register_element!` adds an entry
 //! beside it.
 
-use super::Dimension;
+use super::{Dimension, Element};
+use crate::yaml;
 
 /// What a parameter of a law accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,16 +122,36 @@ pub fn find(tag: &str) -> Option<&'static ElementInfo> {
         .find(|info| info.tag == tag)
 }
 
-/// Tags that are registered more than once: a mistake of whoever linked the program.
-pub fn duplicate_tags() -> Vec<&'static str> {
+/// What is wrong with the table: mistakes of whoever linked the program, one sentence each.
+///
+/// A tag with two entries, a tag under which typetag knows two laws or none, an example that is none of its law.
+pub fn table_mistakes() -> Vec<String> {
     let list = registered();
-    let mut twice: Vec<_> = list
-        .windows(2)
-        .filter(|w| w[0].tag == w[1].tag)
-        .map(|w| w[0].tag)
-        .collect();
-    twice.dedup();
-    twice
+    let mut found = Vec::new();
+    for (k, info) in list.iter().enumerate() {
+        let tag = info.tag;
+        if k > 0 && list[k - 1].tag == tag {
+            found.push(format!(
+                "law `{tag}` is registered more than once: two entries"
+            ));
+            continue;
+        }
+        match read_example(info) {
+            Err(message) => found.push(format!("law `{tag}`: its example is not read: {message}")),
+            Ok(law) if law.typetag_name() != tag => {
+                let name = law.typetag_name();
+                found.push(format!("law `{tag}`: its example is the law `{name}`"));
+            }
+            Ok(_) => {}
+        }
+    }
+    found
+}
+
+/// The law of the example of an entry.
+pub(super) fn read_example(info: &ElementInfo) -> Result<Box<dyn Element>, String> {
+    let node = yaml::parse(info.example, info.tag).map_err(|e| e.to_string())?;
+    node.read("").map_err(|e| e.message)
 }
 
 /// Adds a law to the table that the program's list, the schema, the loader and the conformance tests read.

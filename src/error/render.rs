@@ -12,6 +12,8 @@ pub enum Colour {
     Ansi,
 }
 
+/// Mistakes shown; whoever has more reads the first and corrects them.
+const SHOWN: usize = 100;
 /// Characters shown of a line.
 const WINDOW: usize = 120;
 
@@ -28,7 +30,11 @@ pub fn render(list: &[Diagnostic], colour: Colour) -> String {
         Colour::Plain => Renderer::plain(),
         Colour::Ansi => Renderer::styled(),
     };
-    let blocks: Vec<String> = sorted.iter().map(|d| block(d, &renderer)).collect();
+    let shown = sorted.iter().take(SHOWN);
+    let mut blocks: Vec<String> = shown.map(|d| block(d, &renderer)).collect();
+    if let Some(more) = sorted.len().checked_sub(SHOWN).filter(|more| *more > 0) {
+        blocks.push(format!("and {more} more mistakes"));
+    }
     blocks.join("\n\n")
 }
 

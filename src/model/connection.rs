@@ -143,7 +143,10 @@ impl Finder<'_> {
                 if let Some(body) = meant.and_then(|name| self.bodies.get_index_of(name)) {
                     self.held[body] = true;
                 }
-                mistakes.add(unknown_body(name, self.bodies, at));
+                // Without any body the mistake is above.
+                if !self.bodies.is_empty() {
+                    mistakes.add(unknown_body(name, self.bodies, at));
+                }
             }
         }
         found

@@ -5,28 +5,46 @@ use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::{Entry, Node, Value, join, unknown_keys};
 use indexmap::IndexMap;
 
+/// Mistakes kept: more of them say nothing more, and a hostile file has millions.
+const KEPT: usize = 1000;
+
 /// Mistakes found so far.
 #[derive(Default)]
 pub(super) struct Mistakes {
     list: Vec<Diagnostic>,
+    /// Mistakes beyond those kept.
+    more: usize,
 }
 
 impl Mistakes {
     /// The value, or nothing and one mistake more.
     pub(super) fn note<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
-        result.map_err(|mistake| self.list.push(mistake)).ok()
+        result.map_err(|mistake| self.add(mistake)).ok()
     }
 
     pub(super) fn add(&mut self, mistake: Diagnostic) {
-        self.list.push(mistake);
+        if self.list.len() < KEPT {
+            self.list.push(mistake);
+        } else {
+            self.more += 1;
+        }
     }
 
     pub(super) fn count(&self) -> usize {
-        self.list.len()
+        self.list.len() + self.more
     }
 
     /// The value if there is one and nothing was wrong.
-    pub(super) fn conclude<T>(self, value: Option<T>) -> Result<T, Vec<Diagnostic>> {
+    pub(super) fn conclude<T>(mut self, value: Option<T>) -> Result<T, Vec<Diagnostic>> {
+        if self.more > 0 {
+            let message = format!("{} mistakes; the first {KEPT} are kept", self.count());
+            self.list.push(Diagnostic {
+                location: None,
+                path: String::new(),
+                message,
+                help: None,
+            });
+        }
         match value {
             Some(value) if self.list.is_empty() => Ok(value),
             _ => Err(self.list),
@@ -80,7 +98,8 @@ pub(super) fn number(
         Range::NotNegative if value < 0.0 => ">= 0",
         _ => return Ok(value),
     };
-    let message = format!("found {}, must be {wanted}", node.describe());
+    let found: String = quantity.text.chars().take(LONGEST).collect();
+    let message = format!("found {found}, must be {wanted}");
     Err(Diagnostic::at(node, path, message))
 }
 
@@ -122,7 +141,7 @@ pub(super) struct Fields<'n> {
 impl<'n> Fields<'n> {
     /// The map of a node, any keys.
     pub(super) fn open(node: &'n Node, path: &str, mistakes: &mut Mistakes) -> Option<Fields<'n>> {
-        let map = mistakes.note(node.as_map(path))?;
+        let map = mistakes.note(node.as_map(path).map_err(|mistake| shaped(mistake, path)))?;
         let path = path.to_owned();
         Some(Fields { node, path, map })
     }
@@ -218,13 +237,43 @@ impl<'n> Fields<'n> {
     }
 }
 
+/// Characters of a number that a message shows.
+const LONGEST: usize = 60;
+
+/// What stands at keys whose values are often written in another shape.
+const SHAPES: [(&str, &str); 13] = [
+    ("element", "{type: backlash, half_gap: 50 um}"),
+    ("gear", "{A: 50 mm, B: 40 mm}"),
+    ("internal_gear", "{A: 50 mm, B: 80 mm}"),
+    ("acts_on", "{A: 0.05, B: -0.04}"),
+    ("shaft", "[A, B]"),
+    ("harmonics", "[{order: 1, amplitude: 20}]"),
+    ("table", "[0.9, 1.0, 1.1, 1.0]"),
+    ("rectangular", "{high: 1.1, low: 0.9, duty: 0.5}"),
+    ("modal_ratios", "[0.05, 0.03]"),
+    ("damping", "{modal_ratio: 0.05}"),
+    ("report", "{units: si}"),
+    ("scaling", "{frequency: first_mode}"),
+    ("loads", "{A: {mean: 100 N m}}"),
+];
+
+/// A wrong shape with the right one for help.
+fn shaped(mistake: Diagnostic, path: &str) -> Diagnostic {
+    let key = path.rsplit('.').next().unwrap_or_default();
+    match SHAPES.iter().find(|(known, _)| *known == key) {
+        Some((key, example)) => mistake.with_help(format!("such as `{key}: {example}`")),
+        None => mistake,
+    }
+}
+
 /// The list of a node with the path of every entry.
 pub(super) fn entries<'n>(
     node: &'n Node,
     path: &str,
     mistakes: &mut Mistakes,
 ) -> Vec<(String, &'n Node)> {
-    let list = mistakes.note(node.as_list(path)).unwrap_or_default();
+    let list = node.as_list(path).map_err(|mistake| shaped(mistake, path));
+    let list = mistakes.note(list).unwrap_or_default();
     let numbered = list.iter().enumerate();
     numbered.map(|(k, node)| (join(path, k), node)).collect()
 }

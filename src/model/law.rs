@@ -6,9 +6,9 @@ use crate::element::{
     Element, InvalidParameter, Linear, ParameterInfo, ParameterKind, ParameterRange, find,
     registered,
 };
-use crate::error::{Diagnostic, did_you_mean};
+use crate::error::{Diagnostic, Location, did_you_mean};
 use crate::quantity::UnitDimension;
-use crate::yaml::{Entry, Node, Value};
+use crate::yaml::{Entry, Node, Value, join};
 use indexmap::IndexMap;
 
 /// Units of a law's parameters.
@@ -92,6 +92,7 @@ pub(super) fn law(
             plain.insert(key.to_owned(), Entry { key_location, node });
         }
     }
+    missing(&fields, info.tag, info.parameters, mistakes);
     if mistakes.count() > before {
         return None;
     }
@@ -118,7 +119,24 @@ fn unknown_parameter(
         list => list.join(", "),
     };
     let message = format!("law `{tag}` has no parameter `{key}`; it has: {list}");
-    Diagnostic::at_key(entry, path, message).with_help(did_you_mean(key, known))
+    // Within { } the commas of a formula end it.
+    let is_rest_of_text = parameters.iter().any(|p| p.kind == ParameterKind::Text)
+        && !key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    let help = if is_rest_of_text {
+        "a text with commas needs quotes within { }: {force: \"max(q, 0)\"}".to_owned()
+    } else {
+        did_you_mean(key, known)
+    };
+    Diagnostic::at_key(entry, path, message).with_help(help)
+}
+
+/// Parameters that must be given and are not.
+fn missing(fields: &Fields<'_>, tag: &str, parameters: &[ParameterInfo], mistakes: &mut Mistakes) {
+    let required = parameters.iter().filter(|p| p.is_required());
+    for parameter in required.filter(|p| fields.get(p.name).is_none()) {
+        let message = format!("law `{tag}` wants `{}`: {}", parameter.name, parameter.doc);
+        mistakes.add(Diagnostic::at(fields.node, &fields.path, message));
+    }
 }
 
 /// The node with every number in SI units.
@@ -171,11 +189,37 @@ fn in_si(
     Some(Node { value, location })
 }
 
-/// A parameter that the law itself refuses, at the key that the user wrote.
+/// A parameter that the law itself refuses, at the value that the user wrote or at a place within it.
 fn out_of_range(fields: &Fields<'_>, invalid: &InvalidParameter) -> Diagnostic {
-    let key = invalid.name.split('[').next().unwrap_or_default();
-    match fields.get(key) {
-        Some(node) => Diagnostic::at(node, &fields.path_of(key), invalid.to_string()),
-        None => Diagnostic::at(fields.node, &fields.path, invalid.to_string()),
+    let mut steps = invalid.name.split(['[', '.']);
+    let key = steps.next().unwrap_or_default();
+    let Some(node) = fields.get(key) else {
+        return Diagnostic::at(fields.node, &fields.path, invalid.to_string());
+    };
+    // The path names the parameter already.
+    let about = invalid.message.strip_prefix(": ").map(str::to_owned);
+    let message = about.unwrap_or_else(|| invalid.to_string());
+    let inner = steps.next().and_then(|step| Some((step, node.get(step)?)));
+    if let Some((step, entry)) = inner {
+        let path = join(&fields.path_of(key), step);
+        return Diagnostic::at(entry, &path, message);
     }
+    let mut mistake = Diagnostic::at(node, &fields.path_of(key), message);
+    if let (Some(at), Some(place)) = (&mut mistake.location, invalid.place) {
+        at.column += offset(node, at, place).unwrap_or(0);
+    }
+    mistake
+}
+
+/// Columns from the begin of a scalar to a place in its text; `None` where it is not written out in one line.
+fn offset(node: &Node, at: &Location, place: usize) -> Option<usize> {
+    let Value::Scalar { text, .. } = &node.value else {
+        return None;
+    };
+    let line = at.source.text.lines().nth(at.line.checked_sub(1)?)?;
+    let column = line.char_indices().nth(at.column.checked_sub(1)?)?.0;
+    let quote = usize::from(line[column..].starts_with(['"', '\'']));
+    line[column + quote..]
+        .starts_with(text.as_str())
+        .then_some(quote + place)
 }

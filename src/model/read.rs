@@ -4,6 +4,7 @@ use super::fields::{Fields, Mistakes, count, word};
 use super::reduced::reduced;
 use super::train::{self, train};
 use super::{Model, ReportUnits, Structure};
+use crate::element::Element;
 use crate::error::{Diagnostic, did_you_mean};
 use crate::yaml::Node;
 
@@ -61,7 +62,8 @@ fn model(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
     let name = fields.get("name");
     let name = name.and_then(|node| mistakes.note(node.as_text("name")));
     let report_units = fields.get("report").and_then(|node| units(node, mistakes));
-    let (structure, warnings) = structure(&fields, mistakes)?;
+    let (structure, mut warnings) = structure(&fields, mistakes)?;
+    warnings.extend(cautions(&structure));
     // Whoever writes kilograms wants metres; a reduced system has no units.
     let usual = match &structure {
         Structure::Train(_) => ReportUnits::Si,
@@ -78,6 +80,23 @@ fn model(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
         report_units: report_units.unwrap_or(usual),
         warnings,
     })
+}
+
+/// What the laws have to say about themselves.
+fn cautions(structure: &Structure) -> Vec<String> {
+    let laws: Vec<(String, &dyn Element)> = match structure {
+        Structure::Train(train) => (train.connections.iter())
+            .map(|(name, c)| (format!("connections.{name}.element"), c.element.as_ref()))
+            .collect(),
+        Structure::Reduced(reduced) => (reduced.elements.iter())
+            .map(|(name, e)| (format!("reduced.elements.{name}"), e.element.as_ref()))
+            .collect(),
+    };
+    let said = |(path, law): (String, &dyn Element)| {
+        let list = law.cautions().into_iter();
+        list.map(move |caution| format!("{path}.{caution}"))
+    };
+    laws.into_iter().flat_map(said).collect()
 }
 
 fn schema(node: &Node) -> Result<(), Diagnostic> {

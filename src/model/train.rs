@@ -15,11 +15,15 @@ use indexmap::IndexMap;
 /// Most connections of a model.
 pub(super) const MOST_CONNECTIONS: usize = 4096;
 
+/// Most bodies of a model: two for each connection.
+const MOST_BODIES: usize = 2 * MOST_CONNECTIONS;
+
 /// Keys of the top level that make a train.
 pub(super) const KEYS: [&str; 5] = ["bodies", "connections", "damping", "loads", "scaling"];
 
 /// The train of a document, and what the user must know about it.
 pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train, Vec<String>)> {
+    refuse_too_many(root, mistakes)?;
     let bodies = bodies(root, mistakes);
     let mut held = vec![false; bodies.len()];
     let connections = connections(root, &bodies, &mut held, mistakes);
@@ -42,6 +46,22 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
     Some((train, warnings))
 }
 
+/// Bodies and connections are counted before any of them is read.
+fn refuse_too_many(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<()> {
+    let before = mistakes.count();
+    for (key, most) in [("bodies", MOST_BODIES), ("connections", MOST_CONNECTIONS)] {
+        let Some(node) = root.get(key) else {
+            continue;
+        };
+        let found = node.as_map(key).map_or(0, |map| map.len());
+        if found > most {
+            let message = format!("found {found}, wanted at most {most}");
+            mistakes.add(Diagnostic::at(node, key, message));
+        }
+    }
+    (mistakes.count() == before).then_some(())
+}
+
 fn bodies(root: &Fields<'_>, mistakes: &mut Mistakes) -> Bodies {
     let mut map = Bodies::new();
     let wanted = "at least one body with its inertia";
@@ -52,11 +72,8 @@ fn bodies(root: &Fields<'_>, mistakes: &mut Mistakes) -> Bodies {
         return map;
     };
     if fields.len() == 0 {
-        mistakes.add(Diagnostic::at(
-            node,
-            "bodies",
-            format!("none: wanted {wanted}"),
-        ));
+        let message = format!("none: wanted {wanted}");
+        mistakes.add(Diagnostic::at(node, "bodies", message));
     }
     for (name, entry) in fields.entries() {
         let path = fields.path_of(name);
@@ -90,11 +107,8 @@ fn connections(
     let wanted = "at least one connection (gear, internal_gear, shaft, ground or acts_on, with its stiffness)";
     let node = root.required("connections", wanted, mistakes)?;
     let fields = Fields::open(node, "connections", mistakes)?;
-    if fields.len() == 0 || fields.len() > MOST_CONNECTIONS {
-        let message = match fields.len() {
-            0 => format!("none: wanted {wanted}"),
-            found => format!("found {found}, wanted at most {MOST_CONNECTIONS}"),
-        };
+    if fields.len() == 0 {
+        let message = format!("none: wanted {wanted}");
         mistakes.add(Diagnostic::at(node, "connections", message));
         return None;
     }
@@ -167,6 +181,7 @@ fn loads(
         let path = fields.path_of(name);
         let found = bodies.get_full(name);
         match found {
+            None if bodies.is_empty() => {}
             None => {
                 let at = Diagnostic::at_key(entry, &path, "");
                 mistakes.add(unknown_body(name, bodies, at));

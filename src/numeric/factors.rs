@@ -126,11 +126,12 @@ impl Factors {
             lu.solve(&mut self.residual);
             *rhs += &self.residual;
             let refined = self.judge(matrix, rhs);
-            if !(refined < 0.5 * size) {
-                size = refined;
+            // NaN is no progress either.
+            let improves = refined < 0.5 * size;
+            size = refined;
+            if !improves {
                 break;
             }
-            size = refined;
         }
         if size <= USELESS {
             return true;

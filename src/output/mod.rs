@@ -9,6 +9,8 @@ pub mod image;
 pub mod journal;
 pub mod json;
 pub mod manifest;
+#[cfg(feature = "parquet")]
+pub mod parquet;
 pub mod stream;
 pub mod svg;
 

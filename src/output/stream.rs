@@ -201,7 +201,7 @@ pub fn survey(
 }
 
 /// A cell of the kind of a column from its text; `None` when it is of another kind.
-fn cell(values: &Values, text: &str) -> Option<Cell> {
+pub(super) fn cell(values: &Values, text: &str) -> Option<Cell> {
     match values {
         Values::Float(_) if text.is_empty() => Some(Cell::Float(f64::NAN)),
         Values::Float(_) => text.parse().ok().map(Cell::Float),

@@ -65,8 +65,12 @@ impl Contacts {
             }
             return contacts;
         }
+        // What a stretch of a motion that is not periodic begins with is not what it ends with.
+        if let Some(side) = contacts.side(crossings[0].from) {
+            side.share += crossings[0].tau / TAU;
+        }
         let following = crossings.iter().skip(1).map(|c| c.tau);
-        let ends = following.chain([crossings[0].tau + TAU]);
+        let ends = following.chain([TAU]);
         for (crossing, end) in crossings.iter().zip(ends) {
             let Some(side) = contacts.side(crossing.to) else {
                 continue;

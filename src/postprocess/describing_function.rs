@@ -14,7 +14,7 @@ const DOUBLINGS: usize = 200;
 /// What a law gives under q = mean + amplitude cos(phi), nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DescribingFunction {
-    /// <f>.
+    /// Mean of f over a period.
     pub mean_force: f64,
     /// k_a (8b); `None` at amplitude 0.
     pub stiffness: Option<f64>,

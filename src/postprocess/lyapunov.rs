@@ -59,7 +59,11 @@ impl Lyapunov {
         let frame = std::mem::replace(&mut self.frame, DMatrix::zeros(0, 0));
         let (q, r) = frame.qr().unpack();
         self.frame = q;
-        let stretch = |i: usize| r[(i, i)].abs().max(f64::MIN_POSITIVE).ln();
+        // A frame that is not known (NaN) stays so.
+        let stretch = |i: usize| match r[(i, i)].abs() {
+            tiny if tiny < f64::MIN_POSITIVE => f64::MIN_POSITIVE.ln(),
+            stretch => stretch.ln(),
+        };
         (0..size).map(stretch).collect()
     }
 

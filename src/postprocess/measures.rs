@@ -45,6 +45,20 @@ pub struct Measures {
     pub pulls: bool,
 }
 
+impl Measures {
+    /// Multiplies the forces, as another reference stiffness does.
+    pub fn scale_force(&mut self, factor: f64) {
+        for force in [
+            &mut self.force_mean,
+            &mut self.force_min,
+            &mut self.force_max,
+            &mut self.force_std,
+        ] {
+            *force *= factor;
+        }
+    }
+}
+
 /// Computes measures; owns its buffers.
 #[derive(Debug)]
 pub struct Meter {

@@ -86,6 +86,15 @@ impl UnitDimension {
         self.map(|own| own.saturating_mul(exponent))
     }
 
+    /// Dimension of the square root; `None` where an exponent would be a quarter.
+    #[must_use]
+    pub fn square_root(self) -> Option<Self> {
+        let is_even = [self.mass, self.length, self.time, self.angle]
+            .iter()
+            .all(|halves| halves % 2 == 0);
+        is_even.then(|| self.map(|own| own / 2))
+    }
+
     fn map(self, f: impl Fn(i16) -> i16) -> Self {
         Self {
             mass: f(self.mass),
@@ -152,8 +161,28 @@ impl UnitDimension {
     }
 }
 
+/// N/m^1.5 and N m/rad^1.5: Hertz's law of a point contact.
+const CONTACT: UnitDimension = UnitDimension {
+    mass: 2,
+    length: -1,
+    time: -4,
+    angle: 0,
+};
+const TORSIONAL_CONTACT: UnitDimension = UnitDimension {
+    mass: 2,
+    length: 4,
+    time: -4,
+    angle: -3,
+};
+
 /// Dimensions with a name, and an example of each.
-const NAMED: [(UnitDimension, &str, &str); 19] = [
+const NAMED: [(UnitDimension, &str, &str); 21] = [
+    (CONTACT, "a contact coefficient [N/m^1.5]", "1e10 N/m^1.5"),
+    (
+        TORSIONAL_CONTACT,
+        "a contact coefficient [N m/rad^1.5]",
+        "1e6 N m/rad^1.5",
+    ),
     (UnitDimension::NUMBER, "a pure number", "0.5"),
     (UnitDimension::LENGTH, "a length [m]", "50 um"),
     (UnitDimension::ANGLE, "an angle [rad]", "0.5 deg"),

@@ -126,7 +126,7 @@ pub fn read(node: &Node, path: &str, wanted: UnitDimension) -> Result<f64, Diagn
 /// A decimal number in a unit, in SI base units: the decimal part exactly, then pi and the denominator.
 fn convert(number: &str, unit: &unit::Unit) -> f64 {
     let value = scaled(number, unit.numerator, unit.exponent);
-    value * PI.powi(unit.pi) / unit.denominator as f64
+    value * PI.powi(unit.pi) / unit.denominator as f64 * unit.root
 }
 
 /// number x factor x 10^exponent, correctly rounded where the digits fit into 128 bits.
@@ -236,6 +236,36 @@ mod tests {
             // One rounding each for the product with pi and the division.
             let found = si(text, wanted).unwrap();
             assert!((found / value - 1.0).abs() < 4e-16, "{text}: {found}");
+        }
+    }
+
+    #[test]
+    fn half_powers() {
+        let contact = D::of_law(-3, 0, 2, D::LENGTH);
+        assert_eq!(contact.unit(), "N/m^1.5");
+        for (text, value) in [
+            ("1e10 N/m^1.5", 1e10),
+            ("1e10 N/m^(3/2)", 1e10),
+            ("1e10 N m^-1.5", 1e10),
+            ("1e10 N m^(-3/2)", 1e10),
+            ("1e10 N/(m m^0.5)", 1e10),
+            ("316.22776601683795 N/mm^1.5", 1e7),
+            ("1 kN/um^1.5", 1e12),
+        ] {
+            let found = si(text, contact).unwrap();
+            assert!((found / value - 1.0).abs() < 4e-16, "{text}: {found}");
+        }
+        assert_eq!(si("4 (mm^2)^0.5", D::LENGTH), Ok(4e-3));
+        assert_eq!(si("4 mm^1.0", D::LENGTH), Ok(4e-3));
+        assert_eq!(si("3 m^2.kg", D::INERTIA), Ok(3.0));
+        for text in [
+            "1 m^0.25",
+            "1 (m^0.5)^0.5",
+            "1 m^(1/3)",
+            "1 m^(1/0)",
+            "1 m^(1.5",
+        ] {
+            assert!(Quantity::parse(text).is_err(), "{text}");
         }
     }
 

@@ -16,7 +16,9 @@ pub const NUMBER_PATTERN: &str =
 pub fn pattern() -> String {
     let mut known: Vec<&str> = symbols().collect();
     known.sort_by_key(|symbol| std::cmp::Reverse(symbol.chars().count()));
-    let power = r"(?:[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|\s*(?:\^|\*\*)\s*[-+]?[0-9]+)?";
+    let number = r"[-+]?[0-9]+(?:\.[0-9]+)?";
+    let fraction = format!(r"\(\s*{number}\s*(?:/\s*[0-9]+\s*)?\)");
+    let power = format!(r"(?:[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|\s*(?:\^|\*\*)\s*(?:{number}|{fraction}))?");
     let joint = r"\s*[*.·⋅/]?\s*";
     let symbol = format!(
         "(?:(?:{})(?![A-Za-zµμ°%_])|1(?![0-9])){power}",

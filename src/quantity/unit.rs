@@ -2,16 +2,18 @@
 
 use super::dimension::UnitDimension;
 use crate::error::nearest;
+use std::f64::consts::PI;
 
-/// A unit in SI base units: factor = numerator 10^exponent pi^pi / denominator, kept in whole numbers so that decimal
-/// quantities convert without rounding twice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A unit in SI base units: factor = numerator 10^exponent pi^pi / denominator root, kept in whole numbers so that decimal
+/// quantities convert without rounding twice; root is 1 but for half powers of units such as mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unit {
     pub dimension: UnitDimension,
     pub numerator: u128,
     pub exponent: i32,
     pub pi: i32,
     pub denominator: u128,
+    pub root: f64,
 }
 
 /// The unit expressions may nest and chain this far.
@@ -61,6 +63,7 @@ impl Unit {
             exponent: self.exponent + other.exponent,
             pi: self.pi + other.pi,
             denominator: denominator / common,
+            root: self.root * other.root,
         })
     }
 
@@ -71,12 +74,36 @@ impl Unit {
             exponent: -self.exponent,
             pi: -self.pi,
             denominator: self.numerator,
+            root: 1.0 / self.root,
         }
     }
 
-    fn power(self, exponent: i16) -> Option<Unit> {
-        let base = if exponent < 0 { self.inverse() } else { self };
-        (0..exponent.unsigned_abs()).try_fold(Unit::ONE, |product, _| product.times(base))
+    /// The power of an exponent counted in halves.
+    fn power(self, halves: i16) -> Option<Unit> {
+        let base = if halves < 0 { self.inverse() } else { self };
+        let count = halves.unsigned_abs();
+        let times = |count: u16| (0..count).try_fold(Unit::ONE, |p, _| p.times(base));
+        if count.is_multiple_of(2) {
+            times(count / 2)
+        } else {
+            times(count)?.square_root()
+        }
+    }
+
+    /// `None` where a dimension would be a quarter.
+    fn square_root(self) -> Option<Unit> {
+        let (exponent, pi) = (self.exponent.div_euclid(2), self.pi.div_euclid(2));
+        let ten = if self.exponent % 2 == 0 { 1.0 } else { 10.0 };
+        let circle = if self.pi % 2 == 0 { 1.0 } else { PI };
+        let ratio = self.numerator as f64 / self.denominator as f64;
+        Some(Unit {
+            dimension: self.dimension.square_root()?,
+            numerator: 1,
+            exponent,
+            pi,
+            denominator: 1,
+            root: (ratio * ten * circle * self.root).sqrt(),
+        })
     }
 }
 
@@ -98,6 +125,7 @@ const fn decimal(dimension: UnitDimension, numerator: u128, exponent: i32) -> Un
         exponent,
         pi: 0,
         denominator: 1,
+        root: 1.0,
     }
 }
 
@@ -109,6 +137,7 @@ const fn circular(dimension: UnitDimension, numerator: u128, denominator: u128) 
         exponent: 0,
         pi: 1,
         denominator,
+        root: 1.0,
     }
 }
 
@@ -315,6 +344,7 @@ impl Expression<'_> {
         (!number.is_empty()).then(|| power_of(&number))
     }
 
+    /// An exponent in halves: `^2`, `^1.5`, `^(3/2)`, `²`.
     fn exponent(&mut self) -> Result<i16, String> {
         if let Some(power) = self.superscript() {
             return power;
@@ -324,23 +354,49 @@ impl Expression<'_> {
                 Some(c) if c.is_ascii_digit() => Err(format!(
                     "a power is written with `^`, such as `m^2`; found `{c}`"
                 )),
-                _ => Ok(1),
+                _ => Ok(2),
             };
         };
         let rest = rest.trim_start();
-        let sign = usize::from(rest.starts_with(['-', '+']));
-        let digits = rest[sign..].bytes().take_while(u8::is_ascii_digit).count();
-        let (number, rest) = rest.split_at(sign + digits);
+        let (number, rest) = match rest.strip_prefix('(') {
+            Some(inner) => {
+                let closed = inner.split_once(')');
+                closed.ok_or("a bracket is not closed in the unit")?
+            }
+            None => {
+                let sign = usize::from(rest.starts_with(['-', '+']));
+                let digits = |from: usize| {
+                    let digits = rest[from..].bytes().take_while(u8::is_ascii_digit);
+                    digits.count()
+                };
+                let whole = sign + digits(sign);
+                // A point that no digit follows joins the next factor: m^2.kg
+                let fraction = match rest[whole..].strip_prefix('.') {
+                    Some(_) if digits(whole + 1) > 0 => 1 + digits(whole + 1),
+                    _ => 0,
+                };
+                rest.split_at(whole + fraction)
+            }
+        };
         self.rest = rest;
         power_of(number)
     }
 }
 
+/// A power as written, in halves.
 fn power_of(number: &str) -> Result<i16, String> {
-    match number.parse::<i16>() {
-        Ok(power) if power.abs() <= MAX_POWER => Ok(power),
-        Ok(_) => Err(too_involved()),
-        Err(_) => Err("wanted a whole number as a power, such as `m^2`".to_owned()),
+    let (above, below) = number.split_once('/').unwrap_or((number, "1"));
+    let part = |text: &str| text.trim().parse::<f64>().ok();
+    let halves = match (part(above), part(below)) {
+        (Some(above), Some(below)) if below != 0.0 => 2.0 * above / below,
+        _ => f64::NAN,
+    };
+    if halves.abs() > f64::from(2 * MAX_POWER) {
+        Err(too_involved())
+    } else if halves.fract() == 0.0 {
+        Ok(halves as i16)
+    } else {
+        Err("wanted a whole number or a half as a power, such as `m^2` or `m^1.5`".to_owned())
     }
 }
 

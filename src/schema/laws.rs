@@ -70,11 +70,9 @@ fn parameter(p: &ParameterInfo, units: Units) -> Value {
         }
     };
     if let Some(default) = p.default {
-        let number = default
-            .parse::<f64>()
-            .ok()
-            .filter(|_| p.kind == ParameterKind::Number);
-        value["default"] = number.map_or_else(|| json!(default), |x| json!(x));
+        // Numbers, lists and maps are the same in JSON; words are not.
+        let written = serde_json::from_str(default);
+        value["default"] = written.unwrap_or_else(|_| json!(default));
     }
     value
 }

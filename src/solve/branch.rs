@@ -70,8 +70,8 @@ pub struct TraceOptions {
 
 /// What the caller wants of every accepted point, so that solvers need not know post-processing.
 pub trait Recorder {
-    /// Appends the values of one orbit.
-    fn record(&mut self, system: &System, orbit: &Orbit, values: &mut Vec<f64>);
+    /// Appends the values of one orbit of the system at lambda.
+    fn record(&mut self, lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>);
 
     /// Called after every accepted point; false ends the branch there.
     fn accept(&mut self, _point: &BranchPoint) -> bool {
@@ -223,7 +223,8 @@ impl Tracer<'_> {
         if let Some(point) = self.path.at_fraction(self.problem, fraction)? {
             let orbit = self.problem.orbit(&point.u, point.lambda)?;
             let system = self.problem.system_at(point.lambda)?;
-            self.recorder.record(system, &orbit, &mut values);
+            self.recorder
+                .record(point.lambda, system, &orbit, &mut values);
         }
         Ok(values)
     }
@@ -234,7 +235,8 @@ impl Tracer<'_> {
         let orbit = self.problem.orbit(&point.u, point.lambda)?;
         let system = self.problem.system_at(point.lambda)?;
         let mut recorded = Vec::new();
-        self.recorder.record(system, &orbit, &mut recorded);
+        self.recorder
+            .record(point.lambda, system, &orbit, &mut recorded);
         let stability = match probe.multipliers.first() {
             None => Stability::Unknown,
             Some(largest) if largest.norm() < 1.0 => Stability::Stable,

@@ -236,7 +236,7 @@ impl<'a> Statics<'a> {
         None
     }
 
-    /// Share of a step that ends just behind the first breakpoint that any deformation passes.
+    /// Share of a step that ends just behind the first breakpoint that any deformation passes; `None` when it passes none.
     fn nearest_kink(&self, base: &DVector<f64>, step: &DVector<f64>) -> Option<f64> {
         let (from, change) = (self.deformation(base), self.system.element_map() * step);
         let mut nearest: Option<f64> = None;
@@ -245,7 +245,7 @@ impl<'a> Statics<'a> {
                 // x - share dx = b, and a little further: the breakpoint itself may count to either side.
                 let beyond = KINK_CROSSING * (b.abs() + x.abs()) / dx.abs();
                 let share = (x - b) / dx;
-                if share > -beyond && share.is_finite() && beyond.is_finite() {
+                if share > -beyond && share < 1.0 && beyond.is_finite() {
                     let behind = share.max(0.0) + beyond;
                     nearest = Some(nearest.map_or(behind, |n| n.min(behind)));
                 }

@@ -15,6 +15,13 @@ pub trait Family {
     fn is_frequency(&self) -> bool {
         false
     }
+
+    /// Two values around `lambda` for a difference quotient in the parameter.
+    fn neighbours(&self, lambda: f64) -> (f64, f64) {
+        // The step at which truncation and rounding of a central difference are of one size.
+        let h = f64::EPSILON.cbrt() * lambda.abs().max(1e-3);
+        (lambda - h, lambda + h)
+    }
 }
 
 impl<F: Family + ?Sized> Family for Box<F> {
@@ -24,6 +31,10 @@ impl<F: Family + ?Sized> Family for Box<F> {
 
     fn is_frequency(&self) -> bool {
         (**self).is_frequency()
+    }
+
+    fn neighbours(&self, lambda: f64) -> (f64, f64) {
+        (**self).neighbours(lambda)
     }
 }
 

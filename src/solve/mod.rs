@@ -18,3 +18,4 @@ pub mod residual;
 pub mod segment_orbit;
 pub mod shooting;
 pub mod start;
+pub mod support;

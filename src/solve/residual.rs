@@ -37,10 +37,18 @@ impl Linearisation {
         }
     }
 
-    /// Largest residual over the magnitude.
+    /// Largest residual over the magnitude; NaN as soon as one of them is.
     pub fn norm(&self) -> f64 {
+        // `amax` passes over NaN as long as some other row has a number, such as the arclength equation.
+        let larger = |m: f64, x: &f64| {
+            if x.is_nan() || x.abs() > m {
+                x.abs()
+            } else {
+                m
+            }
+        };
         // At rest without any load every term vanishes.
-        self.r.amax() / self.magnitude.max(f64::MIN_POSITIVE)
+        self.r.iter().fold(0.0, larger) / self.magnitude.max(f64::MIN_POSITIVE)
     }
 }
 
@@ -89,4 +97,26 @@ pub trait PeriodicResidual: Residual {
         u: &DVector<f64>,
         lambda: f64,
     ) -> Result<Vec<Complex<f64>>, SolveError>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_row_hides_behind_another() {
+        for r in [
+            [f64::NAN, 0.5, 1.0],
+            [0.5, f64::NAN, 1.0],
+            [0.5, 1.0, f64::NAN],
+        ] {
+            let mut work = Linearisation::new(&Structure::Dense(3));
+            work.r.copy_from_slice(&r);
+            assert!(work.norm().is_nan(), "{r:?}");
+        }
+        let mut work = Linearisation::new(&Structure::Dense(3));
+        work.r.copy_from_slice(&[0.5, -2.0, 1.0]);
+        work.magnitude = 4.0;
+        assert_eq!(work.norm(), 0.5);
+    }
 }

@@ -28,9 +28,6 @@ pub struct Shooting<F: Family> {
     phi: DMatrix<f64>,
 }
 
-/// Step of the central difference in the parameter, relative; the flow is good to rounding.
-const DIFFERENCE: f64 = 6e-6;
-
 impl<F: Family> Shooting<F> {
     /// Buffers and tables at a parameter.
     ///
@@ -107,11 +104,12 @@ impl<F: Family> Residual for Shooting<F> {
         lambda: f64,
         out: &mut Linearisation,
     ) -> Result<(), SolveError> {
-        let h = DIFFERENCE * lambda.abs().max(1e-3);
-        for (shift, sign) in [(h, 1.0), (-h, -1.0)] {
-            self.map(u, lambda + shift, false)?;
+        // The flow is good to rounding, and so is its difference quotient.
+        let (low, high) = self.family.neighbours(lambda);
+        for (value, is_high) in [(high, true), (low, false)] {
+            self.map(u, value, false)?;
             let column = out.dr_dlambda.iter_mut().zip(&self.state);
-            column.for_each(|(d, x)| *d = if sign > 0.0 { *x } else { (*d - x) / (2.0 * h) });
+            column.for_each(|(d, x)| *d = if is_high { *x } else { (*d - x) / (high - low) });
         }
         // A flow that does not reach the end of the period has no image: the caller sees a residual that is not finite.
         let end = self.map(u, lambda, true)?;

@@ -114,8 +114,11 @@ fn same_folder(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The parts in a folder by the names of their studies, with the folder's manifest.
-fn read(folder: &Path) -> Result<(Manifest, Vec<(String, Part)>), Vec<Diagnostic>> {
+/// A folder's manifest and its parts by the names of their studies.
+type Contents = (Manifest, Vec<(String, Part)>);
+
+/// What a folder of a part holds.
+fn read(folder: &Path) -> Result<Contents, Vec<Diagnostic>> {
     let one = |message: String, help: &str| vec![fault(folder, message, help)];
     let path = folder.join("manifest.json");
     let text = std::fs::read(&path).map_err(|error| {

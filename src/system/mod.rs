@@ -6,9 +6,11 @@
 //! v = Om q' = dq/d(omega_c t). Rook & Singh (1995), eq. (4a) multiplied by Om^2; loops and transmission error beyond it.
 
 mod evaluate;
+mod line;
 mod nonzeros;
 
 pub use evaluate::Scratch;
+pub use line::Line;
 
 use crate::element::Element;
 use crate::error::SolveError;

@@ -204,14 +204,21 @@ pub(super) fn apply_from(root: &mut Node, source: &Arc<Source>) -> Result<(), Di
     })
 }
 
+/// Help for a key that is the rest of a number.
+const DECIMAL_COMMA: &str = "a comma ends the value: write decimals with a point, such as 1.5";
+
 /// A mistake for each key of a map that is not among the known ones; `path` is the dotted path of the map.
 pub fn unknown_keys(map: &IndexMap<String, Entry>, known: &[&str], path: &str) -> Vec<Diagnostic> {
     map.iter()
         .filter(|(key, _)| !known.contains(&key.as_str()))
         .map(|(key, entry)| {
             let message = format!("unknown key `{}`", super::read::cropped(key));
-            Diagnostic::at_key(entry, &join(path, key), message)
-                .with_help(did_you_mean(key, known.iter().copied()))
+            let help = if key.starts_with(|c: char| c.is_ascii_digit()) {
+                DECIMAL_COMMA.to_owned()
+            } else {
+                did_you_mean(key, known.iter().copied())
+            };
+            Diagnostic::at_key(entry, &join(path, key), message).with_help(help)
         })
         .collect()
 }

@@ -209,16 +209,23 @@ impl Node {
         }
     }
 
-    /// The node at a dotted path, such as `loads.A.harmonics.0`; list entries by index. The empty path is this node.
+    /// The node at a dotted path, such as `loads.A.harmonics.0`; list entries by index. The empty path is this node. Keys
+    /// that are paths themselves, as those of `set:`, are found too.
     pub fn at(&self, path: &str) -> Option<&Node> {
         if path.is_empty() {
             return Some(self);
         }
-        path.split('.')
-            .try_fold(self, |node, step| match &node.value {
-                Value::List(list) => list.get(edit::list_index(step)?),
-                _ => node.get(step),
-            })
+        let dots = path.match_indices('.').map(|(dot, _)| dot);
+        let mut ends = dots.chain([path.len()]);
+        let rest = |end: usize| path.get(end + 1..).unwrap_or_default();
+        match &self.value {
+            Value::Scalar { .. } => None,
+            Value::List(list) => {
+                let end = ends.next()?;
+                list.get(edit::list_index(&path[..end])?)?.at(rest(end))
+            }
+            Value::Map(map) => ends.find_map(|end| map.get(&path[..end])?.node.at(rest(end))),
+        }
     }
 
     fn wanted(&self, path: &str, wanted: &str) -> Diagnostic {

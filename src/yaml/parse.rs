@@ -3,6 +3,7 @@
 //! The events of its parser are read twice: once to count, so that hostile input (nesting, alias bombs) is refused before
 //! anything is built, then to build the tree.
 
+mod glance;
 mod measure;
 
 use super::{Entry, Node, Value, join};
@@ -20,6 +21,30 @@ pub const MAX_TEXT: usize = 16 << 20;
 pub const MAX_DEPTH: usize = 64;
 /// Largest number of values, with aliases expanded.
 pub const MAX_NODES: usize = 4_000_000;
+/// Parts of what the parser says, and the next move.
+const SYNTAX: [(&str, &str); 6] = [
+    (
+        "simple key expected",
+        "a key is followed by `:` and a space, as in `stiffness: 2e8`",
+    ),
+    (
+        "did not find expected key",
+        "the keys of a map stand in one column, deeper than the key above them",
+    ),
+    (
+        "did not find expected ','",
+        "a closing bracket or a comma is missing here or above",
+    ),
+    (
+        "mapping values are not allowed",
+        "a text with `: ` in it stands in quotes; the keys of a map stand in one column",
+    ),
+    ("tabs disallowed", "indent with spaces"),
+    (
+        "while scanning a quoted scalar",
+        "a closing quote is missing",
+    ),
+];
 /// Duplicate keys reported at once.
 const MAX_MISTAKES: usize = 100;
 
@@ -49,6 +74,9 @@ pub(super) fn compose(
     let text = &source.text[start..];
     // The parser takes a byte order mark for the first column.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if let Some(byte) = glance::too_many(text, MAX_NODES.saturating_sub(*count)) {
+        return Err(vec![place.too_many(place.mark(&text[..byte]))]);
+    }
     let counter = measure(text, &place, *count).map_err(|d| vec![d])?;
     *count += counter.total();
     let mut composer = Composer {
@@ -115,8 +143,28 @@ impl Place<'_> {
     fn syntax(&self, error: &yaml::ScanError) -> Diagnostic {
         match error.kind() {
             yaml::ErrorKind::RecursionLimitExceeded => self.too_deep(*error.marker()),
-            kind => self.mistake(*error.marker(), format!("not valid YAML: {kind}")),
+            kind => {
+                let said = kind.to_string();
+                let help = SYNTAX.iter().find(|(part, _)| said.contains(part));
+                let mut mistake = self.mistake(*error.marker(), format!("not valid YAML: {said}"));
+                mistake.help = help.map(|(_, help)| (*help).to_owned());
+                mistake
+            }
         }
+    }
+
+    /// The position behind a piece of the parsed text.
+    fn mark(&self, before: &str) -> yaml::Marker {
+        let line = before.rfind('\n').map_or(0, |at| at + 1);
+        let lines = before.bytes().filter(|b| *b == b'\n').count();
+        yaml::Marker::new(before.len(), lines + 1, before[line..].chars().count())
+    }
+
+    fn too_many(&self, mark: yaml::Marker) -> Diagnostic {
+        self.mistake(
+            mark,
+            format!("more than {MAX_NODES} values, with aliases expanded"),
+        )
     }
 
     fn too_deep(&self, mark: yaml::Marker) -> Diagnostic {

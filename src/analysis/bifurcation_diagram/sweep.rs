@@ -1,8 +1,8 @@
 //! The runs of a bifurcation diagram, spread over the threads. Each value of the results depends on its own run alone.
 
-use super::{Reach, Seeds, joined};
+use super::{Reach, Seeds};
 use crate::analysis::flow::{self, MapRecord, MapSize, Stop};
-use crate::analysis::parameter::Parameter;
+use crate::analysis::parameter::{Parameter, joined};
 use crate::analysis::{Fault, Initial, Setting};
 use crate::postprocess::attractor::Label;
 use crate::solve::integrate::IntegratorChoice;

@@ -79,34 +79,42 @@ impl Analysis for EffectiveFrequencies {
             .iter()
             .map(|share| states(setting, &moving, *share))
             .collect();
-        let frequencies: Vec<Vec<f64>> = rows
-            .iter()
-            .map(|row| {
-                let slopes: Vec<f64> = row.iter().map(|s| s.slope).collect();
-                natural_frequencies(&setting.assembly.system, &slopes)
-            })
-            .collect();
-        let axis = amplitude_of(setting, &moving);
-        let figure = figure(setting, &axis);
-        let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
-        let amplitude = shares.iter().map(|share| from + (to - from) * share);
-        let mut columns = vec![axis.column(amplitude.collect())];
-        columns.extend(connection_columns(setting, &rows));
-        let scale = frequency_scale(setting);
-        for i in 0..setting.assembly.system.dof() {
-            let values = frequencies.iter().map(|row| row[i] * scale.factor);
-            let name = format!("effective_frequency.{}", i + 1);
-            columns.push(float(name, &scale.unit, values.collect()));
-        }
         Ok(Report {
-            tables: vec![Table {
-                name: String::new(),
-                columns,
-            }],
-            figure: Some(figure),
+            tables: vec![table(setting, &moving, &shares, &rows)],
+            figure: Some(figure(setting, &amplitude_of(setting, &moving))),
             warnings: warnings(setting, &moving, &rows),
             ..Report::default()
         })
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let moving = self.moving(setting);
+        moving.map_or(Vec::new(), |m| vec![table(setting, &m, &[], &[])])
+    }
+}
+
+/// `amplitude`, the columns of the connections, `effective_frequency.1..n`: one row a share of the way.
+fn table(setting: &Setting<'_>, moving: &[Moving], shares: &[f64], rows: &[Vec<State>]) -> Table {
+    let frequencies: Vec<Vec<f64>> = rows
+        .iter()
+        .map(|row| {
+            let slopes: Vec<f64> = row.iter().map(|s| s.slope).collect();
+            natural_frequencies(&setting.assembly.system, &slopes)
+        })
+        .collect();
+    let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
+    let amplitude = shares.iter().map(|share| from + (to - from) * share);
+    let mut columns = vec![amplitude_of(setting, moving).column(amplitude.collect())];
+    columns.extend(connection_columns(setting, rows));
+    let scale = frequency_scale(setting);
+    for i in 0..setting.assembly.system.dof() {
+        let values = frequencies.iter().map(|row| row[i] * scale.factor);
+        let name = format!("effective_frequency.{}", i + 1);
+        columns.push(float(name, &scale.unit, values.collect()));
+    }
+    Table {
+        name: String::new(),
+        columns,
     }
 }
 

@@ -390,7 +390,7 @@ fn numeric(
             (count > 0).then(|| sum / count as f64)
         }
         Rule::First => numbers().next().map(|(_, x)| x),
-        Rule::Last => numbers().last().map(|(_, x)| x),
+        Rule::Last => numbers().next_back().map(|(_, x)| x),
         Rule::Where(which) => extremum(which)
             .zip(by)
             .map(|((row, _), by)| number(&by.values, row)),

@@ -113,7 +113,7 @@ impl Sweep<'_, '_> {
         let label = record.label(state.len());
         let (system, orbit) = self.measured(system, &record, label, &state)?;
         let mut recorded = Vec::new();
-        self.recorder.record(&system, &orbit, &mut recorded);
+        self.recorder.record(lambda, &system, &orbit, &mut recorded);
         // Newton's iteration has no part in it: what was iterated is the Poincaré map.
         let newton = NewtonOutcome {
             status: NewtonStatus::Converged,

@@ -211,21 +211,27 @@ impl Serialize for Orbits {
 
 impl<'de> Deserialize<'de> for Orbits {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(untagged, expecting = "false, true or `marks`")]
-        enum Written {
-            Flag(bool),
-            Word(Marks),
+        deserializer.deserialize_any(WrittenOrbits)
+    }
+}
+
+struct WrittenOrbits;
+
+impl serde::de::Visitor<'_> for WrittenOrbits {
+    type Value = Orbits;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("false, true or `marks`")
+    }
+
+    fn visit_bool<E: serde::de::Error>(self, all: bool) -> Result<Orbits, E> {
+        Ok(if all { Orbits::All } else { Orbits::None })
+    }
+
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Orbits, E> {
+        match word {
+            "marks" => Ok(Orbits::Marks),
+            _ => Err(E::invalid_value(serde::de::Unexpected::Str(word), &self)),
         }
-        #[derive(Deserialize)]
-        #[serde(rename_all = "snake_case")]
-        enum Marks {
-            Marks,
-        }
-        Ok(match Written::deserialize(deserializer)? {
-            Written::Flag(false) => Orbits::None,
-            Written::Flag(true) => Orbits::All,
-            Written::Word(Marks::Marks) => Orbits::Marks,
-        })
     }
 }

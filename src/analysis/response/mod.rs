@@ -1,10 +1,13 @@
-//! Responses against a parameter: what `frequency_response` and its like share.
+//! Responses against a parameter: what `frequency_response` and `parameter_response` share.
 //!
-//! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means; `trace`: method by method
+//! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
+//! along a number of the model; `trace`: method by method
 //! from a first solution along the parameter; `integration`: the method that follows attractors; `report`: tables and figure.
 
+mod guarded;
 mod integration;
 mod keys;
+mod model_family;
 mod orbits;
 mod report;
 mod settings;
@@ -13,5 +16,5 @@ mod trace;
 
 pub use keys::{BranchSettings, Method, Orbits};
 pub(super) use keys::{branch_settings, defaults, response_keys};
-pub(super) use swept::Swept;
+pub(super) use swept::{Here, Swept};
 pub(super) use trace::{run, tables};

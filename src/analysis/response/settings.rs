@@ -8,7 +8,9 @@ use crate::quantity::Quantity;
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::FrequencyFamily;
 use crate::solve::galerkin::{Galerkin, GalerkinOptions};
+use crate::solve::jumps::refuse_hidden;
 use crate::solve::newton::NewtonOptions;
+use crate::system::System;
 
 /// First step when none is given.
 const FIRST_STEP: f64 = 0.02;
@@ -109,15 +111,15 @@ impl BranchSettings {
         faults
     }
 
-    /// What is wrong with the other keys.
-    pub(in crate::analysis) fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let mut faults = self.check_methods(setting);
+    /// What is wrong with the other keys, for the system at the beginning of the range.
+    pub(in crate::analysis) fn check(&self, setting: &Setting<'_>, system: &System) -> Vec<Fault> {
+        let mut faults = self.check_methods(setting, system);
         faults.extend(self.check_integration());
-        faults.extend(self.check_size(setting));
+        faults.extend(self.check_size(system));
         faults
     }
 
-    fn check_methods(&self, setting: &Setting<'_>) -> Vec<Fault> {
+    fn check_methods(&self, setting: &Setting<'_>, system: &System) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.method.is_some() && self.methods.is_some() {
             let message = "`method` and `methods` exclude each other";
@@ -129,8 +131,17 @@ impl BranchSettings {
             faults.push(Fault::new("methods", "wanted a list of different methods"));
         }
         if methods.iter().any(|m| *m != Method::Galerkin) {
-            let system = &setting.assembly.system;
             faults.extend(flow::integrator(setting, system, self.integrator).err());
+        }
+        if methods.contains(&Method::Shooting)
+            && let Err(error) = refuse_hidden(&setting.assembly.system)
+        {
+            let key = if self.methods.is_some() {
+                "methods"
+            } else {
+                "method"
+            };
+            faults.push(Fault::new(key, setting.name_connection(&error)));
         }
         faults
     }
@@ -161,7 +172,7 @@ impl BranchSettings {
         faults
     }
 
-    fn check_size(&self, setting: &Setting<'_>) -> Vec<Fault> {
+    fn check_size(&self, system: &System) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.subharmonic == 0 {
             faults.push(Fault::new("subharmonic", "0 must be at least 1"));
@@ -193,7 +204,7 @@ impl BranchSettings {
         }
         let is_periodic = self.methods().iter().any(|m| *m != Method::Integration);
         if faults.is_empty() && is_periodic {
-            let mut system = setting.assembly.system.clone();
+            let mut system = system.clone();
             system.set_subharmonic(self.subharmonic);
             let galerkin = Galerkin::new(FrequencyFamily::new(system), 1.0, self.size());
             faults.extend(galerkin.err().map(fault_of));

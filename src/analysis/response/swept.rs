@@ -1,22 +1,71 @@
-//! The continued parameter of a response: the systems along it, and how it is reported.
+//! The continued parameter of a response: what it means, the systems along it, and how it is reported.
 
 use super::BranchSettings;
+use super::model_family::ModelFamily;
+use crate::analysis::parameter::{Parameter, Variation, joined};
 use crate::analysis::{Fault, Setting};
+use crate::assembly::Assembly;
+use crate::error::SolveError;
+use crate::model::Model;
+use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::system::System;
+use crate::yaml::Node;
+use std::borrow::Cow;
 
-/// The continued parameter: omega/omega_c.
+/// The continued parameter lambda: omega/omega_c, or the share of the way between the two ends of a number of the model.
+///
+/// Shares make sizes like 1e8 N/m and 5e-6 m alike for steps and arclengths.
 pub(in crate::analysis) struct Swept<'a> {
     pub setting: &'a Setting<'a>,
-    /// First and last value.
+    /// First and last lambda.
     pub range: (f64, f64),
-    /// Values to solve exactly.
+    /// Values of lambda to solve exactly.
     pub marks: Vec<f64>,
-    /// Unit of the reported parameter, and the factor to it.
+    /// Unit of the reported parameter.
     pub unit: String,
-    factor: f64,
-    /// At any frequency.
-    system: System,
+    subharmonic: usize,
+    kind: Kind,
+}
+
+enum Kind {
+    /// The factor makes rad/s of omega/omega_c in SI reports.
+    Frequency {
+        factor: f64,
+    },
+    Number(Track),
+}
+
+/// A number of the model between two values.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    /// Full dotted path.
+    pub path: String,
+    /// The path as the user wrote it.
+    written: String,
+    /// Values at lambda = 0 and 1.
+    pub ends: (f64, f64),
+    /// Values that are met exactly, with their lambda.
+    exact: Vec<(f64, f64)>,
+    /// Excitation frequency over omega_c.
+    pub at: f64,
+}
+
+impl Track {
+    /// The number at lambda.
+    pub fn value(&self, lambda: f64) -> f64 {
+        let (from, to) = self.ends;
+        let listed = self.exact.iter().find(|(x, _)| *x == lambda);
+        listed.map_or_else(|| from + lambda * (to - from), |(_, value)| *value)
+    }
+}
+
+/// The model at one value of the parameter.
+pub(in crate::analysis) struct Here<'a> {
+    pub model: Cow<'a, Model>,
+    pub assembly: Cow<'a, Assembly>,
+    /// Stiffness of every connection over the one of the model as written, whose scales do not change along a parameter.
+    pub stiffening: Vec<f64>,
 }
 
 impl<'a> Swept<'a> {
@@ -28,57 +77,178 @@ impl<'a> Swept<'a> {
         setting: &'a Setting<'a>,
         settings: &BranchSettings,
     ) -> Result<Swept<'a>, Fault> {
-        let read = |key: &str, written| {
-            let value = setting.frequency(written);
-            value.map_err(|message| Fault::new(key, message))
-        };
-        let mut marks = Vec::new();
-        for mark in &settings.marks {
-            marks.push(read("marks", mark)?);
-        }
-        let mut system = setting.assembly.system.clone();
-        system.set_subharmonic(settings.subharmonic);
+        let (range, marks) = read(settings, &|written| setting.frequency(written))?;
         let (unit, factor) = match setting.is_si() {
             true => ("rad/s".into(), setting.assembly.scales.frequency),
             false => (String::new(), 1.0),
         };
         Ok(Swept {
             setting,
-            range: (read("from", &settings.from)?, read("to", &settings.to)?),
+            range,
             marks,
             unit,
-            factor,
-            system,
+            subharmonic: settings.subharmonic,
+            kind: Kind::Frequency { factor },
+        })
+    }
+
+    /// The number of the model at a full path, `written` by the user, at a fixed excitation frequency.
+    ///
+    /// # Errors
+    /// The first value that the model refuses.
+    pub fn number(
+        setting: &'a Setting<'a>,
+        settings: &BranchSettings,
+        (path, written): (&str, &str),
+        at: f64,
+    ) -> Result<Swept<'a>, Fault> {
+        let parameter = Parameter::Path(path.into());
+        let (ends, marks) = read(settings, &|quantity| parameter.value(setting, quantity))?;
+        let share = |value: &f64| (value - ends.0) / (ends.1 - ends.0);
+        let shares: Vec<f64> = marks.iter().map(share).collect();
+        let mut exact = vec![(0.0, ends.0), (1.0, ends.1)];
+        exact.extend(shares.iter().copied().zip(marks));
+        let track = Track {
+            path: path.into(),
+            written: written.into(),
+            ends,
+            exact,
+            at,
+        };
+        Ok(Swept {
+            setting,
+            range: (0.0, 1.0),
+            marks: shares,
+            unit: unit(setting, settings, path),
+            subharmonic: settings.subharmonic,
+            kind: Kind::Number(track),
         })
     }
 
     /// The systems along the parameter.
-    pub fn family(&self) -> Box<dyn Family> {
-        Box::new(FrequencyFamily::new(self.system.clone()))
-    }
-
-    /// The system at a value.
     ///
     /// # Errors
-    /// Why the model does not exist there.
-    pub fn system(&self, lambda: f64) -> Result<System, String> {
-        let mut system = self.system.clone();
-        system.set_excitation_frequency(lambda);
-        Ok(system)
+    /// There is no system at its beginning.
+    pub fn family(&self) -> Result<Box<dyn Family + '_>, SolveError> {
+        Ok(match &self.kind {
+            Kind::Frequency { .. } => {
+                let mut system = self.setting.assembly.system.clone();
+                system.set_subharmonic(self.subharmonic);
+                Box::new(FrequencyFamily::new(system))
+            }
+            Kind::Number(track) => {
+                Box::new(ModelFamily::new(self.setting, track, self.subharmonic)?)
+            }
+        })
     }
 
-    /// The reported value.
-    pub fn value(&self, lambda: f64) -> f64 {
-        lambda * self.factor
+    /// The model at lambda with its assembly.
+    fn model(&self, lambda: f64) -> Result<(Cow<'a, Model>, Cow<'a, Assembly>), String> {
+        let Kind::Number(track) = &self.kind else {
+            let Setting {
+                model, assembly, ..
+            } = self.setting;
+            return Ok((Cow::Borrowed(model), Cow::Borrowed(assembly)));
+        };
+        let mut variation = Variation::new(self.setting, &track.path);
+        let found = variation.at(Node::number(track.value(lambda)));
+        let (model, assembly) = found.map_err(|list| joined(&list))?;
+        Ok((Cow::Owned(model), Cow::Owned(assembly)))
+    }
+
+    /// The model at a point of a branch; as written where it does not exist, which is nowhere on a branch.
+    pub fn here(&self, lambda: f64) -> Here<'a> {
+        let setting = self.setting;
+        let written = (
+            Cow::Borrowed(setting.model),
+            Cow::Borrowed(setting.assembly),
+        );
+        let (model, assembly) = self.model(lambda).unwrap_or(written);
+        let stiffness = assembly.scales.stiffness.iter();
+        let stiffening = stiffness.zip(&setting.assembly.scales.stiffness);
+        Here {
+            stiffening: stiffening.map(|(k, written)| k / written).collect(),
+            model,
+            assembly,
+        }
+    }
+
+    /// The system at lambda with subharmonic index 1.
+    ///
+    /// # Errors
+    /// What the model says about the value.
+    pub fn system(&self, lambda: f64) -> Result<System, String> {
+        let mut system = self.model(lambda)?.1.into_owned().system;
+        system.set_excitation_frequency(self.excitation(lambda));
+        Ok(system)
     }
 
     /// Excitation frequency over omega_c.
     pub fn excitation(&self, lambda: f64) -> f64 {
-        lambda
+        match &self.kind {
+            Kind::Frequency { .. } => lambda,
+            Kind::Number(track) => track.at,
+        }
+    }
+
+    /// The reported value of the parameter.
+    pub fn value(&self, lambda: f64) -> f64 {
+        match &self.kind {
+            Kind::Frequency { factor } => lambda * factor,
+            Kind::Number(track) => track.value(lambda),
+        }
+    }
+
+    /// The path of a varied number as the user wrote it; `None` for the frequency.
+    pub fn written(&self) -> Option<&str> {
+        match &self.kind {
+            Kind::Frequency { .. } => None,
+            Kind::Number(track) => Some(&track.written),
+        }
     }
 
     /// Where a branch stands, in words.
     pub fn place(&self, lambda: f64) -> String {
-        format!("omega/omega_c = {lambda:.6}")
+        match &self.kind {
+            Kind::Frequency { .. } => format!("omega/omega_c = {lambda:.6}"),
+            Kind::Number(track) => {
+                let unit = match self.unit.as_str() {
+                    "" => String::new(),
+                    unit => format!(" {unit}"),
+                };
+                format!("{} = {:.6e}{unit}", track.written, track.value(lambda))
+            }
+        }
     }
+}
+
+/// The two ends and the marks.
+fn read(
+    settings: &BranchSettings,
+    value: &dyn Fn(&Quantity) -> Result<f64, String>,
+) -> Result<((f64, f64), Vec<f64>), Fault> {
+    let one = |key: String, written: &Quantity| {
+        value(written).map_err(|message| Fault::new(key, message))
+    };
+    let marks = settings.marks.iter().enumerate();
+    let marks: Result<Vec<f64>, Fault> = marks
+        .map(|(k, mark)| one(format!("marks.{k}"), mark))
+        .collect();
+    let ends = (
+        one("from".into(), &settings.from)?,
+        one("to".into(), &settings.to)?,
+    );
+    Ok((ends, marks?))
+}
+
+/// SI unit of a number of the model, from whatever of its values is written with a unit.
+fn unit(setting: &Setting<'_>, settings: &BranchSettings, path: &str) -> String {
+    let ends = [&settings.from, &settings.to].into_iter();
+    let own = setting.document.at(path);
+    let own = own.and_then(|node| Quantity::from_node(node, path).ok());
+    let all = ends.chain(&settings.marks).chain(&own);
+    let dimension = all.filter_map(|quantity| quantity.dimension).next();
+    let is_number = |d: &UnitDimension| *d == UnitDimension::NUMBER;
+    let dimension = dimension.filter(|d| !is_number(d));
+    dimension.map_or(String::new(), UnitDimension::unit)
 }

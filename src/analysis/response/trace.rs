@@ -1,5 +1,6 @@
 //! Method by method from a first solution along the parameter.
 
+use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
@@ -78,6 +79,9 @@ struct First<'a> {
     found: Start,
 }
 
+/// Distance in which the end of a model explains the end of a branch.
+const BORDER: f64 = 1e-4;
+
 /// Share of the tolerance that shooting's corrector is held to.
 const SHOOTING_TOLERANCE: f64 = 1e-2;
 
@@ -102,7 +106,7 @@ impl<'a> Work<'a> {
     /// Looks for the first solution at the beginning of the range.
     fn first(&mut self) -> Result<First<'a>, Error> {
         let (settings, from) = (self.settings, self.swept.range.0);
-        let mut galerkin = Galerkin::new(self.swept.family(), from, settings.size())?;
+        let mut galerkin = Galerkin::new(self.swept.family()?, from, settings.size())?;
         let system = galerkin.system_at(from)?;
         let found = start::find(
             system,
@@ -139,7 +143,7 @@ impl<'a> Work<'a> {
         let orbit = first.galerkin.orbit(&u, from)?;
         let mut state = vec![0.0; 2 * first.galerkin.system_at(from)?.dof()];
         orbit.state(0.0, &mut state);
-        let mut shooting = Shooting::new(self.swept.family(), from, self.settings.integrator)?;
+        let mut shooting = Shooting::new(self.swept.family()?, from, self.settings.integrator)?;
         delivered.note_integrator(shooting.integrator());
         self.trace(&mut shooting, DVector::from_vec(state), &mut delivered)?;
         // Along some parameters the law stops being piecewise affine.
@@ -155,7 +159,9 @@ impl<'a> Work<'a> {
         delivered: &mut Delivered,
     ) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);
-        let weight = weight(problem.system_at(swept.range.0)?);
+        let problem = &mut Guarded(problem);
+        let (from, to) = swept.range;
+        let weight = weight(problem.system_at(from)?).min(weight(problem.system_at(to)?));
         let mut continuation = settings.continuation(swept.range, weight);
         if delivered.method == Method::Shooting {
             // The flow is good to rounding, and so shall the fixed point be.
@@ -168,7 +174,7 @@ impl<'a> Work<'a> {
             stability: settings.stability,
         };
         let samples = settings.size().samples;
-        let mut recorder = MeasureRecorder::new(swept.setting, samples, swept.range);
+        let mut recorder = MeasureRecorder::new(swept, samples);
         if settings.stability {
             recorder = recorder.with_multiplier_estimates();
         }
@@ -180,7 +186,7 @@ impl<'a> Work<'a> {
                 return Ok(());
             }
         };
-        delivered.end = ending(swept, &branch);
+        delivered.end = self.ending(problem, &branch);
         (delivered.points, delivered.events) = (branch.points, branch.events);
         self.warn(delivered, branch.end, &recorder.pulling);
         self.explain(delivered.method, branch.exchanges);
@@ -194,10 +200,41 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
+    /// Why a branch ended.
+    fn ending(&self, problem: &mut Guarded<'_>, branch: &Branch) -> Ending {
+        let (end, points) = (branch.end, branch.points.as_slice());
+        let (mut reason, mut message) = (end.reason(), end.message());
+        match end {
+            PathEnd::RangeReached | PathEnd::Closed => {
+                return Ending {
+                    reason,
+                    message,
+                    is_early: false,
+                };
+            }
+            PathEnd::StepTooSmall { .. } => {
+                // The steps may have ended where there is no model any more; difference quotients reach a little further.
+                if let [.., before, last] = points {
+                    let onwards = (last.lambda - before.lambda).signum();
+                    let beyond = [1.0, 1e3, 1e6].map(|k| k * self.settings.min_step);
+                    let lost = |step: &f64| {
+                        let there = last.lambda + onwards * step.min(BORDER);
+                        problem.system_at(there).err()
+                    };
+                    if let Some(error) = beyond.iter().find_map(lost) {
+                        (reason, message) = ("no_model", error.to_string());
+                    }
+                }
+            }
+            _ => {}
+        }
+        Ending::early(reason, report::early_message(self.swept, &message, points))
+    }
+
     /// The attractors along the range.
     fn integrate(&mut self) {
         let (settings, swept) = (self.settings, self.swept);
-        let mut recorder = MeasureRecorder::new(swept.setting, 1, swept.range);
+        let mut recorder = MeasureRecorder::new(swept, 1);
         let number = self.delivered.len();
         let orbits = &mut self.orbits;
         let mut keep = |index: usize, system: &System, orbit: &_| {
@@ -278,19 +315,4 @@ fn weight(system: &System) -> f64 {
         });
     let size = if size > 0.0 { size } else { 1.0 };
     1.0 / (system.dof() as f64 * size * size)
-}
-
-fn ending(swept: &Swept<'_>, branch: &Branch) -> Ending {
-    let end = branch.end;
-    match end {
-        PathEnd::RangeReached | PathEnd::Closed => Ending {
-            reason: end.reason(),
-            message: end.message(),
-            is_early: false,
-        },
-        end => Ending::early(
-            end.reason(),
-            report::early_message(swept, &end.message(), &branch.points),
-        ),
-    }
 }

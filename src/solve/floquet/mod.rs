@@ -10,6 +10,7 @@ use crate::numeric::exponential::Exponential;
 use crate::system::System;
 use nalgebra::{DMatrix, Schur};
 use num_complex::Complex;
+pub use variation::is_piecewise_constant;
 use variation::{Stretches, Variation};
 
 /// Which multipliers are computed.

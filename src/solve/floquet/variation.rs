@@ -3,7 +3,7 @@
 use crate::numeric::periodic::Periodic;
 use crate::solve::jumps;
 use crate::solve::orbit::{ExtremaFinder, FourierOrbit};
-use crate::system::{Scratch, System};
+use crate::system::{Mount, Scratch, System};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
@@ -54,7 +54,7 @@ pub(super) struct Stretches {
 impl Stretches {
     pub fn new(system: &System, orbit: &FourierOrbit, extrema: &mut ExtremaFinder) -> Stretches {
         let (cuts, mut passages) = cuts(system, orbit, extrema);
-        let is_constant = is_piecewise_constant(system);
+        let is_constant = system.mounts().iter().all(is_piecewise_constant);
         let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
         let mut list = Vec::with_capacity(cuts.len());
         for cut in cuts.windows(2).filter(|cut| cut[1] > cut[0]) {
@@ -127,14 +127,12 @@ fn cuts(
 }
 
 /// Whether df/dq, df/dv and the stiffness variation are constant between two cuts.
-fn is_piecewise_constant(system: &System) -> bool {
-    system.mounts().iter().all(|mount| {
-        let constant = match &mount.stiffness_variation {
-            None | Some(Periodic::Rectangular { .. }) => true,
-            Some(series) => series.is_constant(),
-        };
-        constant && mount.element.is_piecewise_affine()
-    })
+pub fn is_piecewise_constant(mount: &Mount) -> bool {
+    let constant = match &mount.stiffness_variation {
+        None | Some(Periodic::Rectangular { .. }) => true,
+        Some(series) => series.is_constant(),
+    };
+    constant && mount.element.is_piecewise_affine()
 }
 
 /// Offset of the two Gauss points from the middle of a panel, in its width.

@@ -162,6 +162,23 @@ impl<F: Family> Galerkin<F> {
         self.sampling.add_forces(system, u, out);
         Ok(())
     }
+
+    /// dR/dlambda as a difference quotient.
+    fn difference(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        shifted: &mut Linearisation,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        let (low, high) = self.family.neighbours(lambda);
+        self.evaluate(u, high, shifted)?;
+        out.dr_dlambda.copy_from(&shifted.r);
+        self.evaluate(u, low, shifted)?;
+        out.dr_dlambda -= &shifted.r;
+        out.dr_dlambda /= high - low;
+        Ok(())
+    }
 }
 
 impl<F: Family> Residual for Galerkin<F> {
@@ -183,17 +200,12 @@ impl<F: Family> Residual for Galerkin<F> {
         if self.family.is_frequency() {
             return Ok(());
         }
-        // Central difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
-        let h = f64::EPSILON.cbrt() * lambda.abs().max(1e-3);
+        // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
         let mut shifted =
             std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));
-        self.evaluate(u, lambda + h, &mut shifted)?;
-        out.dr_dlambda.copy_from(&shifted.r);
-        self.evaluate(u, lambda - h, &mut shifted)?;
-        out.dr_dlambda -= &shifted.r;
-        out.dr_dlambda /= 2.0 * h;
+        let outcome = self.difference(u, lambda, &mut shifted, out);
         self.shifted = shifted;
-        Ok(())
+        outcome
     }
 }
 

@@ -5,7 +5,7 @@ pub mod events;
 mod exact;
 
 pub use dopri5::{Dopri5, Dopri5Options};
-pub use exact::Exact;
+pub use exact::{Exact, needs as exact_flow_needs};
 
 use crate::error::SolveError;
 use crate::system::System;

@@ -43,8 +43,7 @@ pub(super) fn measure(text: &str, place: &Place<'_>, before: usize) -> Result<Co
             return Err(place.too_deep(span.start));
         }
         if before + counter.total() > MAX_NODES {
-            let message = format!("more than {MAX_NODES} values, with aliases expanded");
-            return Err(place.mistake(span.start, message));
+            return Err(place.too_many(span.start));
         }
         if counter.repeated > FREE_REPEATS.max(REPEATS_PER_NODE * counter.written) {
             let message = format!("aliases repeat {} values by here", counter.repeated);

@@ -3,7 +3,7 @@
 use crate::element::Element;
 use crate::error::SolveError;
 use crate::numeric::periodic::Periodic;
-use crate::system::System;
+use crate::system::{Mount, System};
 
 /// A law between its breakpoints: f = slope x + offset.
 #[derive(Debug, Clone)]
@@ -68,37 +68,33 @@ impl AffineLaw {
     }
 }
 
+/// What keeps the exact flow from a connection, if anything does.
+pub fn needs(mount: &Mount) -> Option<&'static str> {
+    let is_fourier = |e: &Periodic| matches!(e, Periodic::Fourier { .. });
+    let is_stepwise = |s: &Periodic| s.is_constant() || matches!(s, Periodic::Rectangular { .. });
+    if !mount.element.is_piecewise_affine() {
+        Some("exact integration needs a piecewise-affine law (and impact_damping 0)")
+    } else if !mount.transmission_error.iter().all(is_fourier) {
+        Some("exact integration needs a transmission error made of harmonics, not of a table")
+    } else if !mount.stiffness_variation.iter().all(is_stepwise) {
+        Some("exact integration needs a constant or rectangular stiffness variation")
+    } else {
+        None
+    }
+}
+
 /// The tables of every connection.
 ///
 /// # Errors
 /// A law that is not piecewise affine, an excitation that is no Fourier series, or a stiffness variation that is neither
 /// constant nor rectangular; the connection is named by its number.
 pub fn read(system: &System) -> Result<Vec<AffineLaw>, SolveError> {
-    let refuse = |connection: usize, reason: &str| {
-        Err(SolveError::Unsupported {
-            connection,
-            reason: reason.into(),
-        })
-    };
     for (connection, mount) in system.mounts().iter().enumerate() {
-        if !mount.element.is_piecewise_affine() {
-            return refuse(
+        if let Some(need) = needs(mount) {
+            return Err(SolveError::Unsupported {
                 connection,
-                "exact integration needs a piecewise-affine law (and impact_damping 0)",
-            );
-        }
-        if matches!(&mount.transmission_error, Some(e) if !matches!(e, Periodic::Fourier { .. })) {
-            return refuse(
-                connection,
-                "exact integration needs a transmission error made of harmonics, not of a table",
-            );
-        }
-        let varies = |s: &Periodic| !s.is_constant() && !matches!(s, Periodic::Rectangular { .. });
-        if mount.stiffness_variation.as_ref().is_some_and(varies) {
-            return refuse(
-                connection,
-                "exact integration needs a constant or rectangular stiffness variation",
-            );
+                reason: need.into(),
+            });
         }
     }
     Ok(system

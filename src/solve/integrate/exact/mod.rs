@@ -16,6 +16,7 @@ use crate::numeric::periodic::Periodic;
 use crate::solve::jumps;
 use crate::system::System;
 use laws::AffineLaw;
+pub use laws::needs;
 use nalgebra::DMatrix;
 use series::{COUNT, Series, VARIATION_REACH};
 use std::f64::consts::TAU;

@@ -1,0 +1,8 @@
+//! `gearlash` with one law more: every command, every analysis, and `type: hertz` in model files.
+
+use custom_element as _; // linked in, and with it the law that it registers
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    gearlash::cli::main()
+}

@@ -1,0 +1,138 @@
+//! Responses at a fixed excitation frequency against any number of the model.
+
+use super::parameter::{Parameter, Variation, joined};
+use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
+use super::{Analysis, Fault, Setting, columns};
+use crate::error::Error;
+use crate::quantity::Quantity;
+use crate::report::{Report, Table};
+use crate::system::System;
+use crate::yaml::Node;
+use serde_json::json;
+
+response_keys! {
+    /// Settings of `parameter_response`.
+    pub struct ParameterResponse {
+        /// Excitation frequency.
+        pub at: Quantity,
+        /// Dotted path of a number of the model, or a short form of one.
+        pub parameter: String,
+    }
+}
+
+/// Share of the range by which the number is moved to see whether it varies continuously.
+const NUDGE: f64 = 1e-3 * std::f64::consts::SQRT_2;
+
+#[typetag::serde(name = "parameter_response")]
+impl Analysis for ParameterResponse {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let settings = branch_settings!(self);
+        let mut faults = Vec::new();
+        if let Err(message) = setting.frequency(&self.at) {
+            faults.push(Fault::new("at", message));
+        }
+        let values = self.path(setting).map_err(|fault| vec![fault]);
+        let values = values.and_then(|path| check_values(setting, &settings, &path));
+        match values {
+            Ok(first) => faults.extend(settings.check(setting, &first)),
+            Err(list) => {
+                faults.extend(list);
+                faults.extend(settings.check(setting, &setting.assembly.system));
+            }
+        }
+        faults
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let refused = |fault| columns::refused(setting, fault);
+        let settings = branch_settings!(self);
+        let at = setting.frequency(&self.at);
+        let at = at.map_err(|message| refused(Fault::new("at", message)))?;
+        let path = self.path(setting).map_err(refused)?;
+        let swept = Swept::number(setting, &settings, (&path, &self.parameter), at);
+        let options = serde_json::to_value(self).unwrap_or(serde_json::Value::Null);
+        let mut report = response::run(&settings, &swept.map_err(refused)?, options)?;
+        report.summary.insert("parameter".into(), json!(path));
+        Ok(report)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let settings = branch_settings!(self);
+        let path = self.path(setting).unwrap_or_default();
+        let swept = Swept::number(setting, &settings, (&path, &self.parameter), 1.0);
+        swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
+    }
+}
+
+impl ParameterResponse {
+    /// Full path of the number that is varied.
+    fn path(&self, setting: &Setting<'_>) -> Result<String, Fault> {
+        let fault = |message: String| Fault::new("parameter", message);
+        let is_frequency = ["frequency", "at", "omega"].contains(&self.parameter.as_str());
+        let path = match Parameter::find(setting, &self.parameter).map_err(fault) {
+            Ok(Parameter::Path(path)) => path,
+            Err(fault) if !is_frequency => return Err(fault),
+            _ => {
+                let message = "the excitation frequency is what the type `frequency_response` varies: use that, and give the \
+                               frequencies as `from` and `to`";
+                return Err(fault(message.into()));
+            }
+        };
+        match setting.document.at(&path) {
+            // A default that is not written: the model says whether it knows the key.
+            None => {
+                let mut document = setting.document.clone();
+                let lost = document.set(&path, Node::number(0.0)).err();
+                lost.map_or(Ok(path), |mistake| Err(fault(joined(&[mistake]))))
+            }
+            Some(node) => match Quantity::from_node(node, &path) {
+                Ok(_) => Ok(path),
+                Err(_) => Err(fault(format!(
+                    "{path} is {}, wanted the path of a number",
+                    node.describe()
+                ))),
+            },
+        }
+    }
+}
+
+/// Checks the values of the number; the system at the first one.
+fn check_values(
+    setting: &Setting<'_>,
+    settings: &BranchSettings,
+    path: &str,
+) -> Result<System, Vec<Fault>> {
+    let parameter = Parameter::Path(path.into());
+    let value = |written: &Quantity| {
+        parameter.check(setting, written)?;
+        parameter.value(setting, written)
+    };
+    let faults = settings.check_range(&value);
+    if let Some(first) = faults.first() {
+        // What is wrong with every value alike is wrong with the path.
+        let is_common = faults.len() == 2 + settings.marks.len()
+            && faults.iter().all(|f| f.message == first.message);
+        return Err(if is_common {
+            vec![Fault::new("parameter", first.message.clone())]
+        } else {
+            faults
+        });
+    }
+    let mut variation = Variation::new(setting, path);
+    let (from, to) = (settings.from.value, settings.to.value);
+    let mut system = |value: f64| {
+        let found = variation.at(Node::number(value));
+        found.map(|f| f.1.system).map_err(|list| joined(&list))
+    };
+    let one = |message: String| vec![Fault::new("parameter", message)];
+    let first = system(from).map_err(one)?;
+    let moved = system(from + NUDGE * (to - from))
+        .map_err(|reason| one(format!("{path} cannot be varied continuously: {reason}")))?;
+    if first.is_alike(&moved) {
+        return Err(one(format!(
+            "{path} changes nothing: the scaled equation is the same at every value (scales stay those of the model as \
+             written)"
+        )));
+    }
+    Ok(first)
+}

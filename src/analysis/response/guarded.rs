@@ -1,0 +1,57 @@
+//! Periodic orbits of systems that do not exist everywhere.
+
+use crate::error::SolveError;
+use crate::numeric::jacobian::Structure;
+use crate::solve::orbit::Orbit;
+use crate::solve::residual::{Linearisation, PeriodicResidual, Residual};
+use crate::system::System;
+use nalgebra::DVector;
+use num_complex::Complex;
+
+/// A problem whose residual is not a number where there is no system: the path following halves its step there and ends,
+/// instead of failing.
+pub(super) struct Guarded<'a>(pub &'a mut dyn PeriodicResidual);
+
+impl Residual for Guarded<'_> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn structure(&self) -> Structure {
+        self.0.structure()
+    }
+
+    fn linearise(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        match self.0.linearise(u, lambda, out) {
+            Err(SolveError::NoSystem { .. }) => {
+                out.r.fill(f64::NAN);
+                out.magnitude = 1.0;
+                Ok(())
+            }
+            outcome => outcome,
+        }
+    }
+}
+
+impl PeriodicResidual for Guarded<'_> {
+    fn system_at(&mut self, lambda: f64) -> Result<&System, SolveError> {
+        self.0.system_at(lambda)
+    }
+
+    fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
+        self.0.orbit(u, lambda)
+    }
+
+    fn multipliers(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Vec<Complex<f64>>, SolveError> {
+        self.0.multipliers(u, lambda)
+    }
+}

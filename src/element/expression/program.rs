@@ -1,0 +1,138 @@
+//! Evaluation of a formula: instructions on a stack of dual numbers, without allocation.
+
+use super::MAX_STACK;
+use super::formula::{Binary, Formula, Node, Unary, Variable};
+use crate::element::derivatives::Dual;
+
+/// One instruction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Op {
+    Number(f64),
+    Variable(Variable),
+    Parameter(usize),
+    Unary(Unary),
+    Binary(Binary),
+    /// x^n for a whole n.
+    Power(i32),
+    /// Takes a condition and goes on at that instruction unless it holds.
+    SkipUnless(usize),
+    /// Goes on at that instruction.
+    Skip(usize),
+}
+
+/// What a formula is evaluated at.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point {
+    pub(super) q: f64,
+    pub(super) v: f64,
+    pub(super) phase: f64,
+}
+
+impl Point {
+    fn variable(&self, variable: Variable) -> Dual {
+        match variable {
+            Variable::Displacement => Dual::displacement(self.q),
+            Variable::Velocity => Dual::velocity(self.v),
+            Variable::Phase => Dual::constant(self.phase),
+        }
+    }
+}
+
+/// Most formulas need no more values at once; a small stack is quicker to lay out.
+const SMALL_STACK: usize = 8;
+
+/// Value of a formula with its partials.
+#[inline]
+pub(super) fn run(formula: &Formula, parameters: &[f64], at: Point) -> Dual {
+    if formula.stack <= SMALL_STACK {
+        run_on::<SMALL_STACK>(&formula.code, parameters, at)
+    } else {
+        run_on::<MAX_STACK>(&formula.code, parameters, at)
+    }
+}
+
+fn run_on<const SIZE: usize>(code: &[Op], parameters: &[f64], at: Point) -> Dual {
+    let mut stack = [Dual::constant(0.0); SIZE];
+    let (mut count, mut next) = (0, 0);
+    while let Some(op) = code.get(next) {
+        next += 1;
+        match *op {
+            Op::Binary(operator) => {
+                count -= 1;
+                stack[count - 1] = binary(operator, stack[count - 1], stack[count]);
+            }
+            Op::Unary(operator) => stack[count - 1] = unary(operator, stack[count - 1]),
+            Op::Power(n) => stack[count - 1] = stack[count - 1].powi(n),
+            Op::Skip(to) => next = to,
+            Op::SkipUnless(to) => {
+                count -= 1;
+                if stack[count].value == 0.0 {
+                    next = to;
+                }
+            }
+            Op::Number(value) => (stack[count], count) = (Dual::constant(value), count + 1),
+            Op::Variable(variable) => (stack[count], count) = (at.variable(variable), count + 1),
+            Op::Parameter(k) => (stack[count], count) = (Dual::constant(parameters[k]), count + 1),
+        }
+    }
+    stack[0]
+}
+
+/// Values of the first nodes, those of branches that do not count included.
+pub(super) fn values(nodes: &[Node], parameters: &[f64], at: Point) -> Vec<Dual> {
+    let mut list: Vec<Dual> = Vec::with_capacity(nodes.len());
+    for node in nodes {
+        list.push(match *node {
+            Node::Number(value) => Dual::constant(value),
+            Node::Variable(variable) => at.variable(variable),
+            Node::Parameter(k) => Dual::constant(parameters[k]),
+            Node::Unary(operator, x) => unary(operator, list[x]),
+            Node::Binary(operator, a, b) => binary(operator, list[a], list[b]),
+            Node::If(condition, a, b) => list[if list[condition].value == 0.0 { b } else { a }],
+        });
+    }
+    list
+}
+
+fn unary(operator: Unary, x: Dual) -> Dual {
+    match operator {
+        Unary::Negative => -x,
+        Unary::Not => truth(x.value == 0.0),
+        Unary::Abs => x.abs(),
+        Unary::Sign => x.sign(),
+        Unary::Sqrt => x.sqrt(),
+        Unary::Exp => x.exp(),
+        Unary::Log => x.ln(),
+        Unary::Sin => x.sin(),
+        Unary::Cos => x.cos(),
+        Unary::Tan => x.tan(),
+        Unary::Atan => x.atan(),
+        Unary::Sinh => x.sinh(),
+        Unary::Cosh => x.cosh(),
+        Unary::Tanh => x.tanh(),
+    }
+}
+
+fn binary(operator: Binary, a: Dual, b: Dual) -> Dual {
+    match operator {
+        Binary::Add => a + b,
+        Binary::Subtract => a - b,
+        Binary::Multiply => a * b,
+        Binary::Divide => a / b,
+        Binary::Power => a.pow(b),
+        Binary::Min => a.min(b),
+        Binary::Max => a.max(b),
+        Binary::Less => truth(a < b),
+        Binary::LessEqual => truth(a <= b),
+        Binary::Greater => truth(a > b),
+        Binary::GreaterEqual => truth(a >= b),
+        Binary::Equal => truth(a == b),
+        Binary::NotEqual => truth(a != b),
+        Binary::And => truth(a.value != 0.0 && b.value != 0.0),
+        Binary::Or => truth(a.value != 0.0 || b.value != 0.0),
+    }
+}
+
+fn truth(holds: bool) -> Dual {
+    Dual::constant(f64::from(u8::from(holds)))
+}

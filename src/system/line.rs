@@ -1,0 +1,220 @@
+//! Systems on a straight line between two others: every number is affine in one parameter.
+
+use super::System;
+use crate::numeric::periodic::Periodic;
+use nalgebra::DMatrix;
+
+/// Two systems of one shape, number by number.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// What all systems on the line have in common.
+    shape: System,
+    from: Vec<f64>,
+    to: Vec<f64>,
+    /// Length of every group of numbers that belong together.
+    groups: Vec<usize>,
+}
+
+/// Rounding allowed between a system and its place on the line, relative to the largest number of the group.
+const ROUNDING: f64 = 1e-13;
+/// The same for accelerations, where the rounding of some products adds up.
+const ACCELERATION_ROUNDING: f64 = 1e-11;
+/// States at which accelerations are compared.
+const STATES: usize = 24;
+
+impl Line {
+    /// The line from `from` (share 0) to `to` (share 1); `None` when one has numbers that the other has not.
+    pub fn between(from: &System, to: &System) -> Option<Line> {
+        let shape = from.clone();
+        let (from, groups) = numbers(from);
+        let (to, others) = numbers(to);
+        (groups == others).then_some(Line {
+            shape,
+            from,
+            to,
+            groups,
+        })
+    }
+
+    /// The system at a share: every number is (1 - share) from + share to.
+    pub fn system(&self, share: f64) -> System {
+        let mut system = self.shape.clone();
+        let mut ends = self.from.iter().zip(&self.to);
+        system.visit_numbers(&mut |group| {
+            for (x, (a, b)) in group.iter_mut().zip(&mut ends) {
+                *x = (1.0 - share) * a + share * b;
+            }
+        });
+        system
+    }
+
+    /// Whether a system lies on the line at a share, to rounding: its numbers, and what it does with them.
+    pub fn passes(&self, share: f64, system: &System) -> bool {
+        let (found, groups) = numbers(system);
+        if groups != self.groups {
+            return false;
+        }
+        let mut begin = 0;
+        for length in &self.groups {
+            let part = begin..begin + length;
+            let ends = || self.from[part.clone()].iter().zip(&self.to[part.clone()]);
+            let size = ends().fold(0.0_f64, |m, (a, b)| m.max(a.abs()).max(b.abs()));
+            let on_line = ends().map(|(a, b)| (1.0 - share) * a + share * b);
+            let is_near = |(x, y): (&f64, f64)| (x - y).abs() <= ROUNDING * size;
+            if !found[part.clone()].iter().zip(on_line).all(is_near) {
+                return false;
+            }
+            begin += length;
+        }
+        // A law may have more to it than the numbers it offers.
+        moves_alike(system, &self.system(share))
+    }
+}
+
+/// Whether two systems have the same accelerations at states on all sides of their breakpoints.
+fn moves_alike(a: &System, b: &System) -> bool {
+    let n = a.dof();
+    let breakpoints = a.mounts().iter().flat_map(|m| m.element.breakpoints());
+    let largest = breakpoints.fold(0.0_f64, |m, b| m.max(b.abs()));
+    let reach = if largest > 0.0 { 2.0 * largest } else { 1.0 };
+    let mut scratch = (a.scratch(), b.scratch());
+    let mut out = (vec![0.0; n], vec![0.0; n]);
+    (0..STATES).all(|k| {
+        // Fractional parts of multiples of irrational numbers: evenly spread, the same every time.
+        let spread = |i: usize| 2.0 * ((k * 2 * n + i + 1) as f64 * 0.618_033_988_75).fract() - 1.0;
+        let state: Vec<f64> = (0..2 * n).map(|i| reach * spread(i)).collect();
+        let tau = std::f64::consts::TAU * k as f64 / STATES as f64;
+        a.acceleration(tau, &state, &mut scratch.0, &mut out.0);
+        b.acceleration(tau, &state, &mut scratch.1, &mut out.1);
+        let size = out.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let pairs = out.0.iter().zip(&out.1);
+        pairs
+            .into_iter()
+            .all(|(x, y)| (x - y).abs() <= ACCELERATION_ROUNDING * size)
+    })
+}
+
+/// All numbers of a system, and the lengths of their groups.
+fn numbers(system: &System) -> (Vec<f64>, Vec<usize>) {
+    let (mut list, mut groups) = (Vec::new(), Vec::new());
+    system.clone().visit_numbers(&mut |group| {
+        list.extend_from_slice(group);
+        groups.push(group.len());
+    });
+    (list, groups)
+}
+
+impl System {
+    /// Whether another system has the same numbers and moves in the same way.
+    pub fn is_alike(&self, other: &System) -> bool {
+        numbers(self) == numbers(other) && moves_alike(self, other)
+    }
+
+    /// Offers every number but the frequency, in a fixed order, those of a matrix, a direction or a series together.
+    fn visit_numbers(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        let whole = |matrix: &mut DMatrix<f64>, visit: &mut dyn FnMut(&mut [f64])| {
+            visit(matrix.as_mut_slice());
+        };
+        whole(&mut self.damping, visit);
+        whole(&mut self.stiffness, visit);
+        whole(&mut self.element_map, visit);
+        for mount in &mut self.mounts {
+            mount
+                .element
+                .visit_parameters(&mut |p| visit(std::slice::from_mut(p.value)));
+            let series = [
+                &mut mount.stiffness_variation,
+                &mut mount.transmission_error,
+            ];
+            for series in series.into_iter().flatten() {
+                visit_series(series, visit);
+            }
+        }
+        for load in &mut self.loads {
+            visit(load.direction.as_mut_slice());
+            visit_series(&mut load.series, visit);
+        }
+    }
+}
+
+fn visit_series(series: &mut Periodic, visit: &mut dyn FnMut(&mut [f64])) {
+    match series {
+        Periodic::Fourier { mean, harmonics } => {
+            visit(std::slice::from_mut(mean));
+            for h in harmonics {
+                let mut pair = [h.cos, h.sin];
+                visit(&mut pair);
+                [h.cos, h.sin] = pair;
+            }
+        }
+        Periodic::Table { values, .. } => visit(values),
+        Periodic::Rectangular {
+            high,
+            low,
+            duty,
+            phase,
+            ..
+        } => {
+            for value in [high, low, duty, phase] {
+                visit(std::slice::from_mut(value));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::{Backlash, Cubic, ImpactDampingLaw};
+    use crate::numeric::periodic::Harmonic;
+    use crate::system::{LoadKind, LoadSource, Mount};
+    use nalgebra::DVector;
+
+    fn system(gamma: f64, half_gap: f64, cos: f64) -> System {
+        let one = |x| DMatrix::from_element(1, 1, x);
+        let law = Backlash {
+            half_gap,
+            impact_damping: 0.0,
+            impact_damping_law: ImpactDampingLaw::Dissipative,
+        };
+        let harmonics = vec![Harmonic {
+            order: 1,
+            cos,
+            sin: 0.0,
+        }];
+        let load = LoadSource {
+            direction: DVector::from_element(1, 1.0),
+            series: Periodic::Fourier {
+                mean: 0.5,
+                harmonics,
+            },
+            kind: LoadKind::Value,
+        };
+        let mounts = vec![Mount::new(Box::new(law))];
+        System::new(one(gamma), one(1.0), one(1.0), mounts, vec![load]).unwrap()
+    }
+
+    #[test]
+    fn affine_numbers_lie_on_the_line_and_others_do_not() {
+        let line = Line::between(&system(0.1, 0.0, 0.3), &system(0.3, 2.0, -0.3)).unwrap();
+        assert!(line.passes(0.25, &system(0.15, 0.5, 0.15)));
+        assert!(!line.passes(0.25, &system(0.15, 0.5 + 1e-9, 0.15)));
+        assert!(!line.passes(0.26, &system(0.15, 0.5, 0.15)));
+        let found = line.system(1.0);
+        assert!(found.is_alike(&system(0.3, 2.0, -0.3)));
+        assert_eq!(found.mounts()[0].element.breakpoints(), [-2.0, 2.0]);
+    }
+
+    #[test]
+    fn systems_of_other_laws_have_no_line_between_them() {
+        let other = system(0.1, 1.0, 0.3).with_laws(&Cubic { cubic: 1.0 });
+        assert!(Line::between(&system(0.1, 1.0, 0.3), &other).is_none());
+        // The same numbers, another behaviour.
+        let one = system(0.1, 1.0, 0.3);
+        let mut twin = one.clone();
+        twin.loads[0].kind = LoadKind::Rate;
+        assert!(one.is_alike(&one.clone()) && !one.is_alike(&twin));
+        let line = Line::between(&one, &one).unwrap();
+        assert!(line.passes(0.5, &one) && !line.passes(0.5, &twin));
+    }
+}

@@ -1,0 +1,21 @@
+//! The analyses of model files through the library.
+
+#[path = "../support/common.rs"]
+mod common;
+#[path = "../support/response_support.rs"]
+mod response_support;
+#[path = "../support/time_domain_support.rs"]
+mod time_domain_support;
+
+mod attractor_labels;
+mod crosscheck_methods;
+mod effective_frequencies;
+mod floquet_estimate;
+mod parameter_response;
+mod parameter_response_mistakes;
+mod rattle_metrics;
+mod response_integration;
+mod scaling_invariance;
+mod time_domain;
+mod time_domain_mistakes;
+mod time_domain_sweeps;

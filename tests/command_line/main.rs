@@ -1,0 +1,13 @@
+//! The real binary on real files.
+
+#[path = "../support/program.rs"]
+mod program;
+#[path = "../support/synthetic.rs"]
+mod synthetic;
+
+mod bad_input;
+mod cli;
+mod hostile_input;
+mod laws_in_models;
+mod messages;
+mod output_files;

@@ -1,0 +1,14 @@
+//! Model files: what is read, what is refused, the schema; the map of the code.
+
+#[path = "../support/program.rs"]
+mod program;
+
+mod architecture;
+mod loader_fuzz;
+mod model_mistakes;
+mod model_read;
+mod models_load;
+mod schema;
+mod yaml_hostile;
+mod yaml_loader;
+mod yaml_read;

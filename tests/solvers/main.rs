@@ -1,0 +1,23 @@
+//! Galerkin, shooting, exact flow and DOPRI5 against references, closed forms and each other.
+
+#[path = "../support/common.rs"]
+mod common;
+#[path = "../support/dopri5_support.rs"]
+mod dopri5_support;
+#[path = "../support/texts.rs"]
+mod texts;
+
+mod analytic_linear;
+mod block_elimination;
+mod continuation;
+mod crosscheck_excitations;
+mod crosscheck_integrators;
+mod dopri5;
+mod dopri5_switches;
+mod exact_flow;
+mod long_trains;
+mod reproduction_figure_11;
+mod reproduction_shooting;
+mod residual_derivatives;
+mod trains_si;
+mod trains_topology;

@@ -1,0 +1,152 @@
+//! Fixtures shared by the tests: published systems and reference values.
+
+#![allow(dead_code)] // every test binary uses a part of it
+
+use gearlash::element::{Backlash, ImpactDampingLaw};
+use gearlash::numeric::periodic::{Harmonic, Periodic};
+use gearlash::postprocess::measures::Meter;
+use gearlash::solve::branch::{self, Branch, Recorder, TraceOptions};
+use gearlash::solve::continuation::ContinuationOptions;
+use gearlash::solve::family::FrequencyFamily;
+use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
+use gearlash::solve::newton::NewtonOptions;
+use gearlash::solve::orbit::Orbit;
+use gearlash::solve::start::{self, Start, StartMode};
+use gearlash::system::{LoadKind, LoadSource, Mount, System};
+use nalgebra::{DMatrix, DVector};
+use serde_json::Value;
+
+/// A reference file.
+pub fn reference(name: &str) -> Value {
+    let path = format!("{}/tests/data/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+pub fn floats(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect()
+}
+
+pub fn matrix(value: &Value) -> DMatrix<f64> {
+    let rows: Vec<Vec<f64>> = value.as_array().unwrap().iter().map(floats).collect();
+    DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
+}
+
+pub fn backlash(half_gap: f64) -> Mount {
+    let law = Backlash {
+        half_gap,
+        impact_damping: 0.0,
+        impact_damping_law: ImpactDampingLaw::Dissipative,
+    };
+    Mount::new(Box::new(law))
+}
+
+/// mean + cos part cos(phase) in one coordinate.
+pub fn load(dof: usize, coordinate: usize, mean: f64, cos: f64) -> LoadSource {
+    let mut direction = DVector::zeros(dof);
+    direction[coordinate] = 1.0;
+    let series = Periodic::Fourier {
+        mean,
+        harmonics: vec![Harmonic {
+            order: 1,
+            cos,
+            sin: 0.0,
+        }],
+    };
+    LoadSource {
+        direction,
+        series,
+        kind: LoadKind::Value,
+    }
+}
+
+/// The system of a reference record (kappa_B, Gamma, W, b, Q0, Qcos).
+pub fn system(record: &Value) -> System {
+    let (gamma, kappa, w) = (
+        matrix(&record["Gamma"]),
+        matrix(&record["kappa_B"]),
+        matrix(&record["W"]),
+    );
+    let mounts = floats(&record["b"]).into_iter().map(backlash).collect();
+    let (mean, cos) = (floats(&record["Q0"]), floats(&record["Qcos"][0]));
+    let loads = (0..gamma.nrows())
+        .map(|i| load(gamma.nrows(), i, mean[i], cos[i]))
+        .collect();
+    System::new(gamma, kappa, w, mounts, loads).unwrap()
+}
+
+/// A branch traced with the settings of an analysis: start, Galerkin, continuation.
+pub fn trace(
+    system: &System,
+    range: (f64, f64),
+    harmonics: usize,
+    samples: Option<usize>,
+    marks: &[f64],
+) -> Branch {
+    let samples = samples.unwrap_or(GalerkinOptions::default_samples(
+        harmonics,
+        system.subharmonic(),
+    ));
+    let size = GalerkinOptions { harmonics, samples };
+    let newton = NewtonOptions::default();
+    let u = match start::find(system, range.0, size, StartMode::Auto, newton).unwrap() {
+        Start::Found { u, .. } => u,
+        Start::Failed(reasons) => panic!("no start: {reasons:?}"),
+    };
+    let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
+    let continuation = ContinuationOptions {
+        range,
+        step: 0.02,
+        min_step: 1e-8,
+        max_step: 0.1,
+        max_points: 10_000,
+        weight: 1.0 / system.dof() as f64,
+        newton,
+    };
+    let options = TraceOptions {
+        continuation,
+        marks: marks.to_vec(),
+        stability: true,
+    };
+    branch::trace(
+        &mut problem,
+        u,
+        &options,
+        &mut RecordMeasures {
+            meter: Meter::new(samples),
+        },
+    )
+    .unwrap()
+    .unwrap()
+}
+
+/// Columns of [`RecordMeasures`] a connection.
+pub const MEASURES: usize = 8;
+
+/// Records mean, rms, rms velocity, k_a, k_dc, contact ratio, impacts and mean force of every connection.
+pub struct RecordMeasures {
+    pub meter: Meter,
+}
+
+impl Recorder for RecordMeasures {
+    fn record(&mut self, _lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
+        for m in self.meter.measure(system, orbit) {
+            let [k_a, k_dc] =
+                [m.effective_stiffness, m.effective_stiffness_dc].map(|k| k.unwrap_or(f64::NAN));
+            values.extend([
+                m.mean,
+                m.rms,
+                m.rms_velocity,
+                k_a,
+                k_dc,
+                m.contacts.ratio(),
+                m.contacts.impacts(),
+                m.force_mean,
+            ]);
+        }
+    }
+}
