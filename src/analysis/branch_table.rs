@@ -112,14 +112,14 @@ impl Recorder for MeasureRecorder<'_> {
 }
 
 /// A recorded column: its name, unit, and the factor from nondimensional to reported values.
-struct Recorded {
-    name: String,
-    unit: String,
-    factor: f64,
+pub(super) struct Recorded {
+    pub name: String,
+    pub unit: String,
+    pub factor: f64,
 }
 
 /// Names, units and factors of the recorded values, in their order.
-fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
+pub(super) fn recorded_columns(setting: &Setting<'_>) -> Vec<Recorded> {
     let scales = &setting.assembly.scales;
     let is_si = setting.is_si();
     let mut list = Vec::new();
@@ -256,61 +256,4 @@ pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
 /// Rattle metrics, one row a point.
 pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     rattle::table(swept, traced, recorded_columns(swept.setting).len())
-}
-
-/// Located events, with the r.m.s. deformation of every connection for the plots.
-pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
-    let setting = swept.setting;
-    let rows: Vec<_> = traced
-        .iter()
-        .enumerate()
-        .flat_map(|(b, t)| t.events.iter().map(move |e| (b, e)))
-        .collect();
-    let of =
-        |f: &dyn Fn(&BifurcationEvent) -> f64| rows.iter().map(|(_, e)| f(e)).collect::<Vec<f64>>();
-    // A parameter that falls along the path turns the bracket round.
-    let bracket = |e: &BifurcationEvent| {
-        let ends = (swept.value(e.bracket.0), swept.value(e.bracket.1));
-        (ends.0.min(ends.1), ends.0.max(ends.1))
-    };
-    let mut columns = vec![
-        text(
-            "kind",
-            rows.iter()
-                .map(|(_, e)| e.kind.word().to_string())
-                .collect(),
-        ),
-        float("omega", "", of(&|e| swept.excitation(e.lambda))),
-        float("parameter", &swept.unit, of(&|e| swept.value(e.lambda))),
-        integer(
-            "located",
-            rows.iter().map(|(_, e)| i64::from(e.located)).collect(),
-        ),
-        float("bracket_low", &swept.unit, of(&|e| bracket(e).0)),
-        float("bracket_high", &swept.unit, of(&|e| bracket(e).1)),
-        integer("branch", rows.iter().map(|(b, _)| *b as i64).collect()),
-        integer(
-            "after_point",
-            rows.iter().map(|(_, e)| e.after_point as i64).collect(),
-        ),
-        text("connection", rows.iter().map(|_| String::new()).collect()),
-    ];
-    for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
-        if name.starts_with("rms.") {
-            let value = |e: &BifurcationEvent| e.recorded.get(k).map_or(f64::NAN, |x| x * factor);
-            columns.push(float(name, unit, of(&value)));
-        }
-    }
-    if setting.is_si() {
-        let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;
-        columns.push(float(
-            "frequency_hz",
-            "Hz",
-            of(&|e| swept.excitation(e.lambda) * hertz),
-        ));
-    }
-    Table {
-        name: "events".into(),
-        columns,
-    }
 }

@@ -7,6 +7,7 @@ mod branch_figure;
 mod branch_table;
 mod columns;
 mod effective_frequencies;
+mod event_table;
 pub mod flow;
 mod frequency_response;
 mod initial;

@@ -73,7 +73,7 @@ fn default_folder(file: &Path) -> PathBuf {
     PathBuf::from("results").join(stem)
 }
 
-/// One line an analysis: rows, events by kind, how it ended.
+/// One line an analysis: rows, events by kind, how it ended; then what verifications brought.
 fn summary(reports: &[Report]) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
@@ -92,7 +92,11 @@ fn summary(reports: &[Report]) -> String {
             end.to_string(),
         ]);
     }
-    format!("{table}\n")
+    let verified = reports.iter().filter_map(|report| {
+        let message = report.summary.get("verify")?.get("message")?.as_str()?;
+        Some(format!("{}: {message}\n", report.name))
+    });
+    format!("{table}\n{}", verified.collect::<String>())
 }
 
 /// `2 fold, 4 period_doubling`.

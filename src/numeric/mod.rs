@@ -1,5 +1,6 @@
 //! Numerical tools that know nothing of vibration.
 
+pub mod assignment;
 pub mod bernstein;
 pub mod block;
 pub mod dense;

@@ -25,7 +25,13 @@ pub fn bracketed<E>(
     width: f64,
 ) -> Result<Bracketed, E> {
     let (mut x1, mut f1, mut x2, mut f2) = (b, fb, a, fa);
-    let mut t = 0.5;
+    // The secant, where it is finite and not too close to an end.
+    let secant = f1 / (f1 - f2);
+    let mut t = if secant.is_finite() {
+        secant.clamp(0.1, 0.9)
+    } else {
+        0.5
+    };
     loop {
         let x = x1 + t * (x2 - x1);
         let fx = f(x)?;
@@ -59,6 +65,46 @@ pub fn bracketed<E>(
         t = t.clamp(0.5 * relative, 1.0 - 0.5 * relative);
     }
 }
+
+/// Root of f near a guess at which its slope is about known, between two limits: the first step overshoots Newton's, so that two
+/// values enclose the root, and [`bracketed`] ends the search. `None` when no change of sign is met up to the limit.
+///
+/// # Errors
+/// Whatever `f` returns.
+pub fn near_guess<E>(
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+    guess: f64,
+    slope: f64,
+    limits: (f64, f64),
+    width: f64,
+) -> Result<Option<Bracketed>, E> {
+    let (mut x, mut value) = (guess, f(guess)?);
+    let mut stride = -OVERSHOOT * value / slope;
+    if !stride.is_finite() || stride.abs() < width {
+        stride = width * if value * slope > 0.0 { -1.0 } else { 1.0 };
+    }
+    loop {
+        if value == 0.0 {
+            let (root, low, high) = (x, x, x);
+            return Ok(Some(Bracketed { root, low, high }));
+        }
+        let next = (x + stride).clamp(limits.0, limits.1);
+        if next == x {
+            return Ok(None);
+        }
+        let beyond = f(next)?;
+        if (beyond > 0.0) != (value > 0.0) {
+            return bracketed(f, (x, value), (next, beyond), width).map(Some);
+        }
+        (x, value) = (next, beyond);
+        stride *= GROWTH;
+    }
+}
+
+/// Share of Newton's step that the first step from a guess takes: more than 1, so that it passes the root.
+const OVERSHOOT: f64 = 1.5;
+/// Factor by which the steps from a guess grow.
+const GROWTH: f64 = 4.0;
 
 /// Step of Newton's method from which on a step that does not shrink is rounding: double roots are known no better.
 const ROUNDING: f64 = 1e-8;
@@ -151,6 +197,30 @@ mod tests {
         let kink = |x: f64| Ok::<_, Infallible>(if x < 0.3 { -1e-3 } else { (x - 0.3).sqrt() });
         let found = bracketed(kink, (0.0, -1e-3), (1.0, 0.7), 1e-12).unwrap();
         assert!(found.low <= 0.3 && found.high >= 0.3 && found.high - found.low < 1e-11);
+    }
+
+    #[test]
+    fn finds_a_root_from_a_guess() {
+        let mut calls = 0;
+        let f = |x: f64| {
+            calls += 1;
+            Ok::<_, Infallible>(x.exp() - 2.0)
+        };
+        let found = near_guess(f, 0.69, 2.0, (0.0, 2.0), 1e-9).unwrap().unwrap();
+        assert!(found.low <= 2.0_f64.ln() && found.high >= 2.0_f64.ln());
+        assert!(found.high - found.low <= 1e-9 && calls <= 5, "{calls}");
+        // A slope of the wrong size costs steps, one of the wrong sign or no root at all ends at the limit.
+        let f = |x: f64| Ok::<_, Infallible>(x.exp() - 2.0);
+        assert!(
+            near_guess(f, 0.5, 50.0, (0.0, 2.0), 1e-9)
+                .unwrap()
+                .is_some()
+        );
+        assert!(
+            near_guess(f, 0.5, -2.0, (0.0, 2.0), 1e-9)
+                .unwrap()
+                .is_none()
+        );
     }
 
     #[test]

@@ -19,6 +19,36 @@ pub fn evaluate(coefficients: &[f64], tau: f64) -> [f64; 3] {
     sum
 }
 
+/// First derivative at the abscissae 2 pi j / out.len(), an even number of them; good to a few digits less than [`evaluate`].
+///
+/// Clenshaw's recurrence for the even and the odd part on half the period, all abscissae side by side.
+pub fn sample_derivative(coefficients: &[f64], out: &mut [f64]) {
+    let half = out.len() / 2;
+    let abscissa = |j: usize| std::f64::consts::PI * j as f64 / half as f64;
+    let double_cos: Vec<f64> = (0..=half).map(|j| 2.0 * abscissa(j).cos()).collect();
+    // Even part sum k s_k cos k tau, odd part -sum k c_k sin k tau; two levels of the recurrence each.
+    let mut even = [vec![0.0; half + 1], vec![0.0; half + 1]];
+    let mut odd = [vec![0.0; half + 1], vec![0.0; half + 1]];
+    for (k, pair) in coefficients[1..].chunks_exact(2).enumerate().rev() {
+        let k = (k + 1) as f64;
+        for ([upper, lower], c) in [(&mut even, k * pair[0]), (&mut odd, -k * pair[1])] {
+            // b_k = c_k + 2 cos(tau) b_k+1 - b_k+2: the older level is overwritten and the two change places.
+            for ((old, young), x) in lower.iter_mut().zip(upper.iter()).zip(&double_cos) {
+                *old = c + x * young - *old;
+            }
+            std::mem::swap(upper, lower);
+        }
+    }
+    for j in 0..=half {
+        let e = 0.5 * double_cos[j] * even[0][j] - even[1][j];
+        let o = abscissa(j).sin() * odd[0][j];
+        out[j % out.len()] = e + o;
+        if j > 0 && j < half {
+            out[2 * half - j] = e - o;
+        }
+    }
+}
+
 /// Coefficients of the derivative: sin parts <- -k cos, cos parts <- k sin. Rook & Singh (1995), D of eq. (10).
 pub fn differentiate(coefficients: &[f64], out: &mut [f64]) {
     out[0] = 0.0;
@@ -58,6 +88,14 @@ mod tests {
             let [_, first, second] = evaluate(&a, tau);
             assert!((first - evaluate(&d, tau)[0]).abs() < 1e-14);
             assert!((second - evaluate(&dd, tau)[0]).abs() < 1e-14);
+        }
+        for cells in [64, 66] {
+            let mut slopes = vec![0.0; cells];
+            sample_derivative(&a, &mut slopes);
+            for (j, slope) in slopes.iter().enumerate() {
+                let tau = std::f64::consts::TAU * j as f64 / cells as f64;
+                assert!((slope - evaluate(&d, tau)[0]).abs() < 1e-13);
+            }
         }
         assert!((mean_square_of_derivative(&a) - mean_square(&d)).abs() < 1e-14);
     }

@@ -6,7 +6,7 @@ use crate::element::{Element, ResponseSeries};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
 use crate::solve::galerkin::jumps::{self, Edge};
-use crate::solve::orbit::{Deformation, ExtremaFinder, FourierOrbit, Orbit};
+use crate::solve::orbit::{Deformation, FourierOrbit, Orbit};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
 
@@ -63,7 +63,6 @@ impl Measures {
 #[derive(Debug)]
 pub struct Meter {
     fourier: Fourier,
-    extrema: ExtremaFinder,
     phase: Vec<f64>,
     deformation: Vec<f64>,
     rate: Vec<f64>,
@@ -81,7 +80,6 @@ impl Meter {
         let buffer = || vec![0.0; samples];
         Meter {
             fourier: Fourier::new(samples),
-            extrema: ExtremaFinder::default(),
             phase: buffer(),
             deformation: buffer(),
             rate: buffer(),
@@ -115,7 +113,7 @@ impl Meter {
     fn connection(&mut self, system: &System, orbit: &FourierOrbit, e: usize) -> Measures {
         let deformation = orbit.deformation(system, e);
         self.sample(system, orbit, e, &deformation);
-        let extrema = self.extrema.find(&deformation);
+        let extrema = deformation.extrema();
         let values = || extrema.iter().map(|x| x.1);
         let (a, c) = (&self.coefficients, &self.force_coefficients);
         let scale = self.deformation.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -3,16 +3,12 @@
 use super::contacts::Contacts;
 use super::effective_stiffness;
 use super::measures::{Measures, is_clearance};
-use crate::numeric::bernstein::{RootFinder, evaluate};
+use crate::numeric::bernstein::RootFinder;
 use crate::numeric::quadrature::unit_nodes;
-use crate::numeric::roots::newton_bracketed;
 use crate::solve::orbit::Crossing;
-use crate::solve::segment_orbit::{SegmentOrbit, Stretch};
+use crate::solve::segment_orbit::{SegmentOrbit, StretchDeformation};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
-
-/// Abscissae between which an extremum is sought where a transmission error forbids the roots of polynomials.
-const CELLS: usize = 16;
 
 /// Sums over an orbit.
 #[derive(Debug, Default)]
@@ -41,76 +37,27 @@ impl Sums {
     }
 }
 
-/// Deformation of one connection on one stretch.
+/// Deformation of one connection on one stretch, with its law.
 struct Piece<'a> {
-    stretch: &'a Stretch,
+    deformation: StretchDeformation<'a>,
     mount: &'a Mount,
-    /// W q as a polynomial of the stretch.
-    polynomial: Vec<f64>,
-    omega: f64,
-    nu: f64,
+    /// Om / width: d/dT for one d/dx.
+    rate: f64,
 }
 
 impl Piece<'_> {
-    fn phase(&self, x: f64) -> f64 {
-        self.nu * (self.stretch.tau + x * self.stretch.width)
-    }
-
-    /// Deformation and its derivative with respect to x.
-    fn deformation(&self, x: f64) -> (f64, f64) {
-        let (value, slope) = evaluate(&self.polynomial, x);
-        match &self.mount.transmission_error {
-            None => (value, slope),
-            Some(e) => {
-                let phase = self.phase(x);
-                (
-                    value - e.value(phase),
-                    slope - e.derivative(phase) * self.nu * self.stretch.width,
-                )
-            }
-        }
-    }
-
     /// Deformation, rate, force and its partials, stiffness variation included.
     fn response(&self, x: f64) -> [f64; 5] {
-        let (q, slope) = self.deformation(x);
-        let v = slope * self.omega / self.stretch.width;
-        let r = self.mount.element.eval(q, v, self.phase(x));
+        let (q, slope) = self.deformation.at(x);
+        let phase = self.deformation.phase(x);
+        let v = slope * self.rate;
+        let r = self.mount.element.eval(q, v, phase);
         let s = self
             .mount
             .stiffness_variation
             .as_ref()
-            .map_or(1.0, |s| s.value(self.phase(x)));
+            .map_or(1.0, |s| s.value(phase));
         [q, v, s * r.f, s * r.df_dq, s * r.df_dv]
-    }
-
-    /// Abscissae inside the stretch where the deformation is extremal.
-    fn extrema(&self, finder: &mut RootFinder) -> Vec<f64> {
-        if self.mount.transmission_error.is_some() {
-            let slope = |x: f64| (self.deformation(x).1, 0.0);
-            let at = |k: usize| k as f64 / CELLS as f64;
-            let cells =
-                (0..CELLS).filter(|k| (slope(at(*k)).0 > 0.0) != (slope(at(*k + 1)).0 > 0.0));
-            return cells
-                .map(|k| newton_bracketed(slope, (at(k), slope(at(k)).0), at(k + 1)))
-                .collect();
-        }
-        let derivative: Vec<f64> = self
-            .polynomial
-            .iter()
-            .enumerate()
-            .skip(1)
-            .map(|(k, c)| k as f64 * c)
-            .collect();
-        let mut list = Vec::new();
-        let mut next = finder.first_root(&derivative);
-        while let Some(x) =
-            next.filter(|x| list.len() < 64 && list.last().is_none_or(|last| x > last))
-        {
-            list.push(x);
-            next = finder.first_root_after(&derivative, x + 1e-12);
-        }
-        list
     }
 }
 
@@ -139,29 +86,14 @@ fn connection(
         ..Sums::default()
     };
     for stretch in &orbit.stretches {
-        let mut polynomial = vec![0.0; stretch.count];
-        for (i, w) in system
-            .element_map()
-            .row(e)
-            .iter()
-            .enumerate()
-            .filter(|(_, w)| **w != 0.0)
-        {
-            polynomial
-                .iter_mut()
-                .zip(stretch.coordinate(i))
-                .for_each(|(p, c)| *p += w * c);
-        }
         let piece = Piece {
-            stretch,
+            deformation: orbit.deformation(system, e, stretch),
             mount,
-            polynomial,
-            omega: orbit.omega,
-            nu: orbit.subharmonic as f64,
+            rate: orbit.omega / stretch.width,
         };
         let share = stretch.width / TAU;
         if sums.low > sums.high {
-            sums.origin = piece.deformation(0.0).0;
+            sums.origin = piece.deformation.at(0.0).0;
         }
         // Exact to rounding for the squares of the polynomials here, whose high coefficients are tiny.
         for (x, weight) in unit_nodes() {
@@ -179,7 +111,12 @@ fn connection(
             sums.widen_force(f);
             sums.pulls |= pulls_possible && f64::from(mount.element.flank(q)) * f < 0.0;
         }
-        for x in piece.extrema(finder).into_iter().chain([0.0, 1.0]) {
+        for x in piece
+            .deformation
+            .extrema(finder)
+            .into_iter()
+            .chain([0.0, 1.0])
+        {
             let [q, _, f, _, _] = piece.response(x);
             (sums.low, sums.high) = (sums.low.min(q), sums.high.max(q));
             sums.widen_force(f);

@@ -3,10 +3,10 @@
 use super::continuation::{
     Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Started,
 };
-use super::events::{BifurcationEvent, EventKind, Probe, Step};
+use super::events::{BifurcationEvent, EventKind, Look, Probe, Step};
 use super::newton::NewtonOutcome;
 use super::orbit::Orbit;
-use super::residual::PeriodicResidual;
+use super::residual::{Extent, PeriodicResidual};
 use crate::error::SolveError;
 use crate::system::System;
 use nalgebra::DVector;
@@ -68,6 +68,15 @@ pub struct TraceOptions {
     pub stability: bool,
 }
 
+impl TraceOptions {
+    fn extent(&self) -> Extent {
+        match self.stability {
+            true => Extent::Stability,
+            false => Extent::Motion,
+        }
+    }
+}
+
 /// What the caller wants of every accepted point, so that solvers need not know post-processing.
 pub trait Recorder {
     /// Appends the values of one orbit of the system at lambda.
@@ -107,9 +116,11 @@ pub fn trace(
         options,
         recorder,
         branch,
+        before: None,
+        stride: 0.0,
     };
     let first = tracer.path.point().clone();
-    let mut last = tracer.probe(first, 0.0)?;
+    let mut last = tracer.probe(first, 1.0)?;
     if !tracer.push(&last)? {
         tracer.branch.end = PathEnd::Interrupted;
         return Ok(Ok(tracer.branch));
@@ -122,9 +133,10 @@ pub fn trace(
         }
         let point = tracer.path.point().clone();
         let next = tracer.probe(point, 1.0)?;
-        last.fraction = 0.0;
+        last.look.fraction = 0.0;
         let events = tracer.events(&last, &next)?;
         tracer.insert_marks(&last, &next, &events)?;
+        tracer.remember(last, &events);
         if !tracer.push(&next)? {
             tracer.branch.end = PathEnd::Interrupted;
             return Ok(Ok(tracer.branch));
@@ -139,6 +151,10 @@ struct Tracer<'a> {
     options: &'a TraceOptions,
     recorder: &'a mut dyn Recorder,
     branch: Branch,
+    /// A place before the present step, with smooth motion in between.
+    before: Option<Look>,
+    /// Length of the step before the present one.
+    stride: f64,
 }
 
 /// Two parameters closer than this, relative to their size, are the same mark.
@@ -146,26 +162,33 @@ const SAME_MARK: f64 = 1e-13;
 
 impl Tracer<'_> {
     fn probe(&mut self, point: PathPoint, fraction: f64) -> Result<Probe, SolveError> {
-        let multipliers = match self.options.stability {
-            true => self.problem.multipliers(&point.u, point.lambda)?,
-            false => Vec::new(),
-        };
-        Ok(Probe {
+        let survey = self
+            .problem
+            .survey(&point.u, point.lambda, self.options.extent())?;
+        let look = Look {
             fraction,
-            point,
-            multipliers,
-        })
+            lambda: point.lambda,
+            survey,
+        };
+        Ok(Probe { point, look })
     }
 
     fn events(&mut self, a: &Probe, b: &Probe) -> Result<Vec<BifurcationEvent>, SolveError> {
         let after_point = self.branch.points.len() - 1;
-        let mut step = Step {
-            path: &mut self.path,
-            problem: self.problem,
-            stability: self.options.stability,
-            after_point,
-        };
-        step.events(a, b)
+        if let Some(before) = &mut self.before {
+            // Measured in lengths of the present step.
+            before.fraction = -self.stride / self.path.chord();
+        }
+        let extent = self.options.extent();
+        let step = Step::new(&mut self.path, self.problem, extent, after_point);
+        step.events(self.before.as_ref(), a, b)
+    }
+
+    /// Keeps the begin of the step for the next one, unless something grazes in between.
+    fn remember(&mut self, begin: Probe, events: &[BifurcationEvent]) {
+        let is_smooth = events.iter().all(|e| e.kind.is_bifurcation());
+        self.before = is_smooth.then_some(begin.look);
+        self.stride = self.path.chord();
     }
 
     fn is_mark(&self, lambda: f64) -> bool {
@@ -185,7 +208,7 @@ impl Tracer<'_> {
         let mut stretches = vec![(0.0, a.point.lambda)];
         let folds = events
             .iter()
-            .filter(|e| e.kind == EventKind::Fold && e.located);
+            .filter(|e| e.kind == EventKind::Fold && e.is_located());
         stretches.extend(folds.map(|e| (e.fraction, e.lambda)));
         stretches.push((1.0, b.point.lambda));
         let mut solved = Vec::new();
@@ -205,8 +228,16 @@ impl Tracer<'_> {
                 .count();
             let mut event = event.clone();
             event.after_point += before;
-            if event.located {
-                event.recorded = self.record_at(event.fraction)?;
+            if let Some(point) = &event.point {
+                event.recorded = self.record_at(point)?;
+                if let EventKind::Grazing {
+                    connection,
+                    breakpoint,
+                } = event.kind
+                {
+                    let law = &self.problem.system_at(event.lambda)?.mounts()[connection].element;
+                    event.breakpoint = law.breakpoints().get(breakpoint).copied();
+                }
             }
             self.branch.events.push(event);
         }
@@ -217,27 +248,25 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// Values of the recorder at a fraction of the last step; empty when the corrector fails there.
-    fn record_at(&mut self, fraction: f64) -> Result<Vec<f64>, SolveError> {
+    /// Values of the recorder at a point of the path.
+    fn record_at(&mut self, point: &PathPoint) -> Result<Vec<f64>, SolveError> {
         let mut values = Vec::new();
-        if let Some(point) = self.path.at_fraction(self.problem, fraction)? {
-            let orbit = self.problem.orbit(&point.u, point.lambda)?;
-            let system = self.problem.system_at(point.lambda)?;
-            self.recorder
-                .record(point.lambda, system, &orbit, &mut values);
-        }
+        let orbit = self.problem.orbit(&point.u, point.lambda)?;
+        let system = self.problem.system_at(point.lambda)?;
+        self.recorder
+            .record(point.lambda, system, &orbit, &mut values);
         Ok(values)
     }
 
     /// Appends a point; false when the recorder asks to stop.
     fn push(&mut self, probe: &Probe) -> Result<bool, SolveError> {
         let point = &probe.point;
-        let orbit = self.problem.orbit(&point.u, point.lambda)?;
+        let survey = &probe.look.survey;
         let system = self.problem.system_at(point.lambda)?;
         let mut recorded = Vec::new();
         self.recorder
-            .record(point.lambda, system, &orbit, &mut recorded);
-        let stability = match probe.multipliers.first() {
+            .record(point.lambda, system, &survey.orbit, &mut recorded);
+        let stability = match survey.multipliers.first() {
             None => Stability::Unknown,
             Some(largest) if largest.norm() < 1.0 => Stability::Stable,
             Some(_) => Stability::Unstable,
@@ -247,7 +276,7 @@ impl Tracer<'_> {
             frequency: system.excitation_frequency(),
             is_mark: self.is_mark(point.lambda),
             unknowns: point.u.clone(),
-            multipliers: probe.multipliers.clone(),
+            multipliers: survey.multipliers.clone(),
             stability,
             newton: point.newton,
             recorded,

@@ -3,6 +3,7 @@
 //! They import the system and never the model. A numerical outcome (no convergence, end of a branch) is a value, never a
 //! panic and never an `Err`.
 
+mod affine;
 pub mod branch;
 pub mod continuation;
 pub mod equilibrium;

@@ -2,10 +2,9 @@
 
 use super::integrate::Switch;
 use super::segment_orbit::SegmentOrbit;
-use crate::numeric::fourier::Fourier;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
-use crate::system::System;
+use crate::system::{Mount, System};
 use std::f64::consts::TAU;
 
 /// A periodic solution.
@@ -90,26 +89,15 @@ impl Deformation<'_> {
         }
     }
 
-    /// Whether the deformation may reach a level: its distance from the mean is at most the sum of the amplitudes.
-    pub fn may_reach(&self, level: f64) -> bool {
-        let pairs = self.coefficients[1..].chunks_exact(2);
-        let reach: f64 = pairs.map(|p| p[0].abs() + p[1].abs()).sum();
-        self.error.is_some() || (level - self.coefficients[0]).abs() <= reach * (1.0 + 1e-12)
-    }
-
-    /// Cells of a period fine enough to separate extrema.
-    fn cells(&self) -> usize {
+    /// Extrema in the order of time over one period, the first one repeated a period later; empty when nothing moves.
+    pub fn extrema(&self) -> Vec<(f64, f64)> {
         let harmonics = self.coefficients.len() / 2;
         let fine = self
             .error
             .map_or(0, |e| 8 * self.subharmonic as usize * (1 + e.kinks().len()));
-        (8 * harmonics).max(64).max(fine).next_power_of_two()
-    }
-
-    /// Extrema between equally spaced slopes of one period.
-    fn extrema_between(&self, slopes: &[f64]) -> Vec<(f64, f64)> {
-        let cells = slopes.len();
+        let cells = (8 * harmonics).max(64).max(fine);
         let tau = |j: usize| j as f64 * TAU / cells as f64;
+        let slopes = self.slopes(cells);
         let mut list = Vec::new();
         for j in 0..cells {
             if (slopes[j] > 0.0) == (slopes[(j + 1) % cells] > 0.0) {
@@ -133,6 +121,19 @@ impl Deformation<'_> {
         list
     }
 
+    /// Derivatives at equally spaced instants of one period.
+    fn slopes(&self, cells: usize) -> Vec<f64> {
+        let mut list = vec![0.0; cells];
+        trigonometric::sample_derivative(&self.coefficients, &mut list);
+        if let Some(e) = self.error {
+            for (j, slope) in list.iter_mut().enumerate() {
+                let phase = self.subharmonic * j as f64 * TAU / cells as f64;
+                *slope -= self.subharmonic * e.derivative(phase);
+            }
+        }
+        list
+    }
+
     /// Instants at which the deformation passes a level, in no particular order, given its extrema.
     pub fn crossings(&self, level: f64, extrema: &[(f64, f64)]) -> Vec<f64> {
         let pieces = extrema
@@ -147,36 +148,6 @@ impl Deformation<'_> {
                 roots::newton_bracketed(f, (w[0].0, w[0].1 - level), w[1].0).rem_euclid(TAU)
             })
             .collect()
-    }
-}
-
-/// Finds the extrema of deformations; owns the transform that samples their slopes.
-#[derive(Debug, Default)]
-pub struct ExtremaFinder {
-    fourier: Option<Fourier>,
-    derivative: Vec<f64>,
-    slopes: Vec<f64>,
-}
-
-impl ExtremaFinder {
-    /// Extrema in the order of time over one period, the first one repeated a period later; empty when nothing moves.
-    pub fn find(&mut self, deformation: &Deformation<'_>) -> Vec<(f64, f64)> {
-        let cells = deformation.cells();
-        let fourier = match &mut self.fourier {
-            Some(fourier) if fourier.samples() == cells => fourier,
-            other => other.insert(Fourier::new(cells)),
-        };
-        self.derivative.resize(deformation.coefficients.len(), 0.0);
-        self.slopes.resize(cells, 0.0);
-        trigonometric::differentiate(&deformation.coefficients, &mut self.derivative);
-        fourier.to_samples(&self.derivative, &mut self.slopes);
-        if let Some(error) = deformation.error {
-            let nu = deformation.subharmonic;
-            for (j, slope) in self.slopes.iter_mut().enumerate() {
-                *slope -= nu * error.derivative(nu * j as f64 * TAU / cells as f64);
-            }
-        }
-        deformation.extrema_between(&self.slopes)
     }
 }
 
@@ -199,6 +170,15 @@ impl FourierOrbit {
             error,
             subharmonic: self.subharmonic as f64,
         }
+    }
+
+    /// Extrema of every deformation whose law has breakpoints; an empty list for the others.
+    pub fn extrema(&self, system: &System) -> Vec<Vec<(f64, f64)>> {
+        let one = |(k, mount): (usize, &Mount)| match mount.element.breakpoints().is_empty() {
+            true => Vec::new(),
+            false => self.deformation(system, k).extrema(),
+        };
+        system.mounts().iter().enumerate().map(one).collect()
     }
 
     /// State [q; v] at tau into `state`, 2n values.

@@ -74,6 +74,29 @@ pub trait Residual {
     ) -> Result<(), SolveError>;
 }
 
+/// How much to find out about one solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// The motion.
+    Motion,
+    /// The motion and its multipliers.
+    Stability,
+}
+
+/// What is known about one solution.
+#[derive(Debug, Clone)]
+pub struct Survey {
+    /// The orbit.
+    pub orbit: Orbit,
+    /// Extrema (tau, deformation) in the order of time, the first one repeated a period later; one list a connection, empty
+    /// for a law without breakpoints and where nothing moves.
+    pub extrema: Vec<Vec<(f64, f64)>>,
+    /// Breakpoints of every law at this parameter.
+    pub breakpoints: Vec<Vec<f64>>,
+    /// Floquet multipliers over one response period, by falling modulus; empty when not asked for, or where they cannot be had.
+    pub multipliers: Vec<Complex<f64>>,
+}
+
 /// A residual whose zeros are periodic orbits: everything that stability and post-processing need.
 pub trait PeriodicResidual: Residual {
     /// The system at a parameter.
@@ -88,6 +111,17 @@ pub trait PeriodicResidual: Residual {
     /// The system cannot be made at this parameter.
     fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError>;
 
+    /// The orbit of a solution with its extrema and its multipliers.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn survey(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        extent: Extent,
+    ) -> Result<Survey, SolveError>;
+
     /// Floquet multipliers over one response period, by falling modulus.
     ///
     /// # Errors
@@ -96,7 +130,9 @@ pub trait PeriodicResidual: Residual {
         &mut self,
         u: &DVector<f64>,
         lambda: f64,
-    ) -> Result<Vec<Complex<f64>>, SolveError>;
+    ) -> Result<Vec<Complex<f64>>, SolveError> {
+        Ok(self.survey(u, lambda, Extent::Stability)?.multipliers)
+    }
 }
 
 #[cfg(test)]

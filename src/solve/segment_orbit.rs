@@ -1,6 +1,10 @@
 //! A periodic orbit as stretches of polynomials between switching instants.
 
 use super::integrate::{Observer, Segment, Switch};
+use crate::numeric::bernstein::{RootFinder, evaluate};
+use crate::numeric::periodic::Periodic;
+use crate::numeric::roots::newton_bracketed;
+use crate::system::System;
 use std::f64::consts::TAU;
 
 /// A periodic solution from an integrator, to the integrator's accuracy.
@@ -48,7 +52,146 @@ impl Stretch {
     }
 }
 
+/// Abscissae between which an extremum is sought where a transmission error forbids the roots of polynomials.
+const CELLS: usize = 16;
+/// Extrema on one stretch at most.
+const MAX_EXTREMA: usize = 64;
+
+/// Deformation of one connection on one stretch: W q - e, W q a polynomial in x = (tau - begin) / width.
+#[derive(Debug, Clone)]
+pub struct StretchDeformation<'a> {
+    stretch: &'a Stretch,
+    polynomial: Vec<f64>,
+    error: Option<&'a Periodic>,
+    nu: f64,
+}
+
+impl StretchDeformation<'_> {
+    /// Phase of the response.
+    pub fn tau(&self, x: f64) -> f64 {
+        self.stretch.tau + x * self.stretch.width
+    }
+
+    /// Phase of the excitation.
+    pub fn phase(&self, x: f64) -> f64 {
+        self.nu * self.tau(x)
+    }
+
+    /// Deformation and its derivative with respect to x.
+    pub fn at(&self, x: f64) -> (f64, f64) {
+        let (value, slope) = evaluate(&self.polynomial, x);
+        match self.error {
+            None => (value, slope),
+            Some(e) => {
+                let phase = self.phase(x);
+                (
+                    value - e.value(phase),
+                    slope - e.derivative(phase) * self.nu * self.stretch.width,
+                )
+            }
+        }
+    }
+
+    /// Abscissae inside the stretch where the deformation is extremal.
+    pub fn extrema(&self, finder: &mut RootFinder) -> Vec<f64> {
+        if self.error.is_some() {
+            let slope = |x: f64| (self.at(x).1, 0.0);
+            let at = |k: usize| k as f64 / CELLS as f64;
+            let cells =
+                (0..CELLS).filter(|k| (slope(at(*k)).0 > 0.0) != (slope(at(*k + 1)).0 > 0.0));
+            return cells
+                .map(|k| newton_bracketed(slope, (at(k), slope(at(k)).0), at(k + 1)))
+                .collect();
+        }
+        let derivative: Vec<f64> = self
+            .polynomial
+            .iter()
+            .enumerate()
+            .skip(1)
+            .map(|(k, c)| k as f64 * c)
+            .collect();
+        let mut list = Vec::new();
+        let mut next = finder.first_root(&derivative);
+        while let Some(x) =
+            next.filter(|x| list.len() < MAX_EXTREMA && list.last().is_none_or(|last| x > last))
+        {
+            list.push(x);
+            next = finder.first_root_after(&derivative, x + 1e-12);
+        }
+        list
+    }
+}
+
 impl SegmentOrbit {
+    /// Deformation of a connection on one stretch.
+    pub fn deformation<'a>(
+        &self,
+        system: &'a System,
+        connection: usize,
+        stretch: &'a Stretch,
+    ) -> StretchDeformation<'a> {
+        let mut polynomial = vec![0.0; stretch.count];
+        let row = system.element_map().row(connection);
+        for (i, w) in row.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+            polynomial
+                .iter_mut()
+                .zip(stretch.coordinate(i))
+                .for_each(|(p, c)| *p += w * c);
+        }
+        StretchDeformation {
+            stretch,
+            polynomial,
+            error: system.mounts()[connection].transmission_error.as_ref(),
+            nu: self.subharmonic as f64,
+        }
+    }
+
+    /// Extrema (tau, deformation) of every connection whose law has breakpoints, in the order of time, the first one repeated a
+    /// period later; an empty list for the others and where nothing moves.
+    pub fn extrema(&self, system: &System) -> Vec<Vec<(f64, f64)>> {
+        let mut finder = RootFinder::new();
+        let mounts = system.mounts().iter().enumerate();
+        mounts
+            .map(|(k, mount)| match mount.element.breakpoints().is_empty() {
+                true => Vec::new(),
+                false => self.extrema_of(system, k, &mut finder),
+            })
+            .collect()
+    }
+
+    /// The slope's sign is read between the roots of each stretch: an extremum on a seam is found, and found once.
+    fn extrema_of(
+        &self,
+        system: &System,
+        connection: usize,
+        finder: &mut RootFinder,
+    ) -> Vec<(f64, f64)> {
+        let mut runs: Vec<(f64, f64, bool)> = Vec::new();
+        for stretch in &self.stretches {
+            let deformation = self.deformation(system, connection, stretch);
+            let mut ends = vec![0.0];
+            ends.extend(deformation.extrema(finder));
+            ends.push(1.0);
+            for pair in ends.windows(2).filter(|w| w[1] > w[0]) {
+                let rises = deformation.at(0.5 * (pair[0] + pair[1])).1 > 0.0;
+                let begin = (deformation.tau(pair[0]), deformation.at(pair[0]).0);
+                runs.push((begin.0, begin.1, rises));
+            }
+        }
+        let mut before = runs.last().is_some_and(|r| r.2);
+        let mut list = Vec::new();
+        for (tau, value, rises) in runs {
+            if rises != before {
+                list.push((tau, value));
+            }
+            before = rises;
+        }
+        if let Some((tau, value)) = list.first().copied() {
+            list.push((tau + TAU, value));
+        }
+        list
+    }
+
     /// An orbit without stretches: an observer of the integration over [0, 2 pi] fills it.
     pub fn new(omega: f64, subharmonic: usize, dof: usize) -> SegmentOrbit {
         SegmentOrbit {

@@ -6,15 +6,14 @@
 
 use super::family::Family;
 use super::floquet;
-use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
+use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, Observer, choose};
 use super::jumps;
 use super::orbit::Orbit;
-use super::residual::{Linearisation, PeriodicResidual, Residual};
+use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use super::segment_orbit::SegmentOrbit;
 use crate::error::SolveError;
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
-use num_complex::Complex;
 use std::f64::consts::TAU;
 
 /// The shooting residual of a family of systems.
@@ -67,28 +66,46 @@ impl<F: Family> Shooting<F> {
         Ok(())
     }
 
-    /// P^nu(u), with the transition matrix into `self.phi` when asked for.
+    /// P^nu(u) into `self.state`, watched.
     fn map(
         &mut self,
         u: &DVector<f64>,
         lambda: f64,
-        with_variation: bool,
+        observer: &mut dyn Observer,
     ) -> Result<IntegrationEnd, SolveError> {
         self.prepare(lambda)?;
         let system = self.family.at(lambda)?;
         self.state.copy_from_slice(u.as_slice());
-        if !with_variation {
-            return Ok(self
-                .integrator
-                .advance(system, (0.0, TAU), &mut self.state, &mut ()));
-        }
+        let period = (0.0, TAU);
+        Ok(self
+            .integrator
+            .advance(system, period, &mut self.state, observer))
+    }
+
+    /// The same with the transition matrix into `self.phi`.
+    fn map_with_variation(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<IntegrationEnd, SolveError> {
+        self.prepare(lambda)?;
+        let system = self.family.at(lambda)?;
+        self.state.copy_from_slice(u.as_slice());
         self.phi.fill_with_identity();
-        Ok(self.integrator.advance_with_variation(
-            system,
-            (0.0, TAU),
-            &mut self.state,
-            &mut self.phi,
-            &mut (),
+        let (state, phi) = (&mut self.state, &mut self.phi);
+        Ok(self
+            .integrator
+            .advance_with_variation(system, (0.0, TAU), state, phi, observer))
+    }
+
+    /// An orbit to be filled by the integration.
+    fn empty_orbit(&mut self, lambda: f64) -> Result<SegmentOrbit, SolveError> {
+        let system = self.family.at(lambda)?;
+        Ok(SegmentOrbit::new(
+            system.omega(),
+            system.subharmonic(),
+            system.dof(),
         ))
     }
 }
@@ -107,12 +124,12 @@ impl<F: Family> Residual for Shooting<F> {
         // The flow is good to rounding, and so is its difference quotient.
         let (low, high) = self.family.neighbours(lambda);
         for (value, is_high) in [(high, true), (low, false)] {
-            self.map(u, value, false)?;
+            self.map(u, value, &mut ())?;
             let column = out.dr_dlambda.iter_mut().zip(&self.state);
             column.for_each(|(d, x)| *d = if is_high { *x } else { (*d - x) / (high - low) });
         }
         // A flow that does not reach the end of the period has no image: the caller sees a residual that is not finite.
-        let end = self.map(u, lambda, true)?;
+        let end = self.map_with_variation(u, lambda, &mut ())?;
         let valid = if end == IntegrationEnd::Reached {
             1.0
         } else {
@@ -139,21 +156,36 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
     }
 
     fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
-        self.prepare(lambda)?;
-        let system = self.family.at(lambda)?;
-        self.state.copy_from_slice(u.as_slice());
-        let mut orbit = SegmentOrbit::new(system.omega(), system.subharmonic(), system.dof());
-        self.integrator
-            .advance(system, (0.0, TAU), &mut self.state, &mut orbit);
+        let mut orbit = self.empty_orbit(lambda)?;
+        self.map(u, lambda, &mut orbit)?;
         Ok(Orbit::Segments(orbit))
     }
 
-    fn multipliers(
+    fn survey(
         &mut self,
         u: &DVector<f64>,
         lambda: f64,
-    ) -> Result<Vec<Complex<f64>>, SolveError> {
-        self.map(u, lambda, true)?;
-        Ok(floquet::multipliers(&self.phi))
+        extent: Extent,
+    ) -> Result<Survey, SolveError> {
+        let mut orbit = self.empty_orbit(lambda)?;
+        let multipliers = match extent {
+            Extent::Motion => {
+                self.map(u, lambda, &mut orbit)?;
+                Vec::new()
+            }
+            Extent::Stability => match self.map_with_variation(u, lambda, &mut orbit)? {
+                IntegrationEnd::Reached => floquet::multipliers(&self.phi),
+                _ => Vec::new(),
+            },
+        };
+        let system = self.family.at(lambda)?;
+        let extrema = orbit.extrema(system);
+        let orbit = Orbit::Segments(orbit);
+        Ok(Survey {
+            orbit,
+            extrema,
+            breakpoints: system.breakpoints(),
+            multipliers,
+        })
     }
 }

@@ -215,6 +215,12 @@ impl System {
         &self.mounts
     }
 
+    /// Breakpoints of every law, ascending.
+    pub fn breakpoints(&self) -> Vec<Vec<f64>> {
+        let mounts = self.mounts.iter();
+        mounts.map(|m| m.element.breakpoints()).collect()
+    }
+
     /// Excitations.
     pub fn loads(&self) -> &[LoadSource] {
         &self.loads

@@ -11,3 +11,4 @@ mod hostile_input;
 mod laws_in_models;
 mod messages;
 mod output_files;
+mod verify;

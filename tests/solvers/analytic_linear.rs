@@ -8,7 +8,7 @@ use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::floquet::{Floquet, multipliers};
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::newton::NewtonOptions;
-use gearlash::solve::orbit::{ExtremaFinder, FourierOrbit};
+use gearlash::solve::orbit::FourierOrbit;
 use gearlash::solve::start::{self, Start, StartMode};
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
@@ -207,21 +207,13 @@ fn the_response_is_linear_until_it_grazes() {
     assert!((size - amplitude(grazing * 1.001)).abs() < 1e-12);
     assert!(
         above
-            .crossings(
-                &system,
-                0,
-                &ExtremaFinder::default().find(&above.deformation(&system, 0))
-            )
+            .crossings(&system, 0, &above.deformation(&system, 0).extrema())
             .is_empty()
     );
     let below = solve(&system, grazing * 0.999, 10);
     assert_eq!(
         below
-            .crossings(
-                &system,
-                0,
-                &ExtremaFinder::default().find(&below.deformation(&system, 0))
-            )
+            .crossings(&system, 0, &below.deformation(&system, 0).extrema())
             .len(),
         2
     );
@@ -236,7 +228,7 @@ fn extrema_and_crossings_of_a_known_polynomial() {
         omega: 0.7,
         subharmonic: 1,
     };
-    let extrema = ExtremaFinder::default().find(&orbit.deformation(&system, 0));
+    let extrema = orbit.deformation(&system, 0).extrema();
     let values: Vec<f64> = extrema.iter().map(|x| x.1).collect();
     assert!(
         values.iter().all(|v| (v.abs() - 2.0).abs() < 1e-14),

@@ -42,7 +42,7 @@ fn orbit(n: usize, omega: f64) -> FourierOrbit {
 /// Distance of each leading multiplier from the nearest of all, and whether none of larger modulus is missing.
 fn compare(system: &System, orbit: &FourierOrbit) -> usize {
     let mut floquet = Floquet::default();
-    let leading = floquet.multipliers(system, orbit);
+    let leading = floquet.multipliers(system, orbit, &orbit.extrema(system));
     let all = multipliers(&floquet.monodromy(system, orbit));
     assert_eq!(all.len(), 2 * system.dof());
     assert!(leading.len() >= 10 && leading.len() < all.len());

@@ -9,6 +9,7 @@ mod texts;
 
 mod analytic_linear;
 mod block_elimination;
+mod branch_events;
 mod continuation;
 mod crosscheck_excitations;
 mod crosscheck_integrators;
@@ -16,6 +17,7 @@ mod dopri5;
 mod dopri5_switches;
 mod exact_flow;
 mod long_trains;
+mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;
 mod residual_derivatives;

@@ -9,8 +9,11 @@ use gearlash::solve::branch::{self, Branch, Recorder, TraceOptions};
 use gearlash::solve::continuation::ContinuationOptions;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
+use gearlash::solve::integrate::IntegratorChoice;
 use gearlash::solve::newton::NewtonOptions;
 use gearlash::solve::orbit::Orbit;
+use gearlash::solve::residual::PeriodicResidual;
+use gearlash::solve::shooting::Shooting;
 use gearlash::solve::start::{self, Start, StartMode};
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
@@ -91,37 +94,117 @@ pub fn trace(
         harmonics,
         system.subharmonic(),
     ));
-    let size = GalerkinOptions { harmonics, samples };
-    let newton = NewtonOptions::default();
-    let u = match start::find(system, range.0, size, StartMode::Auto, newton).unwrap() {
-        Start::Found { u, .. } => u,
-        Start::Failed(reasons) => panic!("no start: {reasons:?}"),
-    };
-    let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
-    let continuation = ContinuationOptions {
+    balance(
+        system,
         range,
-        step: 0.02,
-        min_step: 1e-8,
-        max_step: 0.1,
-        max_points: 10_000,
-        weight: 1.0 / system.dof() as f64,
-        newton,
+        GalerkinOptions { harmonics, samples },
+        marks,
+        0.1,
+    )
+}
+
+/// The same with the largest step given.
+pub fn balance(
+    system: &System,
+    range: (f64, f64),
+    size: GalerkinOptions,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
+    let problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size).unwrap();
+    balance_problem(system, problem, range, size, marks, max_step)
+}
+
+/// The same with forces integrated in closed form.
+pub fn balance_exactly(
+    system: &System,
+    range: (f64, f64),
+    harmonics: usize,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
+    let samples = GalerkinOptions::default_samples(harmonics, system.subharmonic());
+    let size = GalerkinOptions { harmonics, samples };
+    let problem = Galerkin::new(FrequencyFamily::new(system.clone()), range.0, size)
+        .and_then(|p| p.with_exact_quadrature(range.0))
+        .unwrap();
+    balance_problem(system, problem, range, size, marks, max_step)
+}
+
+fn balance_problem(
+    system: &System,
+    mut problem: Galerkin<FrequencyFamily>,
+    range: (f64, f64),
+    size: GalerkinOptions,
+    marks: &[f64],
+    max_step: f64,
+) -> Branch {
+    let u = first_solution(system, range.0, size);
+    let mut options = trace_options(system, range, marks, max_step);
+    options.continuation.weight = 1.0 / system.dof() as f64;
+    let meter = Meter::new(size.samples);
+    branch::trace(&mut problem, u, &options, &mut RecordMeasures { meter })
+        .unwrap()
+        .unwrap()
+}
+
+/// A branch traced by shooting, started from a Galerkin orbit.
+pub fn shoot(
+    system: &System,
+    range: (f64, f64),
+    marks: &[f64],
+    choice: IntegratorChoice,
+    max_step: f64,
+) -> Branch {
+    let size = GalerkinOptions {
+        harmonics: 12,
+        samples: 1024,
     };
-    let options = TraceOptions {
-        continuation,
-        marks: marks.to_vec(),
-        stability: true,
-    };
+    let u = first_solution(system, range.0, size);
+    let family = || FrequencyFamily::new(system.clone());
+    let mut state = vec![0.0; 2 * system.dof()];
+    let orbit = Galerkin::new(family(), range.0, size)
+        .unwrap()
+        .orbit(&u, range.0)
+        .unwrap();
+    orbit.state(0.0, &mut state);
+    let mut problem = Shooting::new(family(), range.0, choice).unwrap();
+    let mut options = trace_options(system, range, marks, max_step);
+    options.continuation.newton.tolerance = 1e-12;
+    let meter = Meter::new(16);
     branch::trace(
         &mut problem,
-        u,
+        DVector::from_vec(state),
         &options,
-        &mut RecordMeasures {
-            meter: Meter::new(samples),
-        },
+        &mut RecordMeasures { meter },
     )
     .unwrap()
     .unwrap()
+}
+
+fn first_solution(system: &System, frequency: f64, size: GalerkinOptions) -> DVector<f64> {
+    let newton = NewtonOptions::default();
+    match start::find(system, frequency, size, StartMode::Auto, newton).unwrap() {
+        Start::Found { u, .. } => u,
+        Start::Failed(reasons) => panic!("no start: {reasons:?}"),
+    }
+}
+
+fn trace_options(system: &System, range: (f64, f64), marks: &[f64], max_step: f64) -> TraceOptions {
+    let continuation = ContinuationOptions {
+        range,
+        step: max_step.min(0.02),
+        min_step: 1e-8,
+        max_step,
+        max_points: 100_000,
+        weight: 0.5 / system.dof() as f64,
+        newton: NewtonOptions::default(),
+    };
+    TraceOptions {
+        continuation,
+        marks: marks.to_vec(),
+        stability: true,
+    }
 }
 
 /// Columns of [`RecordMeasures`] a connection.

@@ -3,10 +3,9 @@
 use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::solve::orbit::Orbit;
-use crate::solve::residual::{Linearisation, PeriodicResidual, Residual};
+use crate::solve::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use crate::system::System;
 use nalgebra::DVector;
-use num_complex::Complex;
 
 /// A problem whose residual is not a number where there is no system: the path following halves its step there and ends,
 /// instead of failing.
@@ -47,11 +46,12 @@ impl PeriodicResidual for Guarded<'_> {
         self.0.orbit(u, lambda)
     }
 
-    fn multipliers(
+    fn survey(
         &mut self,
         u: &DVector<f64>,
         lambda: f64,
-    ) -> Result<Vec<Complex<f64>>, SolveError> {
-        self.0.multipliers(u, lambda)
+        extent: Extent,
+    ) -> Result<Survey, SolveError> {
+        self.0.survey(u, lambda, extent)
     }
 }

@@ -35,6 +35,9 @@ macro_rules! response_keys {
             /// Samples a response period, a power of two.
             #[serde(default)]
             pub samples: Option<usize>,
+            /// How the forces are integrated over a period.
+            #[serde(default)]
+            pub quadrature: crate::analysis::response::Quadrature,
             /// Whether to compute Floquet multipliers and the bifurcations that they show.
             #[serde(default = "crate::analysis::response::defaults::stability")]
             pub stability: bool,
@@ -47,6 +50,9 @@ macro_rules! response_keys {
             /// Which orbits to keep.
             #[serde(default)]
             pub orbits: crate::analysis::response::Orbits,
+            /// Which points of Galerkin branches to take through the flow: none, all, or every k-th.
+            #[serde(default)]
+            pub verify: crate::analysis::response::Verify,
             /// First step of the path, in arclength; 0.02, or max_step where that is smaller, when absent.
             #[serde(default)]
             pub step: Option<f64>,
@@ -95,10 +101,12 @@ macro_rules! branch_settings {
             integrator: $keys.integrator,
             harmonics: $keys.harmonics,
             samples: $keys.samples,
+            quadrature: $keys.quadrature,
             stability: $keys.stability,
             subharmonic: $keys.subharmonic,
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
+            verify: $keys.verify,
             step: $keys.step,
             min_step: $keys.min_step,
             max_step: $keys.max_step,
@@ -159,6 +167,17 @@ impl Method {
             Method::Integration => "integration",
         }
     }
+}
+
+/// How the Galerkin method integrates forces over a period.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Quadrature {
+    /// Equally spaced samples; any law.
+    #[default]
+    Sampled,
+    /// Closed form between switching instants; piecewise-affine laws.
+    Exact,
 }
 
 /// Which orbits to keep.

@@ -1,8 +1,8 @@
 //! Responses against a parameter: what `frequency_response` and `parameter_response` share.
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
-//! along a number of the model; `trace`: method by method
-//! from a first solution along the parameter; `integration`: the method that follows attractors; `report`: tables and figure.
+//! along a number of the model; `trace`: method by method from a first solution along the parameter; `integration`: the method
+//! that follows attractors; `verify`: the same points by the flow; `report`: tables and figure.
 
 mod guarded;
 mod integration;
@@ -13,8 +13,10 @@ mod report;
 mod settings;
 mod swept;
 mod trace;
+mod verify;
 
-pub use keys::{BranchSettings, Method, Orbits};
+pub use keys::{BranchSettings, Method, Orbits, Quadrature};
 pub(super) use keys::{branch_settings, defaults, response_keys};
 pub(super) use swept::{Here, Swept};
 pub(super) use trace::{run, tables};
+pub use verify::Verify;

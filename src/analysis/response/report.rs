@@ -1,9 +1,11 @@
 //! What the methods delivered, as tables, a figure and a summary.
 
 use super::orbits::OrbitTable;
+use super::verify::Verification;
 use super::{Method, Swept};
 use crate::analysis::branch_figure::{self, MAX_PANELS};
 use crate::analysis::branch_table::{self, Traced};
+use crate::analysis::event_table;
 use crate::analysis::multiplier_table;
 use crate::postprocess::attractor::Label;
 use crate::report::{Report, Table, Values};
@@ -114,6 +116,7 @@ pub(super) fn assemble(
     swept: &Swept<'_>,
     delivered: &[Delivered],
     orbits: Option<OrbitTable>,
+    verification: Option<&Verification>,
 ) -> Report {
     let setting = swept.setting;
     let traced: Vec<Traced<'_>> = delivered
@@ -125,7 +128,7 @@ pub(super) fn assemble(
             method: d.method,
         })
         .collect();
-    let events = branch_table::events(swept, &traced);
+    let events = event_table::events(swept, &traced);
     let mut report = Report {
         figure: Some(branch_figure::figure(swept, &traced)),
         ..Report::default()
@@ -142,11 +145,20 @@ pub(super) fn assemble(
     report.tables.push(events);
     report.tables.push(branch_table::rattle(swept, &traced));
     report.tables.extend(orbits.map(|o| o.finish(setting)));
+    if let Some(verification) = verification {
+        report.tables.push(verification.table(swept));
+        let value = verification.as_value();
+        report.summary.insert("verify".into(), value);
+    }
     let count = setting.assembly.connections.len();
     if count > MAX_PANELS {
         report.caption = format!(
             "Shown are the first {MAX_PANELS} of {count} connections; the table has all of them."
         );
+    }
+    if let Some(verification) = verification {
+        let parts = [std::mem::take(&mut report.caption), verification.message()];
+        report.caption = parts.join(" ").trim().to_owned();
     }
     let complaints: Vec<String> = delivered
         .iter()

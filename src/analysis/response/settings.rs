@@ -1,12 +1,12 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
-use super::{BranchSettings, Method};
+use super::{BranchSettings, Method, Quadrature};
 use crate::analysis::poincare_map::check_periods;
 use crate::analysis::{Fault, Setting, flow};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
 use crate::solve::continuation::ContinuationOptions;
-use crate::solve::family::FrequencyFamily;
+use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::galerkin::{Galerkin, GalerkinOptions};
 use crate::solve::jumps::refuse_hidden;
 use crate::solve::newton::NewtonOptions;
@@ -14,6 +14,8 @@ use crate::system::System;
 
 /// First step when none is given.
 const FIRST_STEP: f64 = 0.02;
+/// Share of the tolerance that shooting's corrector is held to.
+const SHOOTING_TOLERANCE: f64 = 1e-2;
 /// Values of an integrated response when no number is given.
 const POINTS: usize = 200;
 /// Periods before the record at every value when no number is given.
@@ -55,10 +57,33 @@ impl BranchSettings {
         }
     }
 
+    /// The same problem with the quadrature asked for.
+    ///
+    /// # Errors
+    /// A connection that does not allow it.
+    pub(super) fn with_quadrature<F: Family>(
+        &self,
+        galerkin: Galerkin<F>,
+        lambda: f64,
+    ) -> Result<Galerkin<F>, SolveError> {
+        match self.quadrature {
+            Quadrature::Sampled => Ok(galerkin),
+            Quadrature::Exact => galerkin.with_exact_quadrature(lambda),
+        }
+    }
+
     pub(super) fn newton(&self) -> NewtonOptions {
         NewtonOptions {
             tolerance: self.tolerance,
             ..NewtonOptions::default()
+        }
+    }
+
+    /// The flow is good to rounding, and so shall its fixed points be.
+    pub(super) fn shooting_newton(&self) -> NewtonOptions {
+        NewtonOptions {
+            tolerance: SHOOTING_TOLERANCE * self.tolerance,
+            ..self.newton()
         }
     }
 
@@ -115,7 +140,7 @@ impl BranchSettings {
     pub(in crate::analysis) fn check(&self, setting: &Setting<'_>, system: &System) -> Vec<Fault> {
         let mut faults = self.check_methods(setting, system);
         faults.extend(self.check_integration());
-        faults.extend(self.check_size(system));
+        faults.extend(self.check_size(setting, system));
         faults
     }
 
@@ -130,7 +155,11 @@ impl BranchSettings {
         if methods.is_empty() || repeated {
             faults.push(Fault::new("methods", "wanted a list of different methods"));
         }
-        if methods.iter().any(|m| *m != Method::Galerkin) {
+        if self.verify.is_asked_for() && !methods.contains(&Method::Galerkin) {
+            let message = "`verify` takes points of the method `galerkin` through the flow, which is not asked for";
+            faults.push(Fault::new("verify", message));
+        }
+        if self.verify.is_asked_for() || methods.iter().any(|m| *m != Method::Galerkin) {
             faults.extend(flow::integrator(setting, system, self.integrator).err());
         }
         if methods.contains(&Method::Shooting)
@@ -172,7 +201,7 @@ impl BranchSettings {
         faults
     }
 
-    fn check_size(&self, system: &System) -> Vec<Fault> {
+    fn check_size(&self, setting: &Setting<'_>, system: &System) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.subharmonic == 0 {
             faults.push(Fault::new("subharmonic", "0 must be at least 1"));
@@ -206,8 +235,14 @@ impl BranchSettings {
         if faults.is_empty() && is_periodic {
             let mut system = system.clone();
             system.set_subharmonic(self.subharmonic);
-            let galerkin = Galerkin::new(FrequencyFamily::new(system), 1.0, self.size());
-            faults.extend(galerkin.err().map(fault_of));
+            match Galerkin::new(FrequencyFamily::new(system), 1.0, self.size()) {
+                Err(error) => faults.push(fault_of(error)),
+                Ok(galerkin) => {
+                    let refused = self.with_quadrature(galerkin, 1.0).err();
+                    let message = refused.map(|error| setting.name_connection(&error));
+                    faults.extend(message.map(|m| Fault::new("quadrature", m)));
+                }
+            }
         }
         faults
     }

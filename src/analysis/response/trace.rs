@@ -4,6 +4,7 @@ use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
+use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::Error;
@@ -34,17 +35,20 @@ pub(in crate::analysis) fn run(
         swept,
         delivered: Vec::new(),
         orbits: OrbitTable::new(swept.setting),
+        verification: Verification::new(),
         warnings: Vec::new(),
     };
     work.trace_all()?;
     let Work {
         delivered,
         orbits,
+        verification,
         warnings,
         ..
     } = work;
     let orbits = settings.orbits.are_kept().then_some(orbits);
-    let mut report = report::assemble(swept, &delivered, orbits);
+    let verification = settings.verify.is_asked_for().then_some(&verification);
+    let mut report = report::assemble(swept, &delivered, orbits, verification);
     report.warnings = warnings;
     let seconds = began.elapsed().as_secs_f64();
     for (key, value) in [
@@ -61,7 +65,8 @@ pub(in crate::analysis) fn tables(settings: &BranchSettings, swept: &Swept<'_>) 
     let delivered: Vec<Delivered> = settings.methods().into_iter().map(Delivered::new).collect();
     let orbits = OrbitTable::new(swept.setting);
     let orbits = settings.orbits.are_kept().then_some(orbits);
-    report::assemble(swept, &delivered, orbits).tables
+    let verification = settings.verify.is_asked_for().then(Verification::new);
+    report::assemble(swept, &delivered, orbits, verification.as_ref()).tables
 }
 
 /// What a run collects while it goes from method to method.
@@ -70,6 +75,7 @@ struct Work<'a> {
     swept: &'a Swept<'a>,
     delivered: Vec<Delivered>,
     orbits: OrbitTable,
+    verification: Verification,
     warnings: Vec<String>,
 }
 
@@ -81,9 +87,6 @@ struct First<'a> {
 
 /// Distance in which the end of a model explains the end of a branch.
 const BORDER: f64 = 1e-4;
-
-/// Share of the tolerance that shooting's corrector is held to.
-const SHOOTING_TOLERANCE: f64 = 1e-2;
 
 impl<'a> Work<'a> {
     fn trace_all(&mut self) -> Result<(), Error> {
@@ -106,7 +109,8 @@ impl<'a> Work<'a> {
     /// Looks for the first solution at the beginning of the range.
     fn first(&mut self) -> Result<First<'a>, Error> {
         let (settings, from) = (self.settings, self.swept.range.0);
-        let mut galerkin = Galerkin::new(self.swept.family()?, from, settings.size())?;
+        let galerkin = Galerkin::new(self.swept.family()?, from, settings.size())?;
+        let mut galerkin = settings.with_quadrature(galerkin, from)?;
         let system = galerkin.system_at(from)?;
         let found = start::find(
             system,
@@ -138,6 +142,13 @@ impl<'a> Work<'a> {
         };
         if method == Method::Galerkin {
             self.trace(&mut first.galerkin, u, &mut delivered)?;
+            if self.settings.verify.is_asked_for() {
+                let given = (self.settings, self.swept);
+                let (number, newton) = (self.delivered.len(), self.settings.shooting_newton());
+                let (galerkin, points) = (&mut first.galerkin, &delivered.points);
+                self.verification
+                    .add(given, galerkin, number, points, newton)?;
+            }
             return Ok(delivered);
         }
         let orbit = first.galerkin.orbit(&u, from)?;
@@ -164,8 +175,7 @@ impl<'a> Work<'a> {
         let weight = weight(problem.system_at(from)?).min(weight(problem.system_at(to)?));
         let mut continuation = settings.continuation(swept.range, weight);
         if delivered.method == Method::Shooting {
-            // The flow is good to rounding, and so shall the fixed point be.
-            continuation.newton.tolerance *= SHOOTING_TOLERANCE;
+            continuation.newton = settings.shooting_newton();
             continuation.weight *= 0.5;
         }
         let options = TraceOptions {
@@ -273,7 +283,7 @@ impl<'a> Work<'a> {
                 "{name}: the contact pulls somewhere on the branch (1 + beta v < 0): impact damping is beyond its range"
             ));
         }
-        for event in delivered.events.iter().filter(|e| !e.located) {
+        for event in delivered.events.iter().filter(|e| !e.is_located()) {
             let (low, high) = event.bracket;
             list.push(format!(
                 "a {} between {} and {} could not be located",

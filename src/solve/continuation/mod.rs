@@ -4,6 +4,7 @@
 
 mod bordered;
 mod corner;
+mod interpolant;
 mod types;
 
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
@@ -35,6 +36,9 @@ pub enum Started {
 
 /// Largest angle between successive tangents; a step that turns further is halved [rad].
 const MAX_TURN: f64 = 0.5;
+/// Largest distance of a point from its prediction, in lengths of the step: a smooth path that turns by the largest angle stays
+/// nearer, and what lies farther may be another path.
+const MAX_SHIFT: f64 = 0.3;
 /// Angle between successive tangents that the step length aims for [rad].
 const TURN_AIM: f64 = 0.15;
 /// Steps below this share of the first one may turn as they like: the path has a corner there.
@@ -162,8 +166,8 @@ impl Continuation {
             let next = self.correct(problem, &base, self.step, guess, lambda)?;
             let turn = self.turn(&base, &next);
             let is_corner = self.step < CORNER_STEP * self.options.step;
-            if next.newton.is_converged() && next.orientation != 0 && (turn < MAX_TURN || is_corner)
-            {
+            let is_near = turn < MAX_TURN && self.shift(&base, &next) < MAX_SHIFT;
+            if next.newton.is_converged() && next.orientation != 0 && (is_near || is_corner) {
                 self.judge_predictors(&next);
                 self.stride = self.step;
                 self.adapt(next.newton.iterations, turn);
@@ -213,14 +217,6 @@ impl Continuation {
         } else {
             Predictor::Tangent
         };
-    }
-
-    /// Length of the last step.
-    fn chord(&self) -> f64 {
-        let (a, b) = (&self.origin, &self.point);
-        let chord = &b.u - &a.u;
-        let step = b.lambda - a.lambda;
-        self.dot(&chord, step, &chord, step).sqrt()
     }
 
     /// Ends the path exactly at the border of the range when the last step crossed it, or where the path closes.
@@ -346,22 +342,6 @@ impl Continuation {
         Ok(Some((fraction, point)))
     }
 
-    /// Cubic Hermite interpolant of the last step.
-    fn interpolate(&self, x: f64) -> (DVector<f64>, f64) {
-        let (a, b) = (&self.origin, &self.point);
-        let chord = &b.u - &a.u;
-        let length = self.chord();
-        let h11 = x * x * (x - 1.0) * length;
-        let h10 = x * (x - 1.0) * (x - 1.0) * length;
-        let h01 = x * x * (3.0 - 2.0 * x);
-        let u = &a.u + chord * h01 + &a.tangent_u * h10 + &b.tangent_u * h11;
-        let lambda = a.lambda
-            + (b.lambda - a.lambda) * h01
-            + a.tangent_lambda * h10
-            + b.tangent_lambda * h11;
-        (u, lambda)
-    }
-
     fn dot(&self, u: &DVector<f64>, lambda: f64, v: &DVector<f64>, mu: f64) -> f64 {
         self.options.weight * u.dot(v) + lambda * mu
     }
@@ -375,6 +355,13 @@ impl Continuation {
         )
         .clamp(-1.0, 1.0)
         .acos()
+    }
+
+    /// Distance of a corrected point from its prediction, in lengths of the step.
+    fn shift(&self, base: &PathPoint, next: &PathPoint) -> f64 {
+        let u = &next.u - &base.u - &base.tangent_u * self.step;
+        let lambda = next.lambda - base.lambda - base.tangent_lambda * self.step;
+        self.dot(&u, lambda, &u, lambda).sqrt() / self.step
     }
 
     /// Step length for the next step: few iterations and small turns lengthen it.

@@ -60,7 +60,7 @@ impl ContinuationOptions {
 }
 
 /// A point of the path with its unit tangent.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PathPoint {
     /// Unknowns.
     pub u: DVector<f64>,

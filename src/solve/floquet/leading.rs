@@ -18,11 +18,15 @@ const TOLERANCE: f64 = 1e-9;
 
 impl Floquet {
     /// The multipliers of largest modulus: at least [`WANTED`], and all outside the unit circle.
-    pub(super) fn leading(&mut self, system: &System, orbit: &FourierOrbit) -> Vec<Complex<f64>> {
+    pub(super) fn leading(
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+    ) -> Vec<Complex<f64>> {
         if jumps::refuse_hidden(system).is_err() {
             return Vec::new();
         }
-        let stretches = Stretches::new(system, orbit, &mut self.extrema);
+        let stretches = Stretches::new(system, orbit, extrema);
         let mut flow = Flow::new(system, orbit, &stretches);
         let mut subspace = Subspace::new(2 * system.dof());
         loop {

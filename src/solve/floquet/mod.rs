@@ -4,7 +4,7 @@ mod leading;
 mod variation;
 
 use super::jumps;
-use super::orbit::{ExtremaFinder, FourierOrbit};
+use super::orbit::FourierOrbit;
 use crate::numeric::dense;
 use crate::numeric::exponential::Exponential;
 use crate::system::System;
@@ -40,17 +40,22 @@ impl Spectrum {
 /// Computes transition matrices and multipliers along Fourier orbits; owns its buffers.
 #[derive(Debug, Default)]
 pub struct Floquet {
-    extrema: ExtremaFinder,
     exponential: Option<Exponential>,
 }
 
 impl Floquet {
     /// Multipliers over one response period by falling modulus: all, or the leading ones of a long train ([`Spectrum::of`]).
     /// None when they are not known: a law with hidden jumps, an overflow, an iteration that does not converge.
-    pub fn multipliers(&mut self, system: &System, orbit: &FourierOrbit) -> Vec<Complex<f64>> {
+    /// `extrema`: of the deformations, one list a connection.
+    pub fn multipliers(
+        &mut self,
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+    ) -> Vec<Complex<f64>> {
         match Spectrum::of(system.dof()) {
-            Spectrum::All => multipliers(&self.monodromy(system, orbit)),
-            Spectrum::Leading => self.leading(system, orbit),
+            Spectrum::All => multipliers(&self.transition(system, orbit, extrema)),
+            Spectrum::Leading => Floquet::leading(system, orbit, extrema),
         }
     }
 
@@ -65,11 +70,20 @@ impl Floquet {
     ///
     /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
     pub fn monodromy(&mut self, system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
+        self.transition(system, orbit, &orbit.extrema(system))
+    }
+
+    fn transition(
+        &mut self,
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+    ) -> DMatrix<f64> {
         let size = 2 * system.dof();
         if jumps::refuse_hidden(system).is_err() {
             return DMatrix::from_element(size, size, f64::NAN);
         }
-        let stretches = Stretches::new(system, orbit, &mut self.extrema);
+        let stretches = Stretches::new(system, orbit, extrema);
         let exponential = match &mut self.exponential {
             Some(exponential) if exponential.size() == size => exponential,
             other => other.insert(Exponential::new(size)),

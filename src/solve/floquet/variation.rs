@@ -2,7 +2,7 @@
 
 use crate::numeric::periodic::Periodic;
 use crate::solve::jumps;
-use crate::solve::orbit::{ExtremaFinder, FourierOrbit};
+use crate::solve::orbit::FourierOrbit;
 use crate::system::{Mount, Scratch, System};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -52,7 +52,7 @@ pub(super) struct Stretches {
 }
 
 impl Stretches {
-    pub fn new(system: &System, orbit: &FourierOrbit, extrema: &mut ExtremaFinder) -> Stretches {
+    pub fn new(system: &System, orbit: &FourierOrbit, extrema: &[Vec<(f64, f64)>]) -> Stretches {
         let (cuts, mut passages) = cuts(system, orbit, extrema);
         let is_constant = system.mounts().iter().all(is_piecewise_constant);
         let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
@@ -79,17 +79,14 @@ impl Stretches {
 fn cuts(
     system: &System,
     orbit: &FourierOrbit,
-    extrema: &mut ExtremaFinder,
+    extrema: &[Vec<(f64, f64)>],
 ) -> (Vec<f64>, Vec<Passage>) {
     let (mut list, mut passages) = (vec![0.0, TAU], Vec::new());
     for (k, mount) in system.mounts().iter().enumerate() {
-        let mut breakpoints = mount.element.breakpoints();
-        let deformation = orbit.deformation(system, k);
-        breakpoints.retain(|level| deformation.may_reach(*level));
-        if !breakpoints.is_empty() {
-            let extrema = extrema.find(&deformation);
-            for level in breakpoints {
-                for tau in deformation.crossings(level, &extrema) {
+        if !extrema[k].is_empty() {
+            let deformation = orbit.deformation(system, k);
+            for level in mount.element.breakpoints() {
+                for tau in deformation.crossings(level, &extrema[k]) {
                     list.push(tau);
                     if !mount.element.is_discontinuous() {
                         continue;

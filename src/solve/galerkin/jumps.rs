@@ -29,6 +29,19 @@ pub struct Edge {
     pub impulse: f64,
 }
 
+impl Edge {
+    /// A jump whose place is known exactly: its impulse alone counts.
+    pub fn of_impulse(tau: f64, impulse: f64) -> Edge {
+        Edge {
+            tau,
+            shift: 0.0,
+            before: 0.0,
+            after: 0.0,
+            impulse,
+        }
+    }
+}
+
 /// The jumps of a connection's force over one period, in no particular order.
 ///
 /// `x`: samples of the deformation; `at`: deformation and its slope at tau; `omega`: Om, `nu`: subharmonic index.

@@ -5,13 +5,15 @@
 //! Unknowns are coordinate-major: coefficient k of coordinate i stands at i (2H + 1) + k, in the order mean, sin 1, cos 1, ...
 
 mod aft;
+mod exact;
 mod hill;
 pub mod jumps;
+mod switching;
 
 use super::family::Family;
 use super::floquet::Floquet;
 use super::orbit::{FourierOrbit, Orbit};
-use super::residual::{Linearisation, PeriodicResidual, Residual};
+use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use crate::error::SolveError;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::jacobian::Structure;
@@ -19,8 +21,8 @@ use crate::numeric::pattern::Pattern;
 use crate::numeric::trigonometric;
 use crate::system::{LoadKind, System};
 use aft::Sampling;
+use exact::ExactQuadrature;
 use nalgebra::DVector;
-use num_complex::Complex;
 
 /// Size of the Galerkin approximation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +48,8 @@ pub struct Galerkin<F: Family> {
     coefficients: usize,
     structure: Structure,
     sampling: Sampling,
+    /// Takes the place of sampling where it was asked for.
+    exact: Option<ExactQuadrature>,
     /// Load coefficients of values and of rates (to be multiplied by nu Om), coordinate-major.
     load: Vec<f64>,
     load_rate: Vec<f64>,
@@ -83,12 +87,23 @@ impl<F: Family> Galerkin<F> {
             coefficients,
             structure,
             sampling,
+            exact: None,
             load,
             load_rate,
             derivative,
             shifted,
             floquet: Floquet::default(),
         })
+    }
+
+    /// The same with forces integrated in closed form between switching instants instead of sampled.
+    ///
+    /// # Errors
+    /// [`SolveError::Unsupported`] names the connection that does not allow it.
+    pub fn with_exact_quadrature(mut self, lambda: f64) -> Result<Galerkin<F>, SolveError> {
+        let harmonics = self.coefficients / 2;
+        self.exact = Some(ExactQuadrature::new(self.family.at(lambda)?, harmonics)?);
+        Ok(self)
     }
 
     /// 2H + 1, Fourier coefficients a coordinate.
@@ -125,7 +140,10 @@ impl<F: Family> Galerkin<F> {
             return Ok(());
         }
         let system = self.family.at(lambda)?;
-        self.sampling.prepare(system);
+        match &mut self.exact {
+            None => self.sampling.prepare(system),
+            Some(exact) => exact.prepare(system)?,
+        }
         if !self.structure.holds(system.coupled_pairs()) {
             self.structure = structure(system, self.coefficients);
         }
@@ -159,7 +177,10 @@ impl<F: Family> Galerkin<F> {
         }
         out.magnitude = out.r.amax();
         linear_terms(system, c, u, &mut self.derivative, out);
-        self.sampling.add_forces(system, u, out);
+        match &mut self.exact {
+            None => self.sampling.add_forces(system, u, out),
+            Some(exact) => exact.add_forces(system, u, out),
+        }
         Ok(())
     }
 
@@ -218,14 +239,26 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         self.fourier_orbit(u, lambda).map(Orbit::Fourier)
     }
 
-    fn multipliers(
+    fn survey(
         &mut self,
         u: &DVector<f64>,
         lambda: f64,
-    ) -> Result<Vec<Complex<f64>>, SolveError> {
+        extent: Extent,
+    ) -> Result<Survey, SolveError> {
         let orbit = self.fourier_orbit(u, lambda)?;
         let system = self.family.at(lambda)?;
-        Ok(self.floquet.multipliers(system, &orbit))
+        let extrema = orbit.extrema(system);
+        let multipliers = match extent {
+            Extent::Motion => Vec::new(),
+            Extent::Stability => self.floquet.multipliers(system, &orbit, &extrema),
+        };
+        let orbit = Orbit::Fourier(orbit);
+        Ok(Survey {
+            orbit,
+            extrema,
+            breakpoints: system.breakpoints(),
+            multipliers,
+        })
     }
 }
 
@@ -341,7 +374,7 @@ const PROJECTION_SAMPLES: usize = 8192;
 
 impl crate::numeric::periodic::Periodic {
     /// Highest order of a Fourier series; `None` for tables and steps, which have no highest order.
-    fn highest_order(&self) -> Option<usize> {
+    pub(crate) fn highest_order(&self) -> Option<usize> {
         match self {
             Self::Fourier { harmonics, .. } => harmonics.iter().map(|h| h.order).max(),
             Self::Table { .. } | Self::Rectangular { .. } => None,

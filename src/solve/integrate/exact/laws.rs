@@ -1,72 +1,9 @@
-//! Piecewise-affine laws as tables of slopes and offsets, region by region.
+//! The laws of a system that the exact flow can take.
 
-use crate::element::Element;
 use crate::error::SolveError;
 use crate::numeric::periodic::Periodic;
+use crate::solve::affine::AffineLaw;
 use crate::system::{Mount, System};
-
-/// A law between its breakpoints: f = slope x + offset.
-#[derive(Debug, Clone)]
-pub struct AffineLaw {
-    /// Ascending.
-    pub breakpoints: Vec<f64>,
-    /// One more than breakpoints.
-    pub slopes: Vec<f64>,
-    /// One more than breakpoints.
-    pub offsets: Vec<f64>,
-    /// Flank in each region.
-    pub flanks: Vec<i8>,
-}
-
-impl AffineLaw {
-    /// Slopes and offsets read off the law inside each region.
-    fn read(element: &dyn Element) -> AffineLaw {
-        let breakpoints = element.breakpoints();
-        let inside = |r: usize| match (r.checked_sub(1).map(|k| breakpoints[k]), breakpoints.get(r))
-        {
-            (None, None) => 0.0,
-            (Some(left), None) => left + left.abs() + 1.0,
-            (None, Some(right)) => right - right.abs() - 1.0,
-            (Some(left), Some(right)) => 0.5 * (left + right),
-        };
-        let regions = breakpoints.len() + 1;
-        let (mut slopes, mut offsets, mut flanks) = (Vec::new(), Vec::new(), Vec::new());
-        for x in (0..regions).map(inside) {
-            let response = element.eval(x, 0.0, 0.0);
-            slopes.push(response.df_dq);
-            offsets.push(response.f - response.df_dq * x);
-            flanks.push(element.flank(x));
-        }
-        AffineLaw {
-            breakpoints,
-            slopes,
-            offsets,
-            flanks,
-        }
-    }
-
-    /// Borders of a region.
-    pub fn borders(&self, region: usize) -> (f64, f64) {
-        let low = region
-            .checked_sub(1)
-            .map_or(f64::NEG_INFINITY, |k| self.breakpoints[k]);
-        (
-            low,
-            self.breakpoints
-                .get(region)
-                .copied()
-                .unwrap_or(f64::INFINITY),
-        )
-    }
-
-    /// Region of a deformation; on a breakpoint the side to which it moves.
-    pub fn region(&self, x: f64, rate: f64) -> usize {
-        self.breakpoints
-            .iter()
-            .filter(|b| x > **b || (x == **b && rate > 0.0))
-            .count()
-    }
-}
 
 /// What keeps the exact flow from a connection, if anything does.
 pub fn needs(mount: &Mount) -> Option<&'static str> {

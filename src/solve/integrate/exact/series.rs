@@ -1,7 +1,7 @@
 //! The equation of motion as a recursion for Taylor coefficients, in units of time that suit the system.
 
-use super::laws::AffineLaw;
 use crate::numeric::periodic::Periodic;
+use crate::solve::affine::AffineLaw;
 use crate::system::{LoadKind, System};
 use std::f64::consts::TAU;
 

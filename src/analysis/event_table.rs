@@ -1,0 +1,100 @@
+//! Events of branches as a table.
+
+use super::Setting;
+use super::branch_table::{Recorded, Traced, recorded_columns};
+use super::columns::{float, integer, text};
+use super::response::Swept;
+use crate::report::{Column, Table};
+use crate::solve::events::{BifurcationEvent, EventKind};
+
+/// Located events, with the r.m.s. deformation of every connection for the plots.
+pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    let setting = swept.setting;
+    let rows: Vec<_> = traced
+        .iter()
+        .enumerate()
+        .flat_map(|(b, t)| t.events.iter().map(move |e| (b, e)))
+        .collect();
+    let of =
+        |f: &dyn Fn(&BifurcationEvent) -> f64| rows.iter().map(|(_, e)| f(e)).collect::<Vec<f64>>();
+    // A parameter that falls along the path turns the bracket round.
+    let bracket = |e: &BifurcationEvent| {
+        let ends = (swept.value(e.bracket.0), swept.value(e.bracket.1));
+        (ends.0.min(ends.1), ends.0.max(ends.1))
+    };
+    let mut columns = vec![
+        text(
+            "kind",
+            rows.iter()
+                .map(|(_, e)| e.kind.word().to_string())
+                .collect(),
+        ),
+        float("omega", "", of(&|e| swept.excitation(e.lambda))),
+        float("parameter", &swept.unit, of(&|e| swept.value(e.lambda))),
+        integer(
+            "located",
+            rows.iter()
+                .map(|(_, e)| i64::from(e.is_located()))
+                .collect(),
+        ),
+        float("bracket_low", &swept.unit, of(&|e| bracket(e).0)),
+        float("bracket_high", &swept.unit, of(&|e| bracket(e).1)),
+        integer("branch", rows.iter().map(|(b, _)| *b as i64).collect()),
+        integer(
+            "after_point",
+            rows.iter().map(|(_, e)| e.after_point as i64).collect(),
+        ),
+        text(
+            "connection",
+            rows.iter().map(|(_, e)| touched(setting, e)).collect(),
+        ),
+    ];
+    for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
+        if name.starts_with("rms.") {
+            let value = |e: &BifurcationEvent| e.recorded.get(k).map_or(f64::NAN, |x| x * factor);
+            columns.push(float(name, unit, of(&value)));
+        }
+    }
+    if setting.is_si() {
+        let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;
+        columns.push(float(
+            "frequency_hz",
+            "Hz",
+            of(&|e| swept.excitation(e.lambda) * hertz),
+        ));
+    }
+    columns.push(breakpoints(setting, rows.iter().map(|(_, e)| *e)));
+    Table {
+        name: "events".into(),
+        columns,
+    }
+}
+
+/// Name of the connection that grazes; empty for bifurcations.
+fn touched(setting: &Setting<'_>, event: &BifurcationEvent) -> String {
+    match event.kind {
+        EventKind::Grazing { connection, .. } => setting.assembly.connections[connection].clone(),
+        _ => String::new(),
+    }
+}
+
+/// The breakpoint that is touched, in the unit of its connection.
+fn breakpoints<'e>(
+    setting: &Setting<'_>,
+    events: impl Iterator<Item = &'e BifurcationEvent>,
+) -> Column {
+    let units = (0..setting.assembly.connections.len()).map(|k| setting.model.units_of(k).0);
+    let mut units: Vec<_> = units.collect();
+    units.dedup();
+    let unit = match (&units[..], setting.is_si()) {
+        ([unit], true) => unit.to_string(),
+        _ => String::new(),
+    };
+    let value = |e: &BifurcationEvent| match (e.kind, e.breakpoint) {
+        (EventKind::Grazing { connection, .. }, Some(b)) if setting.is_si() => {
+            b * setting.assembly.scales.displacement[connection]
+        }
+        (_, b) => b.unwrap_or(f64::NAN),
+    };
+    float("breakpoint", unit, events.map(value).collect())
+}

@@ -1,0 +1,63 @@
+//! Cubic Hermite interpolant of the last step: places of the path good to the fourth order of its length, without a correction.
+
+use super::Continuation;
+use nalgebra::DVector;
+
+impl Continuation {
+    /// Unknowns and parameter at a fraction of the last step, between `origin` (0) and `point` (1).
+    pub fn interpolate(&self, x: f64) -> (DVector<f64>, f64) {
+        let (a, b) = (&self.origin, &self.point);
+        let chord = &b.u - &a.u;
+        let length = self.chord();
+        let h11 = x * x * (x - 1.0) * length;
+        let h10 = x * (x - 1.0) * (x - 1.0) * length;
+        let h01 = x * x * (3.0 - 2.0 * x);
+        let u = &a.u + chord * h01 + &a.tangent_u * h10 + &b.tangent_u * h11;
+        let lambda = a.lambda
+            + (b.lambda - a.lambda) * h01
+            + a.tangent_lambda * h10
+            + b.tangent_lambda * h11;
+        (u, lambda)
+    }
+
+    /// Derivative of the parameter with respect to the fraction.
+    pub fn lambda_slope(&self, x: f64) -> f64 {
+        let [c0, c1, c2] = self.lambda_slope_coefficients();
+        c0 + x * (c1 + x * c2)
+    }
+
+    /// Fractions inside the last step at which the parameter turns, ascending.
+    pub fn turns(&self) -> Vec<f64> {
+        let [c0, c1, c2] = self.lambda_slope_coefficients();
+        let root = (c1 * c1 - 4.0 * c0 * c2).sqrt();
+        // The form without cancellation; a root that does not exist is not a number.
+        let q = -0.5 * (c1 + root.copysign(c1));
+        let mut list: Vec<f64> = [q / c2, c0 / q]
+            .into_iter()
+            .filter(|x| *x > 0.0 && *x < 1.0)
+            .collect();
+        list.sort_by(f64::total_cmp);
+        list.dedup();
+        list
+    }
+
+    /// Arclength of the chord of the last step.
+    pub fn chord(&self) -> f64 {
+        let (a, b) = (&self.origin, &self.point);
+        let (u, lambda) = (&b.u - &a.u, b.lambda - a.lambda);
+        self.dot(&u, lambda, &u, lambda).sqrt()
+    }
+
+    /// Coefficients of 1, x, x^2.
+    fn lambda_slope_coefficients(&self) -> [f64; 3] {
+        let (a, b) = (&self.origin, &self.point);
+        let length = self.chord();
+        let (ta, tb) = (length * a.tangent_lambda, length * b.tangent_lambda);
+        let rise = b.lambda - a.lambda;
+        [
+            ta,
+            6.0 * rise - 4.0 * ta - 2.0 * tb,
+            3.0 * (ta + tb) - 6.0 * rise,
+        ]
+    }
+}

@@ -1,0 +1,102 @@
+//! Bifurcations and grazings inside one step of a path: detection, refinement, location.
+//!
+//! What is looked at between two accepted points lies on the Hermite interpolant of the step, which costs no correction; what is
+//! reported was located on the corrected path.
+
+mod grazings;
+mod locate;
+mod passages;
+mod spectrum;
+mod step;
+mod touch;
+
+pub use step::Step;
+
+use super::continuation::PathPoint;
+use super::residual::Survey;
+
+/// Kind of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EventKind {
+    /// The branch turns in the parameter (multiplier +1).
+    Fold,
+    /// Another branch crosses (multiplier +1 without turning).
+    BranchPoint,
+    /// A real multiplier passes -1.
+    PeriodDoubling,
+    /// A complex pair passes the unit circle.
+    NeimarkSacker,
+    /// An extremum of a deformation touches a breakpoint of its law.
+    Grazing {
+        /// Connection.
+        connection: usize,
+        /// Breakpoint of its law, counted from below.
+        breakpoint: usize,
+    },
+}
+
+impl EventKind {
+    /// Word for files.
+    pub fn word(self) -> &'static str {
+        match self {
+            EventKind::Fold => "fold",
+            EventKind::BranchPoint => "branch_point",
+            EventKind::PeriodDoubling => "period_doubling",
+            EventKind::NeimarkSacker => "neimark_sacker",
+            EventKind::Grazing { .. } => "grazing",
+        }
+    }
+
+    /// Whether stability or the number of solutions changes; a grazing changes neither.
+    pub fn is_bifurcation(self) -> bool {
+        !matches!(self, EventKind::Grazing { .. })
+    }
+}
+
+/// An event between two points of a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BifurcationEvent {
+    /// Kind.
+    pub kind: EventKind,
+    /// Parameter at the event.
+    pub lambda: f64,
+    /// Parameters that enclose it; for a fold the neighbouring points', which may not.
+    pub bracket: (f64, f64),
+    /// Point of the branch before the event.
+    pub after_point: usize,
+    /// Fraction of the step at which it stands.
+    pub fraction: f64,
+    /// The point of the path at the event; `None` when the location did not converge.
+    pub point: Option<PathPoint>,
+    /// The breakpoint that is touched; `None` for bifurcations.
+    pub breakpoint: Option<f64>,
+    /// Values of the recorder at the event; empty when it could not be located.
+    pub recorded: Vec<f64>,
+}
+
+impl BifurcationEvent {
+    /// Whether the location converged.
+    pub fn is_located(&self) -> bool {
+        self.point.is_some()
+    }
+}
+
+/// What is known at one place of a step.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// Fraction of the step, 0 at its origin.
+    pub fraction: f64,
+    /// Parameter.
+    pub lambda: f64,
+    /// The solution, or its interpolant.
+    pub survey: Survey,
+}
+
+/// A point of the path with what is known there.
+#[derive(Debug, Clone)]
+pub struct Probe {
+    /// The point.
+    pub point: PathPoint,
+    /// What is known.
+    pub look: Look,
+}

@@ -1,0 +1,163 @@
+//! One step under examination: folds and branch points, then grazings, then the multipliers between them.
+
+use super::locate::{Found, Root, Target};
+use super::{BifurcationEvent, EventKind, Look, Probe};
+use crate::error::SolveError;
+use crate::numeric::roots;
+use crate::solve::continuation::{Continuation, PathPoint};
+use crate::solve::residual::{Extent, PeriodicResidual};
+
+/// Looks at interpolated places that one step is worth.
+const MAX_LOOKS: usize = 300;
+
+/// The step under examination.
+pub struct Step<'a> {
+    pub(super) path: &'a mut Continuation,
+    pub(super) problem: &'a mut dyn PeriodicResidual,
+    pub(super) extent: Extent,
+    pub(super) after_point: usize,
+    pub(super) looks_left: usize,
+    pub(super) found: Vec<BifurcationEvent>,
+}
+
+impl<'a> Step<'a> {
+    /// The last step of a path, which began at a point of the branch with this number.
+    pub fn new(
+        path: &'a mut Continuation,
+        problem: &'a mut dyn PeriodicResidual,
+        extent: Extent,
+        after_point: usize,
+    ) -> Step<'a> {
+        Step {
+            path,
+            problem,
+            extent,
+            after_point,
+            looks_left: MAX_LOOKS,
+            found: Vec::new(),
+        }
+    }
+
+    /// Everything that happens between the two ends of the step, in the order of the path. `before`: a place of the path
+    /// before the step, with nothing but smooth motion in between.
+    ///
+    /// # Errors
+    /// What the problem returns.
+    pub fn events(
+        mut self,
+        before: Option<&Look>,
+        a: &Probe,
+        b: &Probe,
+    ) -> Result<Vec<BifurcationEvent>, SolveError> {
+        self.turnings(a, b)?;
+        let knots = self.grazings(before, &a.look, &b.look)?;
+        if self.extent == Extent::Stability {
+            self.passages(before, &a.look, &b.look, knots)?;
+        }
+        self.found.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        Ok(self.found)
+    }
+
+    /// A look at the interpolant.
+    pub(super) fn look(&mut self, fraction: f64, extent: Extent) -> Result<Look, SolveError> {
+        self.looks_left = self.looks_left.saturating_sub(1);
+        let (u, lambda) = self.path.interpolate(fraction);
+        let survey = self.problem.survey(&u, lambda, extent)?;
+        Ok(Look {
+            fraction,
+            lambda,
+            survey,
+        })
+    }
+
+    /// Folds and branch points.
+    fn turnings(&mut self, a: &Probe, b: &Probe) -> Result<(), SolveError> {
+        let (a, b) = (&a.point, &b.point);
+        let guesses = self.path.turns();
+        if a.tangent_lambda * b.tangent_lambda < 0.0 {
+            let guess = guesses.first().copied().unwrap_or(0.5);
+            return self.fold((0.0, a), (1.0, b), guess);
+        }
+        if let [first, second] = guesses[..] {
+            // The interpolant turns and turns back: the corrected path tells whether it does.
+            let middle = 0.5 * (first + second);
+            if let Some(m) = self.path.at_fraction(self.problem, middle)?
+                && m.tangent_lambda * a.tangent_lambda < 0.0
+            {
+                self.fold((0.0, a), (middle, &m), first)?;
+                return self.fold((middle, &m), (1.0, b), second);
+            }
+        }
+        if i32::from(a.orientation) * i32::from(b.orientation) < 0 {
+            let orientation = |p: &PathPoint| f64::from(p.orientation);
+            let target = Target {
+                limits: (0.0, 1.0),
+                guess: 0.5,
+                slope: orientation(b) - orientation(a),
+                extent: None,
+                values: None,
+            };
+            let found = self.locate(&target, |_, p, _| orientation(p))?;
+            self.report(EventKind::BranchPoint, (a.lambda, b.lambda), 0.5, found);
+        }
+        Ok(())
+    }
+
+    fn fold(
+        &mut self,
+        (x, a): (f64, &PathPoint),
+        (y, b): (f64, &PathPoint),
+        guess: f64,
+    ) -> Result<(), SolveError> {
+        let target = Target {
+            limits: (x, y),
+            guess,
+            slope: (b.tangent_lambda - a.tangent_lambda) / (y - x),
+            extent: None,
+            values: None,
+        };
+        let mut found = self.locate(&target, |_, p, _| p.tangent_lambda)?;
+        let side = a.tangent_lambda.signum();
+        let farthest = (side * a.lambda).max(side * b.lambda);
+        if matches!(&found, Found::Root(root) if side * root.point.lambda < farthest) {
+            found = self.farthest((x, y), side)?;
+        }
+        self.report(EventKind::Fold, (a.lambda, b.lambda), guess, found);
+        Ok(())
+    }
+
+    /// The largest (`side` 1) or smallest (-1) parameter between two fractions, for a path that ripples at its fold, as that
+    /// of a sampled force may: its tangent turns more than once there, and not where the fold is.
+    fn farthest(&mut self, ends: (f64, f64), side: f64) -> Result<Found, SolveError> {
+        let mut failure = None;
+        let mut best: Option<(f64, PathPoint)> = None;
+        roots::maximum(
+            |fraction| match self.path.at_fraction(self.problem, fraction) {
+                Ok(Some(point)) => {
+                    let value = side * point.lambda;
+                    if best.as_ref().is_none_or(|b| value > side * b.1.lambda) {
+                        best = Some((fraction, point));
+                    }
+                    value
+                }
+                Ok(None) => f64::NEG_INFINITY,
+                Err(error) => {
+                    failure = Some(error);
+                    f64::NEG_INFINITY
+                }
+            },
+            ends,
+        );
+        if let Some(error) = failure {
+            return Err(error);
+        }
+        let root = best.map(|(fraction, point)| Root {
+            bracket: (point.lambda, point.lambda),
+            value: point.tangent_lambda,
+            survey: None,
+            fraction,
+            point,
+        });
+        Ok(root.map_or(Found::Lost, |root| Found::Root(Box::new(root))))
+    }
+}
