@@ -106,16 +106,25 @@ const OVERSHOOT: f64 = 1.5;
 /// Factor by which the steps from a guess grow.
 const GROWTH: f64 = 4.0;
 
-/// Step of Newton's method from which on a step that does not shrink is rounding: double roots are known no better.
-const ROUNDING: f64 = 1e-8;
-
 /// Root of a differentiable function between a and b, f(a) f(b) <= 0: Newton's method kept inside the bracket.
 ///
 /// `f` returns value and derivative.
-pub fn newton_bracketed(mut f: impl FnMut(f64) -> (f64, f64), (a, fa): (f64, f64), b: f64) -> f64 {
+pub fn newton_bracketed(f: impl FnMut(f64) -> (f64, f64), (a, fa): (f64, f64), b: f64) -> f64 {
+    newton_from(f, 0.5 * (a + b), (a, fa), b)
+}
+
+/// The same from a guess between a and b.
+pub fn newton_from(
+    mut f: impl FnMut(f64) -> (f64, f64),
+    guess: f64,
+    (a, fa): (f64, f64),
+    b: f64,
+) -> f64 {
     let (mut negative, mut positive) = if fa < 0.0 { (a, b) } else { (b, a) };
-    let mut x = 0.5 * (a + b);
+    let mut x = guess;
     let mut width = (b - a).abs();
+    // Length of the step before, when it was Newton's.
+    let mut newton_before = None;
     for _ in 0..100 {
         let (value, slope) = f(x);
         if value == 0.0 {
@@ -128,26 +137,24 @@ pub fn newton_bracketed(mut f: impl FnMut(f64) -> (f64, f64), (a, fa): (f64, f64
         }
         let newton = x - value / slope;
         let (low, high) = (negative.min(positive), negative.max(positive));
-        let previous = width;
-        let next = if newton > low && newton < high {
+        let length = (newton - x).abs();
+        // Newton that does not halve its step each time gives way to bisection.
+        let converges = newton > low && newton < high && length <= 0.5 * width;
+        let next = if converges {
             newton
         } else {
             0.5 * (low + high)
         };
         width = (next - x).abs();
-        let scale = x.abs().max(1.0);
-        if width > 0.5 * previous && previous <= ROUNDING * scale {
-            return x;
-        }
-        // Newton that does not halve its step each time gives way to bisection.
-        let next = if width > 0.5 * previous && newton == next {
-            0.5 * (low + high)
-        } else {
-            next
+        let resolution = 2.0 * f64::EPSILON * x.abs().max(1.0);
+        // Steps of a quadratic convergence: the next one is length^3 / before^2.
+        let is_last = |before: f64| {
+            length < 1e-4 * before && length.powi(3) <= 0.25 * resolution * before * before
         };
-        if (next - x).abs() <= 2.0 * f64::EPSILON * scale {
+        if width <= resolution || (converges && newton_before.is_some_and(is_last)) {
             return next;
         }
+        newton_before = converges.then_some(length);
         x = next;
     }
     x

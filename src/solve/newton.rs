@@ -171,30 +171,6 @@ impl Newton {
         Ok(None)
     }
 
-    /// Linearises at a point without solving anything there; counts as converged, with no iteration.
-    ///
-    /// # Errors
-    /// What the problem returns.
-    pub fn visit(
-        &mut self,
-        problem: &mut dyn Residual,
-        u: &DVector<f64>,
-        lambda: f64,
-    ) -> Result<NewtonOutcome, SolveError> {
-        problem.linearise(u, lambda, &mut self.work)?;
-        let residual_norm = self.work.norm();
-        let is_finite = residual_norm.is_finite();
-        Ok(NewtonOutcome {
-            status: if is_finite {
-                NewtonStatus::Converged
-            } else {
-                NewtonStatus::NotFinite
-            },
-            iterations: 0,
-            residual_norm,
-        })
-    }
-
     /// The linearisation at the last point visited.
     pub fn linearisation(&self) -> &Linearisation {
         &self.work

@@ -3,7 +3,6 @@
 //! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
 
 mod bordered;
-mod corner;
 mod interpolant;
 mod types;
 
@@ -145,9 +144,7 @@ impl Continuation {
         if let Some(end) = self.end {
             return Ok(Advance::End(end));
         }
-        if let Err(last) = self.step(problem)?
-            && !self.turn_corner(problem)?
-        {
+        if let Err(last) = self.step(problem)? {
             let end = PathEnd::StepTooSmall { last };
             self.end = Some(end);
             return Ok(Advance::End(end));
@@ -386,6 +383,7 @@ impl Continuation {
         guess: DVector<f64>,
         lambda: f64,
     ) -> Result<PathPoint, SolveError> {
+        let dim = problem.dim();
         let mut x = guess.push(lambda);
         let (inner, u) = (&mut self.inner, &mut self.inner_u);
         let mut bordered = Bordered {
@@ -396,34 +394,6 @@ impl Continuation {
             u,
         };
         let newton = self.newton.solve(&mut bordered, &mut x, s)?;
-        Ok(self.with_tangent(x, newton))
-    }
-
-    /// The null direction of the derivatives at a place that need not be on the path; `None` where they are singular.
-    fn tangent_at(
-        &mut self,
-        problem: &mut dyn Residual,
-        base: &PathPoint,
-        s: f64,
-        u: DVector<f64>,
-        lambda: f64,
-    ) -> Result<Option<PathPoint>, SolveError> {
-        let x = u.push(lambda);
-        let mut bordered = Bordered {
-            problem,
-            base,
-            weight: self.options.weight,
-            inner: &mut self.inner,
-            u: &mut self.inner_u,
-        };
-        let outcome = self.newton.visit(&mut bordered, &x, s)?;
-        let point = self.with_tangent(x, outcome);
-        Ok((point.orientation != 0).then_some(point))
-    }
-
-    /// A point with the unit tangent from the linearisation at the last point visited.
-    fn with_tangent(&mut self, x: DVector<f64>, newton: NewtonOutcome) -> PathPoint {
-        let dim = x.len() - 1;
         // The last row of the bordered matrix is the tangent of `base`, scaled: the solution keeps its direction.
         let mut tangent = DVector::zeros(dim + 1);
         tangent[dim] = 1.0;
@@ -438,13 +408,13 @@ impl Continuation {
             .dot(&tangent_u, tangent_lambda, &tangent_u, tangent_lambda)
             .sqrt();
         let lambda = x[dim];
-        PathPoint {
+        Ok(PathPoint {
             u: x.remove_row(dim),
             lambda,
             tangent_u: tangent_u / norm,
             tangent_lambda: tangent_lambda / norm,
             orientation,
             newton,
-        }
+        })
     }
 }
