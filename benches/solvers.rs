@@ -1,5 +1,5 @@
-//! P1 (Galerkin branch with stability and events), P3 (exact flow) and P4 (Newton step against length) inside one process:
-//! `cargo bench`.
+//! P1 (Galerkin branch with stability and events), P3 (exact flow), P4 (Newton step against length) and figure 9 inside one
+//! process: `cargo bench`.
 //!
 //! Whole processes: `/usr/bin/time -v target/release/gearlash run benches/problems/P1.yaml --jobs 1 --quiet`.
 
@@ -112,5 +112,16 @@ fn p3_thousand_periods(bencher: Bencher) {
         for _ in 0..1000 {
             integrator.advance(&system, (0.0, TAU), &mut state, &mut ());
         }
+    });
+}
+
+/// Figure 9 as a sweep that follows the attractor and as independent runs on all cores, without writing files.
+#[divan::bench(sample_count = 3)]
+fn figure_9(bencher: Bencher) {
+    let study = load("figure_9.yaml");
+    bencher.bench(|| {
+        study
+            .reports(&AtomicBool::new(false))
+            .expect("figure 9 runs")
     });
 }

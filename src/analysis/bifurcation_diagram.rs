@@ -4,8 +4,9 @@
 mod sweep;
 
 use super::flow::{self, Lengths, MapSize};
+use super::map_table::{Rows, dots};
 use super::parameter::Parameter;
-use super::poincare_map::{self, Rows, defaults};
+use super::poincare_map::defaults;
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
@@ -106,10 +107,7 @@ impl Analysis for BifurcationDiagram {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = self.check_sweep(setting);
         let runs = self.seeds.as_ref().map_or(2, |s| s.count);
-        faults.extend(poincare_map::check_periods(
-            self.periods,
-            self.points.saturating_mul(runs),
-        ));
+        faults.extend(self.size().check(self.points.saturating_mul(runs)));
         if let Some(initial) = &self.initial {
             faults.extend(initial.check(setting, "initial"));
         }
@@ -130,7 +128,8 @@ impl Analysis for BifurcationDiagram {
         };
         let stops = work.into_stops();
         let mut report = self.report(setting, &plan, &points);
-        report.ended_early = (!stops.is_empty()).then(|| stops.join("; "));
+        report.ended_early = (!stops.is_empty()).then(|| sweep::shortened(&stops));
+        report.summary.insert("stops".into(), json!(stops));
         let seconds = began.elapsed().as_secs_f64();
         report
             .summary
@@ -145,6 +144,14 @@ impl Analysis for BifurcationDiagram {
 }
 
 impl BifurcationDiagram {
+    fn size(&self) -> MapSize {
+        MapSize {
+            transient: self.transient,
+            periods: self.periods,
+            exponents: Lengths::wanted(self.lyapunov),
+        }
+    }
+
     fn check_sweep(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.points < 2 {
@@ -169,8 +176,7 @@ impl BifurcationDiagram {
                 faults.push(Fault::new("at", message));
             }
             (Parameter::Path(_), Some(at)) => {
-                let fault = setting.frequency(at).err();
-                faults.extend(fault.map(|message| Fault::new("at", message)));
+                faults.extend(flow::frequency(setting, "at", at).err());
             }
             (Parameter::Frequency, None) => {}
         }
@@ -230,7 +236,7 @@ impl BifurcationDiagram {
             .map_err(fault("from"))?;
         let to = parameter.value(setting, &self.to).map_err(fault("to"))?;
         let at = match &self.at {
-            Some(at) => setting.frequency(at).map_err(fault("at"))?,
+            Some(at) => flow::frequency(setting, "at", at)?,
             None => 1.0,
         };
         let last = self.points - 1;
@@ -253,21 +259,12 @@ impl BifurcationDiagram {
             None => None,
         };
         let (unit, factor) = parameter.reported(setting, &self.from);
-        let size = MapSize {
-            transient: self.transient,
-            periods: self.periods,
-            exponents: if self.lyapunov {
-                Lengths::Followed
-            } else {
-                Lengths::Ignored
-            },
-        };
         Ok(Plan {
             parameter,
             at,
             sweeps,
             seeds,
-            size,
+            size: self.size(),
             integrator: self.integrator,
             initial: self.initial.clone().unwrap_or_default(),
             unit,
@@ -348,7 +345,7 @@ impl BifurcationDiagram {
         };
         let mut panels: Vec<Panel> = (list.iter().take((list.len() / 2).min(2)))
             .map(|q| {
-                let curves = poincare_map::dots("parameter", &q.name, labels);
+                let curves = dots("parameter", &q.name, labels);
                 panel(q.axis(), curves)
             })
             .collect();
@@ -357,7 +354,7 @@ impl BifurcationDiagram {
                 table: "summary".into(),
                 ..curve
             };
-            let curves = poincare_map::dots("parameter", "lyapunov_1", labels);
+            let curves = dots("parameter", "lyapunov_1", labels);
             let curves = curves.into_iter().map(in_summary).collect();
             panels.push(panel("largest Lyapunov exponent".into(), curves));
         }

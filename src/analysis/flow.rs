@@ -1,8 +1,9 @@
-//! What the analyses in the time domain share: the choice of the integrator, the state at rest, and the Poincaré map.
+//! What the analyses in the time domain share: their settings resolved, the state at rest, and the Poincaré map.
 
-use super::{Fault, Setting};
+use super::{Fault, Initial, Setting};
 use crate::postprocess::attractor::{self, Label};
 use crate::postprocess::lyapunov::{Exponents, Lyapunov};
+use crate::quantity::Quantity;
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::integrate::{self, IntegrationEnd, Integrator, IntegratorChoice};
 use crate::system::System;
@@ -19,6 +20,66 @@ pub fn integrator(
 ) -> Result<Box<dyn Integrator + Send>, Fault> {
     integrate::choose(system, choice)
         .map_err(|error| Fault::new("integrator", setting.name_connection(&error)))
+}
+
+/// The excitation frequency under a key of the settings, over omega_c.
+///
+/// # Errors
+/// A fault of that key.
+pub fn frequency(setting: &Setting<'_>, key: &str, written: &Quantity) -> Result<f64, Fault> {
+    let value = setting.frequency(written);
+    value.map_err(|message| Fault::new(key, message))
+}
+
+/// What is wrong with the settings of motions at a frequency, from initial states with their keys.
+pub fn check_motions(
+    setting: &Setting<'_>,
+    at: &Quantity,
+    states: &[(String, Initial)],
+    choice: IntegratorChoice,
+) -> Vec<Fault> {
+    let mut faults: Vec<Fault> = frequency(setting, "at", at).err().into_iter().collect();
+    for (key, state) in states {
+        faults.extend(state.check(setting, key));
+    }
+    faults.extend(integrator(setting, &setting.assembly.system, choice).err());
+    faults
+}
+
+/// A motion about to start: a system at its excitation frequency, its integrator and a state at phase 0.
+pub struct Motion {
+    /// The system.
+    pub system: System,
+    /// What advances the state.
+    pub integrator: Box<dyn Integrator + Send>,
+    /// [q; v].
+    pub state: Vec<f64>,
+    /// What is to be said about the state.
+    pub warning: Option<String>,
+}
+
+impl Motion {
+    /// At a frequency, from an initial state with its key.
+    ///
+    /// # Errors
+    /// The first of the faults that [`check_motions`] finds.
+    pub fn new(
+        setting: &Setting<'_>,
+        at: &Quantity,
+        (key, initial): (&str, &Initial),
+        choice: IntegratorChoice,
+    ) -> Result<Motion, Fault> {
+        let mut system = setting.assembly.system.clone();
+        system.set_excitation_frequency(frequency(setting, "at", at)?);
+        let integrator = integrator(setting, &system, choice)?;
+        let (state, warning) = initial.state(setting, &system, key)?;
+        Ok(Motion {
+            system,
+            integrator,
+            state,
+            warning,
+        })
+    }
 }
 
 /// Why a motion was not followed to its end.
@@ -63,6 +124,24 @@ pub struct MapSize {
     pub exponents: Lengths,
 }
 
+/// Points recorded at most.
+const MAX_POINTS: usize = 50_000_000;
+
+impl MapSize {
+    /// At least one period, and no more points than fit into so many records.
+    pub fn check(&self, records: usize) -> Option<Fault> {
+        let periods = self.periods;
+        if periods == 0 {
+            return Some(Fault::new("periods", "0 must be at least 1"));
+        }
+        (periods.saturating_mul(records) > MAX_POINTS).then(|| {
+            let message =
+                format!("{periods} in each of {records} runs are more than {MAX_POINTS} points");
+            Fault::new("periods", message)
+        })
+    }
+}
+
 /// Whether small deviations are followed along with the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lengths {
@@ -70,6 +149,16 @@ pub enum Lengths {
     Followed,
     /// They are not.
     Ignored,
+}
+
+impl Lengths {
+    /// What a key `lyapunov` says.
+    pub fn wanted(lyapunov: bool) -> Lengths {
+        match lyapunov {
+            true => Lengths::Followed,
+            false => Lengths::Ignored,
+        }
+    }
 }
 
 /// Periods, before the record begins, over which the frame of deviations turns into place.
@@ -87,11 +176,14 @@ pub struct MapRecord {
 }
 
 impl MapRecord {
-    /// Kind of the attractor, `size` values a point; a record that failed before its end says nothing.
-    pub fn label(&self, size: usize) -> Label {
-        match self.stop {
-            Some(Stop::Failed(..)) => Label::Undecided,
-            _ => attractor::label(&self.points, size, self.exponents.as_ref()),
+    /// Kind of the attractor of the system recorded; a record that failed before its end says nothing.
+    pub fn label(&self, system: &System) -> Label {
+        if matches!(self.stop, Some(Stop::Failed(..))) {
+            return Label::Undecided;
+        }
+        match attractor::label(&self.points, 2 * system.dof(), self.exponents.as_ref()) {
+            Label::QuasiPeriodic if attractor::excludes_tori(system) => Label::Undecided,
+            label => label,
         }
     }
 }

@@ -11,6 +11,7 @@ mod event_table;
 pub mod flow;
 mod frequency_response;
 mod initial;
+mod map_table;
 mod modes;
 mod multiplier_table;
 pub mod parameter;

@@ -1,11 +1,12 @@
 //! States at phase 0 of the excitation, period after period, from one or several initial states (figures 5 and 6).
 
-use super::flow::{self, Lengths, MapRecord, MapSize};
+use super::flow::{self, Lengths, MapRecord, MapSize, Motion};
+use super::map_table::{Rows, dots};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::postprocess::attractor::Label;
 use crate::quantity::Quantity;
-use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::report::{Figure, Panel, Report, Table};
 use crate::solve::integrate::IntegratorChoice;
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -49,20 +50,14 @@ pub(super) mod defaults {
     }
 }
 
-/// Points recorded at most.
-pub(super) const MAX_POINTS: usize = 50_000_000;
 /// Periods between two reports of the progress.
 pub(super) const REPORTED: usize = 64;
-/// Runs with a colour of their own.
-const MAX_COLOURS: usize = 6;
 
 #[typetag::serde(name = "poincare_map")]
 impl Analysis for PoincareMap {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let mut faults = Vec::new();
-        if let Err(message) = setting.frequency(&self.at) {
-            faults.push(Fault::new("at", message));
-        }
+        let states = self.states();
+        let mut faults = flow::check_motions(setting, &self.at, &states, self.integrator);
         if self.initial.is_some() && self.initials.is_some() {
             let message = "give `initial` for one run or `initials` for several, not both";
             faults.push(Fault::new("initials", message));
@@ -70,24 +65,17 @@ impl Analysis for PoincareMap {
         if self.initials.as_ref().is_some_and(Vec::is_empty) {
             faults.push(Fault::new("initials", "an empty list: nothing to run"));
         }
-        let states = self.states();
-        faults.extend(check_periods(self.periods, states.len()));
-        for (key, state) in states {
-            faults.extend(state.check(setting, &key));
-        }
-        faults.extend(flow::integrator(setting, &setting.assembly.system, self.integrator).err());
+        faults.extend(self.size().check(states.len()));
         faults
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let began = Instant::now();
-        let frequency = setting.frequency(&self.at);
-        let omega = frequency.map_err(|m| columns::refused(setting, Fault::new("at", m)))?;
         let states = self.states();
         let total = states.len() * (self.transient + self.periods);
         let done = AtomicUsize::new(0);
         let runs: Result<Vec<Run>, Fault> = (states.par_iter())
-            .map(|state| self.one(setting, omega, state, &done, total))
+            .map(|state| self.one(setting, state, &done, total))
             .collect();
         let runs = runs.map_err(|fault| columns::refused(setting, fault))?;
         let mut report = self.report(setting, &runs);
@@ -101,17 +89,6 @@ impl Analysis for PoincareMap {
     }
 }
 
-/// At least one period, and no more points than fit.
-pub(super) fn check_periods(periods: usize, runs: usize) -> Option<Fault> {
-    if periods == 0 {
-        return Some(Fault::new("periods", "0 must be at least 1"));
-    }
-    (periods.saturating_mul(runs) > MAX_POINTS).then(|| {
-        let message = format!("{periods} in each of {runs} runs are more than {MAX_POINTS} points");
-        Fault::new("periods", message)
-    })
-}
-
 /// What became of one initial state.
 struct Run {
     record: MapRecord,
@@ -121,6 +98,14 @@ struct Run {
 }
 
 impl PoincareMap {
+    fn size(&self) -> MapSize {
+        MapSize {
+            transient: self.transient,
+            periods: self.periods,
+            exponents: Lengths::wanted(self.lyapunov),
+        }
+    }
+
     /// Initial states with their keys.
     fn states(&self) -> Vec<(String, Initial)> {
         match &self.initials {
@@ -134,24 +119,12 @@ impl PoincareMap {
     fn one(
         &self,
         setting: &Setting<'_>,
-        omega: f64,
         (key, initial): &(String, Initial),
         done: &AtomicUsize,
         total: usize,
     ) -> Result<Run, Fault> {
-        let mut system = setting.assembly.system.clone();
-        system.set_excitation_frequency(omega);
-        let mut integrator = flow::integrator(setting, &system, self.integrator)?;
-        let (mut state, warning) = initial.state(setting, &system, key)?;
-        let size = MapSize {
-            transient: self.transient,
-            periods: self.periods,
-            exponents: if self.lyapunov {
-                Lengths::Followed
-            } else {
-                Lengths::Ignored
-            },
-        };
+        let start = (key.as_str(), initial);
+        let mut motion = Motion::new(setting, &self.at, start, self.integrator)?;
         let mut keep_going = |_: usize| {
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             if count.is_multiple_of(REPORTED) {
@@ -162,18 +135,18 @@ impl PoincareMap {
             !setting.control.is_interrupted()
         };
         let record = flow::poincare(
-            integrator.as_mut(),
-            &system,
-            &mut state,
-            size,
+            motion.integrator.as_mut(),
+            &motion.system,
+            &mut motion.state,
+            self.size(),
             &mut keep_going,
         );
-        let label = record.label(state.len());
+        let label = record.label(&motion.system);
         Ok(Run {
             record,
             label,
-            integrator: integrator.name(),
-            warning,
+            integrator: motion.integrator.name(),
+            warning: motion.warning,
         })
     }
 
@@ -241,76 +214,6 @@ impl PoincareMap {
             columns: list,
         }
     }
-}
-
-/// Rows `run, period, q.., v..`.
-pub(super) struct Rows<'a> {
-    setting: &'a Setting<'a>,
-    run: Vec<i64>,
-    period: Vec<i64>,
-    state: Vec<Vec<f64>>,
-}
-
-impl<'a> Rows<'a> {
-    pub fn new(setting: &'a Setting<'a>) -> Rows<'a> {
-        Rows {
-            setting,
-            run: Vec::new(),
-            period: Vec::new(),
-            state: vec![Vec::new(); 2 * setting.assembly.system.dof()],
-        }
-    }
-
-    /// Appends the points of a record; how many.
-    pub fn append(&mut self, run: usize, transient: usize, record: &MapRecord) -> usize {
-        let size = self.state.len();
-        let points = record.points.chunks_exact(size);
-        let count = points.len();
-        for (k, point) in points.enumerate() {
-            self.run.push(run as i64);
-            self.period.push((transient + 1 + k) as i64);
-            for (column, x) in self.state.iter_mut().zip(point) {
-                column.push(*x);
-            }
-        }
-        count
-    }
-
-    pub fn table(self) -> Table {
-        let described = columns::coordinates(self.setting).into_iter();
-        let mut list = vec![
-            columns::integer("run", self.run),
-            columns::integer("period", self.period),
-        ];
-        list.extend(
-            described
-                .zip(self.state)
-                .map(|(d, values)| d.column(values)),
-        );
-        Table {
-            name: String::new(),
-            columns: list,
-        }
-    }
-}
-
-/// Curves of dots, one a run where the runs are few.
-pub(super) fn dots(x: &str, y: &str, labels: &[String]) -> Vec<Curve> {
-    let curve = |label: String, only| Curve {
-        table: String::new(),
-        x: x.into(),
-        y: y.into(),
-        label,
-        style: CurveStyle::Dots,
-        only,
-    };
-    if labels.len() > MAX_COLOURS {
-        return vec![curve(format!("{} runs", labels.len()), None)];
-    }
-    let one = |(run, label): (usize, &String)| {
-        curve(label.clone(), Some(("run".into(), run.to_string())))
-    };
-    labels.iter().enumerate().map(one).collect()
 }
 
 /// Velocity against displacement of the first two coordinates.

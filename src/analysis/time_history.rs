@@ -1,6 +1,6 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
-use super::flow::{self, Stop};
+use super::flow::{self, Motion, Stop};
 use super::poincare_map::REPORTED;
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
@@ -54,10 +54,8 @@ const MAX_CURVES: usize = 4;
 #[typetag::serde(name = "time_history")]
 impl Analysis for TimeHistory {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let mut faults = Vec::new();
-        if let Err(message) = setting.frequency(&self.at) {
-            faults.push(Fault::new("at", message));
-        }
+        let states = [("initial".to_string(), self.initial.clone())];
+        let mut faults = flow::check_motions(setting, &self.at, &states, self.integrator);
         if self.periods == 0 {
             faults.push(Fault::new("periods", "0 must be at least 1"));
         }
@@ -71,23 +69,19 @@ impl Analysis for TimeHistory {
             );
             faults.push(Fault::new("samples_per_period", message));
         }
-        faults.extend(self.initial.check(setting, "initial"));
-        faults.extend(flow::integrator(setting, &setting.assembly.system, self.integrator).err());
         faults
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let began = Instant::now();
-        let refused = |fault: Fault| columns::refused(setting, fault);
-        let omega = setting
-            .frequency(&self.at)
-            .map_err(|m| refused(Fault::new("at", m)))?;
-        let mut system = setting.assembly.system.clone();
-        system.set_excitation_frequency(omega);
-        let mut integrator =
-            flow::integrator(setting, &system, self.integrator).map_err(refused)?;
-        let (mut state, warning) =
-            (self.initial.state(setting, &system, "initial")).map_err(refused)?;
+        let start = ("initial", &self.initial);
+        let motion = Motion::new(setting, &self.at, start, self.integrator);
+        let Motion {
+            system,
+            mut integrator,
+            mut state,
+            warning,
+        } = motion.map_err(|fault| columns::refused(setting, fault))?;
         let mut record = Record::new(setting, &system, self.samples_per_period);
         let mut stop = None;
         let total = self.transient + self.periods;

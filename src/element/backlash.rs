@@ -177,6 +177,10 @@ impl Element for Backlash {
         self.impact_damping != 0.0
     }
 
+    fn is_passive(&self) -> bool {
+        self.impact_damping == 0.0 || self.impact_damping_law == ImpactDampingLaw::Dissipative
+    }
+
     fn validate(&self) -> Result<(), InvalidParameter> {
         super::not_negative("half_gap", self.half_gap)?;
         super::not_negative("impact_damping", self.impact_damping)

@@ -40,7 +40,7 @@ impl Violations {
 /// - force and partials are finite on a wide grid, and the partials equal central differences away from breakpoints;
 /// - breakpoints are ascending; f and its partials are smooth elsewhere and not there; a force that jumps says so, at a
 ///   breakpoint (`is_discontinuous`) or elsewhere (`has_hidden_jumps`), and one that says so jumps;
-/// - `is_piecewise_affine` and `depends_on_velocity` are honest;
+/// - `is_piecewise_affine`, `depends_on_velocity` and `is_passive` are honest;
 /// - `flank` changes at breakpoints only, an open flank carries no force, and a stretch without any force is open;
 /// - scaling displacement, time and force changes the law, its breakpoints and its flanks as its dimensions say:
 ///   f*(q / l, v / (l w)) = f(q, v) / l;
@@ -145,6 +145,12 @@ fn partials(element: &dyn Element, found: &mut Vec<String>) {
 }
 
 fn velocity(element: &dyn Element, found: &mut Vec<String>) {
+    let undamps = |(q, v, phase): &(f64, f64, f64)| element.eval(*q, *v, *phase).df_dv < 0.0;
+    if let Some((q, v, _)) = grid().find(undamps).filter(|_| element.is_passive()) {
+        found.push(format!(
+            "df/dv < 0 at q = {q}, v = {v}, but is_passive is true"
+        ));
+    }
     if element.depends_on_velocity() {
         return;
     }

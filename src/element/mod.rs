@@ -253,6 +253,11 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         true
     }
 
+    /// True when df/dv >= 0 for every q and v: the law never takes damping away. Default: laws without v.
+    fn is_passive(&self) -> bool {
+        !self.depends_on_velocity()
+    }
+
     /// Checks the parameters. The loader and the conformance check call it.
     ///
     /// # Errors

@@ -58,6 +58,10 @@ impl Element for TanhFriction {
         });
     }
 
+    fn is_passive(&self) -> bool {
+        true
+    }
+
     fn clone_box(&self) -> Box<dyn Element> {
         Box::new(*self)
     }

@@ -1,206 +1,341 @@
 //! Roots of polynomials on [0, 1] through their Bernstein form: none missed, none found twice.
+//!
+//! In Bernstein form a polynomial lies in the hull of its coefficients and has no more roots than they change their sign: no
+//! change decides at once, one change brackets a simple root, more are halved by de Casteljau's scheme. Polynomials are arrays
+//! of the coefficients of 1, x, x^2, ...
 
-/// Highest degree that the tables serve.
-pub const MAX_DEGREE: usize = 32;
+use super::roots::newton_from;
 
-/// Width below which two sign changes count as a touch, not as two roots.
-const TOUCH: f64 = 1e-13;
+/// Coefficients that the tables serve: degree + 1.
+pub const SIZE: usize = 32;
 
-/// Polynomials given by coefficients of 1, x, x^2, ...; owns its work space.
-#[derive(Debug, Clone)]
-pub struct RootFinder {
-    /// ratio[n][j][k] = C(j, k) / C(n, k): Bernstein coefficient j of a polynomial of degree n takes so much of x^k.
-    ratio: Vec<Vec<Vec<f64>>>,
-    stack: Vec<(f64, f64, Vec<f64>)>,
-    spare: Vec<Vec<f64>>,
+/// Halves of [0, 1] below this width are not divided: what happens there is a touch within rounding.
+const NARROWEST: f64 = 1e-15;
+
+/// Coefficients of the head that [`hull`] converts.
+const HEAD: usize = 8;
+
+type Table = [[f64; SIZE]; SIZE];
+
+/// BINOMIAL[k][j] = C(j, k), zero for j < k.
+static BINOMIAL: Table = binomial();
+
+/// RECIPROCAL[n][k] = 1 / C(n, k), zero for k > n.
+static RECIPROCAL: Table = reciprocal();
+
+const fn binomial() -> Table {
+    let mut table = [[0.0; SIZE]; SIZE];
+    let mut j = 0;
+    while j < SIZE {
+        table[0][j] = 1.0;
+        let mut k = 1;
+        while k <= j {
+            table[k][j] = table[k - 1][j - 1] + table[k][j - 1];
+            k += 1;
+        }
+        j += 1;
+    }
+    table
 }
 
-impl Default for RootFinder {
-    fn default() -> Self {
-        RootFinder::new()
+const fn reciprocal() -> Table {
+    let binomial = binomial();
+    let mut table = [[0.0; SIZE]; SIZE];
+    let mut n = 0;
+    while n < SIZE {
+        let mut k = 0;
+        while k <= n {
+            table[n][k] = 1.0 / binomial[k][n];
+            k += 1;
+        }
+        n += 1;
+    }
+    table
+}
+
+/// Which way a level is passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// From below to above.
+    Up,
+    /// From above to below.
+    Down,
+}
+
+impl Direction {
+    /// +1 or -1.
+    pub fn sign(self) -> f64 {
+        match self {
+            Direction::Up => 1.0,
+            Direction::Down => -1.0,
+        }
     }
 }
 
-impl RootFinder {
-    /// Tables up to [`MAX_DEGREE`].
-    pub fn new() -> RootFinder {
-        let mut binomial = vec![vec![1.0; 1]];
-        for n in 1..=MAX_DEGREE {
-            let row = |k: usize| {
-                if k == 0 || k == n {
-                    1.0
-                } else {
-                    binomial[n - 1][k - 1] + binomial[n - 1][k]
-                }
-            };
-            let next = (0..=n).map(row).collect();
-            binomial.push(next);
-        }
-        let part = |n: usize, j: usize| (0..=j).map(|k| binomial[j][k] / binomial[n][k]).collect();
-        let ratio = (0..=MAX_DEGREE)
-            .map(|n| (0..=n).map(|j| part(n, j)).collect())
-            .collect();
-        RootFinder {
-            ratio,
-            stack: Vec::new(),
-            spare: Vec::new(),
-        }
-    }
+/// First x in [0, 1] where a polynomial passes `level` in `direction` by more than `tolerance`.
+///
+/// The polynomial is taken to start on the near side: a start on the level, or beyond it by rounding, does not fire. A touch
+/// that goes less than `tolerance` beyond the level is no passage. The abscissa is that of the level itself.
+pub fn first_passage<const N: usize>(
+    coefficients: &[f64; N],
+    level: f64,
+    direction: Direction,
+    tolerance: f64,
+) -> Option<f64> {
+    let sign = direction.sign();
+    let mut beyond = coefficients.map(|c| sign * c);
+    let start = (beyond[0] - sign * level).min(0.0);
+    beyond[0] = start - tolerance;
+    let mut first = None;
+    let mut search = Search {
+        sign: -1.0,
+        found: |bracket| {
+            first = Some(bracket);
+            true
+        },
+    };
+    search.walk(&convert(&beyond), 0.0, 1.0);
+    let bracket: Bracket = first?;
+    beyond[0] = start;
+    Some(bracket.root(&beyond, -1.0))
+}
 
-    /// Lowest and highest value that the polynomial can have on [0, 1]: the hull of the Bernstein coefficients of its head of
-    /// degree `head`, widened by the sum of the remaining coefficients.
-    pub fn hull(&self, coefficients: &[f64], head: usize) -> (f64, f64) {
-        let degree = head.min(coefficients.len() - 1);
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for j in 0..=degree {
-            let b = self.coefficient(&coefficients[..=degree], j);
-            (low, high) = (low.min(b), high.max(b));
-        }
-        let rest: f64 = coefficients[degree + 1..].iter().map(|c| c.abs()).sum();
-        (low - rest, high + rest)
-    }
+/// Every x in (0, 1) where a polynomial changes its sign, ascending. Two changes within rounding of each other count as a
+/// touch; a root at 0 does not count.
+pub fn sign_changes<const N: usize>(coefficients: &[f64; N]) -> Vec<f64> {
+    let mut brackets = Vec::new();
+    let mut search = Search {
+        sign: 0.0,
+        found: |bracket| {
+            brackets.push(bracket);
+            false
+        },
+    };
+    let bernstein = convert(coefficients);
+    search.walk(&bernstein, 0.0, 1.0);
+    let first = bernstein.into_iter().find(|b| *b != 0.0).unwrap_or(0.0);
+    let signs = [first, -first].into_iter().cycle();
+    let roots = brackets
+        .iter()
+        .zip(signs)
+        .map(|(b, s)| b.root(coefficients, s));
+    roots.filter(|x| *x < 1.0).collect()
+}
 
-    /// b_j = sum_k C(j, k) / C(n, k) c_k.
-    fn coefficient(&self, coefficients: &[f64], j: usize) -> f64 {
-        let ratio = &self.ratio[coefficients.len() - 1][j];
-        coefficients.iter().zip(ratio).map(|(c, r)| c * r).sum()
+/// Lowest and highest value that a polynomial can have on [0, 1]: the hull of the Bernstein coefficients of its head, widened by
+/// the sum of the remaining coefficients.
+pub fn hull<const N: usize>(coefficients: &[f64; N]) -> (f64, f64) {
+    let mut head = [0.0; HEAD];
+    let (kept, rest) = coefficients.split_at(N.min(HEAD));
+    head[..kept.len()].copy_from_slice(kept);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for b in convert(&head) {
+        (low, high) = (low.min(b), high.max(b));
     }
-
-    /// Smallest root in (0, 1] at which the polynomial changes its sign; `None` when it keeps it.
-    ///
-    /// A polynomial that starts at 0 has no root there. Two roots closer than about 1e-13 count as a touch.
-    pub fn first_root(&mut self, coefficients: &[f64]) -> Option<f64> {
-        self.first_root_after(coefficients, 0.0)
-    }
-
-    /// The same beyond an abscissa.
-    pub fn first_root_after(&mut self, coefficients: &[f64], begin: f64) -> Option<f64> {
-        while let Some((_, _, used)) = self.stack.pop() {
-            self.spare.push(used);
-        }
-        let mut first = self.spare.pop().unwrap_or_default();
-        first.clear();
-        first.extend((0..coefficients.len()).map(|j| self.coefficient(coefficients, j)));
-        self.stack.push((0.0, 1.0, first));
-        while let Some((low, high, mut bernstein)) = self.stack.pop() {
-            let changes = if high <= begin {
-                0
-            } else {
-                sign_changes(&bernstein)
-            };
-            if changes == 1 && low >= begin {
-                let found = polish(coefficients, low, high);
-                self.spare.push(bernstein);
-                return Some(found);
-            }
-            if changes == 0 || high - low < TOUCH {
-                self.spare.push(bernstein);
-                continue;
-            }
-            let mut left = self.spare.pop().unwrap_or_default();
-            left.clear();
-            let last = bernstein.len() - 1;
-            // De Casteljau at the middle: the left halves fall out, the right halves stay.
-            for round in 0..=last {
-                left.push(bernstein[0]);
-                for k in 0..last - round {
-                    bernstein[k] = 0.5 * (bernstein[k] + bernstein[k + 1]);
-                }
-            }
-            let middle = 0.5 * (low + high);
-            self.stack.push((middle, high, bernstein));
-            self.stack.push((low, middle, left));
-        }
-        None
-    }
+    let rest: f64 = rest.iter().map(|c| c.abs()).sum();
+    (low - rest, high + rest)
 }
 
 /// Value and derivative of c_0 + c_1 x + ...
+///
+///     p(x) = E(x^2) + x O(x^2),   p'(x) = O + 2 x (E' + x O')
 pub fn evaluate(coefficients: &[f64], x: f64) -> (f64, f64) {
-    coefficients
-        .iter()
-        .rev()
-        .fold((0.0, 0.0), |(value, slope), c| {
-            (value * x + c, slope * x + value)
-        })
+    // Even and odd powers apart: two short chains of operations instead of a long one.
+    let y = x * x;
+    let (pairs, top) = coefficients.as_chunks::<2>();
+    let (mut even, mut odd) = (top.first().copied().unwrap_or(0.0), 0.0);
+    let (mut even_slope, mut odd_slope) = (0.0, 0.0);
+    for [a, b] in pairs.iter().rev() {
+        (even_slope, odd_slope) = (even_slope * y + even, odd_slope * y + odd);
+        (even, odd) = (even * y + a, odd * y + b);
+    }
+    (even + x * odd, odd + 2.0 * x * (even_slope + x * odd_slope))
 }
 
-fn sign_changes(list: &[f64]) -> usize {
-    let mut last = 0.0;
-    let mut changes = 0;
-    for b in list.iter().filter(|b| **b != 0.0) {
-        if last * b < 0.0 {
-            changes += 1;
+/// b_j = sum_k C(j, k) / C(n, k) c_k, n = N - 1.
+fn convert<const N: usize>(coefficients: &[f64; N]) -> [f64; N] {
+    let mut out = [coefficients[0]; N];
+    for k in 1..N {
+        let part = coefficients[k] * RECIPROCAL[N - 1][k];
+        // Zeros below the diagonal keep the length of the loop fixed.
+        for (b, c) in out.iter_mut().zip(&BINOMIAL[k]) {
+            *b += c * part;
         }
-        last = b.signum();
     }
-    changes
+    out
 }
 
-/// The only root between two abscissae, by Newton's method kept inside.
-fn polish(coefficients: &[f64], low: f64, high: f64) -> f64 {
-    let at_low = evaluate(coefficients, low).0;
-    if at_low == 0.0 {
-        // The sign change starts at a root that belongs to the stretch before; step off it.
-        let off = low + 1e-9 * (high - low);
-        return super::roots::newton_bracketed(
-            |x| evaluate(coefficients, x),
-            (off, evaluate(coefficients, off).0),
-            high,
-        );
+/// Stretch with one change of sign.
+#[derive(Debug, Clone, Copy)]
+struct Bracket {
+    low: f64,
+    high: f64,
+    /// Where the coefficients of the Bernstein form change their sign.
+    guess: f64,
+}
+
+impl Bracket {
+    fn root(&self, coefficients: &[f64], at_low: f64) -> f64 {
+        if self.low == self.high {
+            return self.low;
+        }
+        let value = |x: f64| evaluate(coefficients, x);
+        newton_from(value, self.guess, (self.low, at_low), self.high)
     }
-    super::roots::newton_bracketed(|x| evaluate(coefficients, x), (low, at_low), high)
+}
+
+/// Walks through the sign changes of a polynomial from left to right.
+struct Search<F> {
+    /// Sign before the stretch at hand; 0: not known.
+    sign: f64,
+    /// Sees every change; `true` ends the search.
+    found: F,
+}
+
+impl<F: FnMut(Bracket) -> bool> Search<F> {
+    /// `true` when the search has ended.
+    fn walk<const N: usize>(&mut self, b: &[f64; N], low: f64, width: f64) -> bool {
+        let (mut changes, mut at, mut last) = (0, 0, self.sign);
+        for (j, b) in b.iter().enumerate() {
+            if b * last < 0.0 {
+                changes += 1;
+                at = j;
+            }
+            if *b != 0.0 {
+                last = b.signum();
+            }
+        }
+        let before = std::mem::replace(&mut self.sign, last);
+        if changes == 0 {
+            return false;
+        }
+        let high = low + width;
+        if changes == 1 {
+            let guess = match at {
+                // The change lies between the stretches.
+                0 => {
+                    return (self.found)(Bracket {
+                        low,
+                        high: low,
+                        guess: low,
+                    });
+                }
+                _ => (at as f64 - b[at] / (b[at] - b[at - 1])) / (N - 1) as f64,
+            };
+            let guess = low + width * guess;
+            return (self.found)(Bracket { low, high, guess });
+        }
+        if width < NARROWEST {
+            let guess = high;
+            return before * last < 0.0
+                && (self.found)(Bracket {
+                    low: high,
+                    high,
+                    guess,
+                });
+        }
+        self.sign = before;
+        let (left, right) = halve(b);
+        let half = 0.5 * width;
+        self.walk(&left, low, half) || self.walk(&right, low + half, half)
+    }
+}
+
+/// Bernstein coefficients of both halves, by de Casteljau's scheme.
+fn halve<const N: usize>(b: &[f64; N]) -> ([f64; N], [f64; N]) {
+    let (mut left, mut right) = ([0.0; N], *b);
+    for (round, first) in left.iter_mut().enumerate() {
+        *first = right[0];
+        for i in 0..N - 1 - round {
+            right[i] = 0.5 * (right[i] + right[i + 1]);
+        }
+    }
+    (left, right)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn product(roots: &[f64]) -> Vec<f64> {
-        roots.iter().fold(vec![1.0], |p, r| {
-            let mut next = vec![0.0; p.len() + 1];
-            for (k, c) in p.iter().enumerate() {
-                next[k + 1] += c;
-                next[k] -= r * c;
+    /// Product of (x - root), times a factor.
+    fn product<const N: usize>(factor: f64, roots: [f64; N]) -> [f64; SIZE] {
+        let mut c = [0.0; SIZE];
+        c[0] = factor;
+        for (degree, root) in roots.iter().enumerate() {
+            for k in (0..=degree + 1).rev() {
+                c[k] = if k > 0 { c[k - 1] } else { 0.0 } - root * c[k];
             }
-            next
-        })
+        }
+        c
+    }
+
+    fn rise<const N: usize>(c: &[f64; N]) -> Option<f64> {
+        first_passage(c, 0.0, Direction::Up, 1e-15)
+    }
+
+    fn close(found: &[f64], wanted: &[f64]) -> bool {
+        found.len() == wanted.len() && found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9)
     }
 
     #[test]
-    fn finds_the_first_of_several() {
-        let mut finder = RootFinder::new();
-        let p = product(&[0.31, 0.32, 0.9, 1.5, -0.2]);
-        assert!((finder.first_root(&p).unwrap() - 0.31).abs() < 1e-12);
-        assert!((finder.first_root_after(&p, 0.315).unwrap() - 0.32).abs() < 1e-12);
-        assert!((finder.first_root_after(&p, 0.5).unwrap() - 0.9).abs() < 1e-12);
-        assert_eq!(finder.first_root_after(&p, 0.95), None);
-        assert_eq!(finder.first_root(&product(&[-0.1, 1.2, 3.0])), None);
+    fn every_sign_change_in_order() {
+        let p = product(1.0, [0.31, 0.32, 0.9, 1.5, -0.2]);
+        assert!(close(&sign_changes(&p), &[0.31, 0.32, 0.9]));
+        assert!(close(&sign_changes(&product(1.0, [-0.1, 1.2, 3.0])), &[]));
+        // Roots where the intervals are halved.
+        let p = product(-1.0, [0.25, 0.5, 0.625, 0.75]);
+        assert!(close(&sign_changes(&p), &[0.25, 0.5, 0.625, 0.75]));
+        assert!(close(
+            &sign_changes(&product(1.0, [0.0, 0.5, 0.7])),
+            &[0.5, 0.7]
+        ));
+        let roots: [f64; 7] = std::array::from_fn(|k| 0.05 + 0.14 * k as f64);
+        assert!(close(&sign_changes(&product(-1.0, roots)), &roots));
     }
 
     #[test]
     fn a_touch_is_no_root_and_two_close_roots_are_two() {
-        let mut finder = RootFinder::new();
-        assert_eq!(finder.first_root(&[0.25 + 1e-12, -1.0, 1.0]), None);
-        let found = finder.first_root(&[0.25 - 1e-10, -1.0, 1.0]).unwrap();
-        assert!((found - (0.5 - 1e-5)).abs() < 1e-9);
-        assert_eq!(
-            finder.first_root(&[0.0, 1.0, 1.0]),
-            None,
-            "a root at the start does not count"
-        );
+        assert!(close(&sign_changes(&[0.25 + 1e-12, -1.0, 1.0]), &[]));
+        let found = sign_changes(&[0.25 - 1e-10, -1.0, 1.0]);
+        assert!(close(&found, &[0.5 - 1e-5, 0.5 + 1e-5]), "{found:?}");
+        for depth in [1e-3, 1e-6, 1e-10] {
+            // depth - (x - 0.4)^2
+            let x = rise(&[depth - 0.16, 0.8, -1.0]).unwrap();
+            assert!((x - (0.4 - f64::sqrt(depth))).abs() < 1e-10, "{depth}: {x}");
+            assert_eq!(rise(&[-depth - 0.16, 0.8, -1.0]), None, "{depth}");
+        }
+    }
+
+    #[test]
+    fn a_start_on_the_level_does_not_fire() {
+        let level = 0.7;
+        let inwards = [level + 1e-17, -1.0, 0.2];
+        assert_eq!(first_passage(&inwards, level, Direction::Up, 1e-15), None);
+        // Leaves downwards, comes back and passes at x = 0.5.
+        let back = [level, -1.0, 2.0];
+        let x = first_passage(&back, level, Direction::Up, 1e-15).unwrap();
+        assert!((x - 0.5).abs() < 1e-15);
+        let down = [level, 1.0, -2.0];
+        assert_eq!(first_passage(&down, level, Direction::Down, 1e-15), Some(x));
+        // Leaves at once.
+        let x = first_passage(&[level, 1.0, 0.1], level, Direction::Up, 1e-15).unwrap();
+        assert!(x < 2e-15, "{x:e}");
     }
 
     #[test]
     fn the_hull_encloses_the_values() {
-        let finder = RootFinder::new();
-        let p: Vec<f64> = (0..20)
-            .map(|k| (1.7 * k as f64).sin() / (1.0 + k as f64))
-            .collect();
-        let (low, high) = finder.hull(&p, 8);
+        let p: [f64; 20] = std::array::from_fn(|k| (1.7 * k as f64).sin() / (1.0 + k as f64));
+        let (low, high) = hull(&p);
         for k in 0..=100 {
             let value = evaluate(&p, 0.01 * k as f64).0;
             assert!(value >= low && value <= high);
         }
+    }
+
+    #[test]
+    fn value_and_derivative() {
+        // 1 + 2 x + 3 x^2 + 4 x^3 (+ 5 x^4) at 2
+        assert_eq!(evaluate(&[1.0, 2.0, 3.0, 4.0], 2.0), (49.0, 62.0));
+        assert_eq!(evaluate(&[1.0, 2.0, 3.0, 4.0, 5.0], 2.0), (129.0, 222.0));
     }
 }

@@ -10,13 +10,14 @@
 //! - **chaotic**: the largest Lyapunov exponent is more than [`SIGMAS`] standard errors above 0 and has stretched small
 //!   deviations by at least e^[`STRETCH`] over the record. Never without exponents.
 //! - **quasi-periodic**: the largest exponent is within [`SIGMAS`] standard errors of 0 (or has changed deviations by less
-//!   than a factor e over the record), the 0-1 test of Gottwald and Melbourne on the points gives regular motion
+//!   than a factor e over the record) and has stretched them by no more than e^[`STRETCH`] in all, the 0-1 test of Gottwald and Melbourne on the points gives regular motion
 //!   (K < [`REGULAR`]), and the record does not close in on a periodic orbit: its best recurrence neither halves from the
 //!   first half of the record to the second nor falls below [`CLOSE`] (a slow transient cannot be told from a torus then).
 //!   Without exponents the 0-1 test decides alone,
-//!   more strictly (K < [`STRICTLY_REGULAR`]). At least [`LEAST_POINTS`] points.
+//!   more strictly (K < [`STRICTLY_REGULAR`]). At least [`LEAST_POINTS`] points. Never where [`excludes_tori`] holds.
 
 use super::lyapunov::Exponents;
+use crate::system::{Mount, System};
 
 /// Tolerance of a repeat, relative to the largest modulus of the coordinate.
 pub const REPEAT: f64 = 1e-6;
@@ -26,7 +27,7 @@ pub const LONGEST: usize = 64;
 pub const REPEATS: usize = 3;
 /// Standard errors that make an exponent significant.
 pub const SIGMAS: f64 = 3.0;
-/// Least logarithm of the stretching over the record of a chaotic attractor.
+/// Logarithm of the stretching over the record: at least that of a chaotic attractor, at most that of a torus.
 pub const STRETCH: f64 = 3.0;
 /// K of the 0-1 test below which motion counts as regular, when the exponent says so too.
 pub const REGULAR: f64 = 0.5;
@@ -80,7 +81,8 @@ pub fn label(points: &[f64], size: usize, exponents: Option<&Exponents>) -> Labe
         return Label::Undecided;
     }
     let is_neutral = largest.is_none_or(|(value, error, span)| {
-        error.is_finite() && value.abs() <= (SIGMAS * error).max(1.0 / span)
+        let is_small = value.abs() <= (SIGMAS * error).max(1.0 / span);
+        error.is_finite() && is_small && value * span <= STRETCH
     });
     let limit = if largest.is_some() {
         REGULAR
@@ -92,6 +94,25 @@ pub fn label(points: &[f64], size: usize, exponents: Option<&Exponents>) -> Labe
     } else {
         Label::Undecided
     }
+}
+
+/// Whether a system has no quasi-periodic motion, whatever a record looks like: one coordinate, damped everywhere.
+///
+///     d(q', v')/d(q, v):  trace = -(Gam + sum_e kappa_e W_e df_e/dv) < 0
+///
+/// The Poincaré map of one coordinate is a map of the plane. A closed curve that it maps onto itself bounds a disk that it
+/// maps onto itself, which a map that shrinks every area cannot do. (Without damping areas stay, and such curves abound;
+/// from two coordinates on the plane is no longer the whole state.)
+pub fn excludes_tori(system: &System) -> bool {
+    let takes_energy = |(e, mount): (usize, &Mount)| {
+        let element = mount.element.as_ref();
+        let weight = system.stiffness()[(0, e)] * system.element_map()[(e, 0)];
+        let is_steady = weight >= 0.0 && mount.stiffness_variation.is_none();
+        !element.depends_on_velocity() || (is_steady && element.is_passive())
+    };
+    system.dof() == 1
+        && system.damping()[(0, 0)] > 0.0
+        && system.mounts().iter().enumerate().all(takes_energy)
 }
 
 /// Smallest period of the points.

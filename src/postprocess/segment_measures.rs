@@ -3,7 +3,6 @@
 use super::contacts::Contacts;
 use super::effective_stiffness;
 use super::measures::{Measures, is_clearance};
-use crate::numeric::bernstein::RootFinder;
 use crate::numeric::quadrature::unit_nodes;
 use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, StretchDeformation};
@@ -63,18 +62,12 @@ impl Piece<'_> {
 
 /// Measures of every connection.
 pub(super) fn measure(system: &System, orbit: &SegmentOrbit) -> Vec<Measures> {
-    let mut finder = RootFinder::new();
     (0..system.element_count())
-        .map(|e| connection(system, orbit, e, &mut finder))
+        .map(|e| connection(system, orbit, e))
         .collect()
 }
 
-fn connection(
-    system: &System,
-    orbit: &SegmentOrbit,
-    e: usize,
-    finder: &mut RootFinder,
-) -> Measures {
+fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
     let mount = &system.mounts()[e];
     let pulls_possible =
         mount.element.depends_on_velocity() && is_clearance(mount.element.as_ref());
@@ -111,12 +104,7 @@ fn connection(
             sums.widen_force(f);
             sums.pulls |= pulls_possible && f64::from(mount.element.flank(q)) * f < 0.0;
         }
-        for x in piece
-            .deformation
-            .extrema(finder)
-            .into_iter()
-            .chain([0.0, 1.0])
-        {
+        for x in piece.deformation.extrema().into_iter().chain([0.0, 1.0]) {
             let [q, _, f, _, _] = piece.response(x);
             (sums.low, sums.high) = (sums.low.min(q), sums.high.max(q));
             sums.widen_force(f);

@@ -55,12 +55,4 @@ impl AffineLaw {
                 .unwrap_or(f64::INFINITY),
         )
     }
-
-    /// Region of a deformation; on a breakpoint the side to which it moves.
-    pub fn region(&self, x: f64, rate: f64) -> usize {
-        self.breakpoints
-            .iter()
-            .filter(|b| x > **b || (x == **b && rate > 0.0))
-            .count()
-    }
 }

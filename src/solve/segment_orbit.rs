@@ -1,7 +1,7 @@
 //! A periodic orbit as stretches of polynomials between switching instants.
 
 use super::integrate::{Observer, Segment, Switch};
-use crate::numeric::bernstein::{RootFinder, evaluate};
+use crate::numeric::bernstein::{self, evaluate};
 use crate::numeric::periodic::Periodic;
 use crate::numeric::roots::newton_bracketed;
 use crate::system::System;
@@ -54,8 +54,6 @@ impl Stretch {
 
 /// Abscissae between which an extremum is sought where a transmission error forbids the roots of polynomials.
 const CELLS: usize = 16;
-/// Extrema on one stretch at most.
-const MAX_EXTREMA: usize = 64;
 
 /// Deformation of one connection on one stretch: W q - e, W q a polynomial in x = (tau - begin) / width.
 #[derive(Debug, Clone)]
@@ -93,7 +91,7 @@ impl StretchDeformation<'_> {
     }
 
     /// Abscissae inside the stretch where the deformation is extremal.
-    pub fn extrema(&self, finder: &mut RootFinder) -> Vec<f64> {
+    pub fn extrema(&self) -> Vec<f64> {
         if self.error.is_some() {
             let slope = |x: f64| (self.at(x).1, 0.0);
             let at = |k: usize| k as f64 / CELLS as f64;
@@ -103,22 +101,12 @@ impl StretchDeformation<'_> {
                 .map(|k| newton_bracketed(slope, (at(k), slope(at(k)).0), at(k + 1)))
                 .collect();
         }
-        let derivative: Vec<f64> = self
-            .polynomial
-            .iter()
-            .enumerate()
-            .skip(1)
-            .map(|(k, c)| k as f64 * c)
-            .collect();
-        let mut list = Vec::new();
-        let mut next = finder.first_root(&derivative);
-        while let Some(x) =
-            next.filter(|x| list.len() < MAX_EXTREMA && list.last().is_none_or(|last| x > last))
-        {
-            list.push(x);
-            next = finder.first_root_after(&derivative, x + 1e-12);
+        let mut derivative = [0.0; bernstein::SIZE];
+        let terms = self.polynomial.iter().enumerate().skip(1);
+        for (d, (k, c)) in derivative.iter_mut().zip(terms) {
+            *d = k as f64 * c;
         }
-        list
+        bernstein::sign_changes(&derivative)
     }
 }
 
@@ -149,28 +137,22 @@ impl SegmentOrbit {
     /// Extrema (tau, deformation) of every connection whose law has breakpoints, in the order of time, the first one repeated a
     /// period later; an empty list for the others and where nothing moves.
     pub fn extrema(&self, system: &System) -> Vec<Vec<(f64, f64)>> {
-        let mut finder = RootFinder::new();
         let mounts = system.mounts().iter().enumerate();
         mounts
             .map(|(k, mount)| match mount.element.breakpoints().is_empty() {
                 true => Vec::new(),
-                false => self.extrema_of(system, k, &mut finder),
+                false => self.extrema_of(system, k),
             })
             .collect()
     }
 
     /// The slope's sign is read between the roots of each stretch: an extremum on a seam is found, and found once.
-    fn extrema_of(
-        &self,
-        system: &System,
-        connection: usize,
-        finder: &mut RootFinder,
-    ) -> Vec<(f64, f64)> {
+    fn extrema_of(&self, system: &System, connection: usize) -> Vec<(f64, f64)> {
         let mut runs: Vec<(f64, f64, bool)> = Vec::new();
         for stretch in &self.stretches {
             let deformation = self.deformation(system, connection, stretch);
             let mut ends = vec![0.0];
-            ends.extend(deformation.extrema(finder));
+            ends.extend(deformation.extrema());
             ends.push(1.0);
             for pair in ends.windows(2).filter(|w| w[1] > w[0]) {
                 let rises = deformation.at(0.5 * (pair[0] + pair[1])).1 > 0.0;

@@ -1,9 +1,12 @@
 //! Labels of synthetic Poincaré records, and Lyapunov exponents that are known.
 
 use approx::assert_relative_eq;
+use gearlash::analysis::flow::MapRecord;
+use gearlash::element::{Backlash, Element, ImpactDampingLaw, Linear, Parameter, Response};
 use gearlash::numeric::exponential::Exponential;
 use gearlash::postprocess::attractor::{Label, label};
 use gearlash::postprocess::lyapunov::{Exponents, Lyapunov};
+use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
@@ -81,6 +84,62 @@ fn rotations_are_quasi_periodic() {
     }
     let short = rotation(0.618_033_988_749_895, 90);
     assert_eq!(label(&short, 2, Some(&neutral(90))), Label::Undecided);
+}
+
+fn oscillator(gamma: f64, element: impl Element + 'static) -> System {
+    let one = |x: f64| DMatrix::from_element(1, 1, x);
+    let mounts = vec![Mount::new(Box::new(element))];
+    System::new(one(gamma), one(1.0), one(1.0), mounts, Vec::new()).unwrap()
+}
+
+/// x^2 v - v, the damping of van der Pol's oscillator less that of the system.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+struct VanDerPol;
+
+#[typetag::serde(name = "test_van_der_pol")]
+impl Element for VanDerPol {
+    fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
+        Response {
+            f: q + (q * q - 1.0) * v,
+            df_dq: 1.0 + 2.0 * q * v,
+            df_dv: q * q - 1.0,
+        }
+    }
+    fn visit_parameters(&mut self, _: &mut dyn FnMut(Parameter<'_>)) {}
+    fn clone_box(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+}
+
+/// The same record of a rotation in systems that can have made it and in systems that cannot.
+#[test]
+fn one_damped_coordinate_is_never_quasi_periodic() {
+    let impacts = |law| Backlash {
+        half_gap: 0.5,
+        impact_damping: 0.1,
+        impact_damping_law: law,
+    };
+    let record = MapRecord {
+        points: rotation(0.618_033_988_749_895, 300),
+        exponents: Some(neutral(300)),
+        stop: None,
+    };
+    for (system, wanted) in [
+        (oscillator(0.05, Linear {}), Label::Undecided),
+        (
+            oscillator(0.05, impacts(ImpactDampingLaw::Dissipative)),
+            Label::Undecided,
+        ),
+        // Areas stay, or grow somewhere.
+        (oscillator(0.0, Linear {}), Label::QuasiPeriodic),
+        (
+            oscillator(0.05, impacts(ImpactDampingLaw::Literal)),
+            Label::QuasiPeriodic,
+        ),
+        (oscillator(0.05, VanDerPol), Label::QuasiPeriodic),
+    ] {
+        assert_eq!(record.label(&system), wanted, "{system:?}");
+    }
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod floquet_estimate;
 mod parameter_response;
 mod parameter_response_mistakes;
 mod rattle_metrics;
+mod reproduction_rook_singh;
 mod response_integration;
 mod scaling_invariance;
 mod time_domain;

@@ -306,7 +306,7 @@ fn options_choose_replace_and_direct() {
             "elsewhere/deep",
             "--quiet",
             "--figures",
-            "png,svg",
+            "png,svg,pdf",
         ])
         .ends_with(0);
     assert_eq!((ended.out.as_str(), ended.err.as_str()), ("", ""));
@@ -319,6 +319,8 @@ fn options_choose_replace_and_direct() {
     );
     let png = std::fs::read(place.path("elsewhere/deep/response.png")).unwrap();
     assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
+    let pdf = std::fs::read(place.path("elsewhere/deep/response.pdf")).unwrap();
+    assert!(pdf.starts_with(b"%PDF-") && pdf.trim_ascii_end().ends_with(b"%%EOF"));
     let file = "elsewhere/deep/response.csv";
     assert_eq!(place.column(file, "omega").last(), Some(&1.7));
     assert!((place.column(file, "mean.mesh")[0] - 0.75).abs() < 1e-9);

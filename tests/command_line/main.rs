@@ -7,6 +7,7 @@ mod synthetic;
 
 mod bad_input;
 mod cli;
+mod ends_of_runs;
 mod hostile_input;
 mod laws_in_models;
 mod messages;

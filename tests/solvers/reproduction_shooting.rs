@@ -1,13 +1,12 @@
 //! Shooting with the exact flow against orbits, multipliers and bifurcations of an independent program.
 
-use crate::common;
-use crate::common::{backlash, floats, load, reference};
+use crate::common::{self, floats, reference};
 use gearlash::solve::branch::{Branch, BranchPoint};
 use gearlash::solve::continuation::PathEnd;
 use gearlash::solve::events::EventKind;
 use gearlash::solve::integrate::IntegratorChoice;
 use gearlash::system::System;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use num_complex::Complex;
 use serde_json::Value;
 
@@ -135,17 +134,7 @@ fn figure_11_orbits_multipliers_and_bifurcations() {
 #[test]
 fn one_degree_of_freedom_folds() {
     let data = reference("one_dof_backlash");
-    let number = |key: &str| data[key].as_f64().unwrap();
-    let one = |x: f64| DMatrix::from_element(1, 1, x);
-    let loads = vec![load(1, 0, number("Fm"), number("Fa"))];
-    let system = System::new(
-        one(2.0 * number("zeta")),
-        one(1.0),
-        one(1.0),
-        vec![backlash(1.0)],
-        loads,
-    )
-    .unwrap();
+    let system = common::one_dof(&data);
     let (solutions, marks) = marks(&data, 1);
     let (low, high) = (
         marks.iter().copied().fold(9.0, f64::min),

@@ -82,6 +82,15 @@ pub fn system(record: &Value) -> System {
     System::new(gamma, kappa, w, mounts, loads).unwrap()
 }
 
+/// The system of `one_dof_backlash.json`: q'' + 2 zeta q' + f(q) = Fm + Fa cos(Om T), unit gap.
+pub fn one_dof(data: &Value) -> System {
+    let number = |key: &str| data[key].as_f64().unwrap();
+    let one = |x: f64| DMatrix::from_element(1, 1, x);
+    let loads = vec![load(1, 0, number("Fm"), number("Fa"))];
+    let mounts = vec![backlash(1.0)];
+    System::new(one(2.0 * number("zeta")), one(1.0), one(1.0), mounts, loads).unwrap()
+}
+
 /// A branch traced with the settings of an analysis: start, Galerkin, continuation.
 pub fn trace(
     system: &System,

@@ -13,6 +13,9 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Reasons told in full.
+const SHOWN: usize = 4;
+
 /// What to run.
 pub(super) struct Plan {
     pub parameter: Parameter,
@@ -94,19 +97,23 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Why runs ended early; an interruption once.
+    /// Which values failed and why; an interruption once.
     pub fn into_stops(self) -> Vec<String> {
         let mut list = self.stops.into_inner().unwrap_or_default();
         list.sort();
         let mut texts: Vec<String> = list.into_iter().map(|(_, _, text)| text).collect();
         if self.setting.control.is_interrupted() {
             let done = self.done.load(Ordering::Relaxed);
-            texts.push(format!("interrupted after {done} of {} points", self.total));
+            texts.insert(
+                0,
+                format!("interrupted after {done} of {} points", self.total),
+            );
         }
         texts
     }
 
-    /// Sweeps: the final state at one value is the initial one at the next.
+    /// Sweeps: the final state at one value is the initial one at the next. After a value that fails, the next one starts from
+    /// the last state that was reached, or from the initial one.
     pub fn followed(&self) -> Vec<Point> {
         let sweeps = self.plan.sweeps.par_iter().enumerate();
         let lists: Vec<Vec<Point>> = sweeps
@@ -119,30 +126,31 @@ impl<'a> Work<'a> {
         let mut points = Vec::with_capacity(values.len());
         let mut carried: Option<Vec<f64>> = None;
         for (k, value) in values.iter().enumerate() {
-            let Some(system) = self.system(run, k, *value) else {
+            if self.setting.control.is_interrupted() {
                 break;
+            }
+            let Some(system) = self.system(run, k, *value) else {
+                continue;
             };
-            let start = match carried.take() {
-                Some(state) => Ok((state, None)),
+            let start = match &carried {
+                Some(state) => Ok((state.clone(), None)),
                 None => self.plan.initial.state(self.setting, &system, "initial"),
             };
             let (mut state, warning) = match start {
                 Ok(start) => start,
                 Err(fault) => {
                     self.stop(run, k, *value, &fault.message);
-                    break;
+                    continue;
                 }
             };
             let Some(mut point) = self.point(run, k, *value, &system, &mut state) else {
-                break;
+                continue;
             };
-            let is_complete = point.record.stop.is_none();
+            if point.record.stop.is_none() {
+                carried = Some(state);
+            }
             point.warning = warning;
             points.push(point);
-            if !is_complete {
-                break;
-            }
-            carried = Some(state);
         }
         points
     }
@@ -163,7 +171,7 @@ impl<'a> Work<'a> {
         tasks.filter_map(one).collect()
     }
 
-    /// The system at a value; `None` when the run must stop.
+    /// The system at a value; `None` when there is none, or when somebody asked to stop.
     fn system(&self, run: usize, k: usize, value: f64) -> Option<System> {
         if self.setting.control.is_interrupted() {
             return None;
@@ -181,7 +189,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// One value, from `state`, which ends as the last one; `None` when it was interrupted.
+    /// One value, from `state`, which ends as the last one; `None` when it was interrupted or cannot be integrated.
     fn point(
         &self,
         run: usize,
@@ -211,7 +219,7 @@ impl<'a> Work<'a> {
             Some(stop) => self.stop(run, k, value, &stop.to_string()),
             None => {}
         }
-        let label = record.label(state.len());
+        let label = record.label(system);
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let share = done as f64 / self.total as f64;
         let words = format!("{done} of {} points", self.total);
@@ -236,5 +244,14 @@ impl<'a> Work<'a> {
         if let Ok(mut list) = self.stops.lock() {
             list.push((run, k, text));
         }
+    }
+}
+
+/// The first reasons in one text; all of them stand in the summary.
+pub(super) fn shortened(stops: &[String]) -> String {
+    let shown = stops[..stops.len().min(SHOWN)].join("; ");
+    match stops.len().saturating_sub(SHOWN) {
+        0 => shown,
+        more => format!("{shown}; and {more} more (`stops` in the JSON file)"),
     }
 }

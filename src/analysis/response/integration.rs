@@ -110,7 +110,7 @@ impl Sweep<'_, '_> {
         if let Some(stop) = record.stop {
             return Err(reason(stop));
         }
-        let label = record.label(state.len());
+        let label = record.label(&system);
         let (system, orbit) = self.measured(system, &record, label, &state)?;
         let mut recorded = Vec::new();
         self.recorder.record(lambda, &system, &orbit, &mut recorded);

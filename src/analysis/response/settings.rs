@@ -1,7 +1,6 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
 use super::{BranchSettings, Method, Quadrature};
-use crate::analysis::poincare_map::check_periods;
 use crate::analysis::{Fault, Setting, flow};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
@@ -197,7 +196,7 @@ impl BranchSettings {
             let message = format!("{} must be at least 2", self.points());
             faults.push(Fault::new("points", message));
         }
-        faults.extend(check_periods(self.map_size().periods, 1));
+        faults.extend(self.map_size().check(1));
         faults
     }
 

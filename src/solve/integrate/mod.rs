@@ -1,7 +1,6 @@
 //! Integration in time: one contract, two integrators.
 
 mod dopri5;
-pub mod events;
 mod exact;
 
 pub use dopri5::{Dopri5, Dopri5Options};

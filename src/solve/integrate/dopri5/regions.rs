@@ -1,8 +1,8 @@
 //! In which region of its law every connection is, and where it leaves it.
 
 use super::pieces::Pieces;
+use crate::numeric::bernstein::{Direction, first_passage};
 use crate::numeric::periodic::Periodic;
-use crate::solve::integrate::events::{Direction, first_passage};
 use crate::solve::integrate::{Observer, Switch};
 use crate::solve::jumps;
 use crate::system::{Scratch, System};

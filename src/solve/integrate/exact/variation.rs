@@ -1,0 +1,179 @@
+//! Small deviations from the motion: the recursion without loads, for every column of the transition matrix at once.
+
+use super::series::{COUNT, Entry, Series, dense};
+use nalgebra::DMatrix;
+
+/// Longest step in units of time of the series.
+///
+/// That unit is the reciprocal of a bound on the highest frequency: for every initial state the terms of order k are below
+/// theta^k / k!, so that those left out are below rounding.
+pub const REACH: f64 = LIMIT[COUNT - 1];
+
+/// LIMIT[k]: the largest theta at which theta^k / k! is below rounding, 1e-17^(1/k) (k!)^(1/k).
+const LIMIT: [f64; COUNT] = limits();
+
+const fn limits() -> [f64; COUNT] {
+    let mut list = [0.0; COUNT];
+    let mut k = 1;
+    while k < COUNT {
+        // The root by bisection: powers are not for constants.
+        let (mut low, mut high) = (0.0, 8.0);
+        let mut round = 0;
+        while round < 60 {
+            let theta = 0.5 * (low + high);
+            let (mut term, mut j) = (1.0, 1);
+            while j <= k {
+                term *= theta / j as f64;
+                j += 1;
+            }
+            if term < 1e-17 {
+                low = theta;
+            } else {
+                high = theta;
+            }
+            round += 1;
+        }
+        list[k] = low;
+        k += 1;
+    }
+    list
+}
+
+/// Work space: the latest terms and their sums, coordinate by coordinate, a column of the matrix beside the other.
+#[derive(Debug, Clone, Default)]
+pub struct Variation {
+    now: Vec<f64>,
+    rate: Vec<f64>,
+    next: Vec<f64>,
+    value: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl Variation {
+    /// For 2n columns of 2n values.
+    pub fn new(dof: usize) -> Variation {
+        let zero = vec![0.0; 2 * dof * dof];
+        Variation {
+            now: zero.clone(),
+            rate: zero.clone(),
+            next: zero.clone(),
+            value: zero.clone(),
+            slope: zero,
+        }
+    }
+
+    /// Phi <- exp(A theta) Phi with the stiffness of the series' current regions.
+    ///
+    ///     (k + 1) r_{k+2} = -theta (h Gam r_{k+1} + h^2 kappa s W a_k),   a_k = theta r_k / k
+    ///
+    /// a_k: terms of the coordinates, r_k: terms of their rates.
+    pub fn advance(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+        match phi.nrows() {
+            2 => small::<1, 2>(series, phi, theta),
+            4 => small::<2, 4>(series, phi, theta),
+            6 => small::<3, 6>(series, phi, theta),
+            8 => small::<4, 8>(series, phi, theta),
+            _ => self.sparse(series, phi, theta),
+        }
+    }
+
+    fn sparse(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+        let columns = phi.ncols();
+        let n = phi.nrows() / 2;
+        for (j, column) in phi.column_iter().enumerate() {
+            for i in 0..n {
+                self.now[i * columns + j] = column[i];
+                self.rate[i * columns + j] = column[n + i] * series.unit;
+            }
+        }
+        self.value.copy_from_slice(&self.now);
+        self.slope.copy_from_slice(&self.rate);
+        add(&mut self.value, theta, &self.rate);
+        for k in 0..terms(theta) - 2 {
+            let factor = -theta / (k + 1) as f64;
+            self.next.fill(0.0);
+            let row = |i: usize| i * columns..(i + 1) * columns;
+            for Entry {
+                row: i,
+                column,
+                value,
+            } in &series.damping
+            {
+                add(
+                    &mut self.next[row(*i)],
+                    factor * value,
+                    &self.rate[row(*column)],
+                );
+            }
+            for Entry {
+                row: i,
+                column,
+                value,
+            } in &series.coupled
+            {
+                add(
+                    &mut self.next[row(*i)],
+                    factor * value,
+                    &self.now[row(*column)],
+                );
+            }
+            add(&mut self.slope, 1.0, &self.next);
+            add(&mut self.value, theta / (k + 2) as f64, &self.next);
+            // a_{k+1} from r_{k+1}
+            let share = theta / (k + 1) as f64;
+            let terms = self.now.iter_mut().zip(&self.rate);
+            terms.for_each(|(a, r)| *a = share * r);
+            std::mem::swap(&mut self.rate, &mut self.next);
+        }
+        for (j, mut column) in phi.column_iter_mut().enumerate() {
+            for i in 0..n {
+                column[i] = self.value[i * columns + j];
+                column[n + i] = self.slope[i * columns + j] / series.unit;
+            }
+        }
+    }
+}
+
+/// Terms that a step needs: the first rate left out is as small as the term before it.
+fn terms(theta: f64) -> usize {
+    let negligible = LIMIT.iter().position(|limit| theta < *limit);
+    negligible.map_or(COUNT, |k| (k + 1).clamp(2, COUNT))
+}
+
+fn add(sum: &mut [f64], factor: f64, part: &[f64]) {
+    sum.iter_mut().zip(part).for_each(|(s, p)| *s += factor * p);
+}
+
+/// The same for N coordinates in arrays that the compiler can unroll; M = 2 N.
+fn small<const N: usize, const M: usize>(series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+    let damping = dense::<N>(&series.damping);
+    let stiffness = dense::<N>(&series.coupled);
+    let mut now: [[f64; M]; N] = std::array::from_fn(|i| std::array::from_fn(|j| phi[(i, j)]));
+    let mut rate: [[f64; M]; N] =
+        std::array::from_fn(|i| std::array::from_fn(|j| phi[(N + i, j)] * series.unit));
+    let (mut value, mut slope) = (now, rate);
+    for i in 0..N {
+        add(&mut value[i], theta, &rate[i]);
+    }
+    for k in 0..terms(theta) - 2 {
+        let factor = -theta / (k + 1) as f64;
+        let mut next = [[0.0; M]; N];
+        for i in 0..N {
+            for j in 0..N {
+                add(&mut next[i], factor * damping[i][j], &rate[j]);
+                add(&mut next[i], factor * stiffness[i][j], &now[j]);
+            }
+            add(&mut slope[i], 1.0, &next[i]);
+            add(&mut value[i], theta / (k + 2) as f64, &next[i]);
+        }
+        // a_{k+1} from r_{k+1}
+        now = rate.map(|row| row.map(|r| theta / (k + 1) as f64 * r));
+        rate = next;
+    }
+    for j in 0..M {
+        for i in 0..N {
+            phi[(i, j)] = value[i][j];
+            phi[(N + i, j)] = slope[i][j] / series.unit;
+        }
+    }
+}
