@@ -4,9 +4,8 @@ use dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;
 use faer::perm::PermRef;
-use faer::{Accum, MatMut, MatRef, Par, Side};
+use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
-use num_complex::Complex;
 
 /// LU factors of a square matrix, with the work space to make and to use them.
 pub struct Lu {
@@ -125,21 +124,6 @@ pub fn multiply(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &mut DMatrix<f64>) {
         1.0,
         Par::Seq,
     );
-}
-
-/// Eigenvalues of a square matrix in no particular order; `None` when the iteration does not converge.
-pub fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
-    let n = matrix.nrows();
-    let view = MatRef::from_column_major_slice(matrix.as_slice(), n, n);
-    let list = view.eigenvalues().ok()?;
-    Some(list.iter().map(|x| Complex::new(x.re, x.im)).collect())
-}
-
-/// Eigenvalues of a symmetric matrix, ascending; its lower half is read. `None` when the iteration does not converge.
-pub fn symmetric_eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
-    let n = matrix.nrows();
-    let view = MatRef::from_column_major_slice(matrix.as_slice(), n, n);
-    view.self_adjoint_eigenvalues(Side::Lower).ok()
 }
 
 impl std::fmt::Debug for Lu {

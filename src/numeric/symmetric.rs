@@ -1,7 +1,6 @@
 //! Matrices that a diagonal scaling makes symmetric, and their eigenvalues.
 
-use super::dense;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Positive d such that diag(d) A diag(d)^-1 is symmetric: (d_j / d_i)^2 = a_ij / a_ji. `None` when there is none.
 pub fn symmetriser(a: &DMatrix<f64>) -> Option<Vec<f64>> {
@@ -47,7 +46,10 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
     let n = matrix.nrows();
     let is_tridiagonal = (0..n).all(|j| (j + 2..n).all(|i| matrix[(i, j)] == 0.0));
     if !is_tridiagonal {
-        return dense::symmetric_eigenvalues(matrix);
+        let found = SymmetricEigen::try_new(matrix.clone(), f64::EPSILON, MAX_SWEEPS * n)?;
+        let mut list: Vec<f64> = found.eigenvalues.iter().copied().collect();
+        list.sort_by(f64::total_cmp);
+        return Some(list);
     }
     let diagonal = (0..n).map(|i| matrix[(i, i)]).collect();
     let below = (1..n).map(|i| matrix[(i, i - 1)]).collect();

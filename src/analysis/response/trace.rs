@@ -185,7 +185,7 @@ impl<'a> Work<'a> {
         };
         let samples = settings.size().samples;
         let mut recorder = MeasureRecorder::new(swept, samples);
-        if settings.stability {
+        if settings.stability && swept.spectrum() == Spectrum::All {
             recorder = recorder.with_multiplier_estimates();
         }
         let branch = match branch::trace(problem, guess, &options, &mut recorder)? {
@@ -259,12 +259,17 @@ impl<'a> Work<'a> {
     /// What was computed in another way than for most systems.
     fn explain(&mut self, method: Method, exchanges: usize) {
         let dof = self.swept.setting.assembly.system.dof();
-        let is_leading = Spectrum::of(dof) == Spectrum::Leading;
-        if self.settings.stability && method == Method::Galerkin && is_leading {
+        if self.settings.stability && self.swept.spectrum() == Spectrum::Leading {
+            let which = match method {
+                Method::Galerkin => format!(
+                    "of the {} multipliers those of largest modulus are computed, by Arnoldi's method, down to the inside of \
+                     the unit circle; ",
+                    2 * dof
+                ),
+                _ => String::new(),
+            };
             self.warnings.push(format!(
-                "{dof} coordinates: of the {} multipliers those of largest modulus are computed, by Arnoldi's method, down to \
-                 the inside of the unit circle",
-                2 * dof
+                "{dof} coordinates: {which}the averaged estimates (multiplier_estimates) are left out"
             ));
         }
         if exchanges > 0 {

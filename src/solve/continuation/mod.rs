@@ -58,14 +58,6 @@ pub struct Continuation {
     points: usize,
     first: PathPoint,
     end: Option<PathEnd>,
-    predictor: Predictor,
-}
-
-/// How the next point is guessed.
-#[derive(Debug, Clone, Copy)]
-enum Predictor {
-    Tangent,
-    Cubic,
 }
 
 impl Continuation {
@@ -103,7 +95,6 @@ impl Continuation {
             step: options.step,
             points: 1,
             end: None,
-            predictor: Predictor::Tangent,
             options,
         };
         // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
@@ -144,76 +135,39 @@ impl Continuation {
         if let Some(end) = self.end {
             return Ok(Advance::End(end));
         }
-        if let Err(last) = self.step(problem)? {
-            let end = PathEnd::StepTooSmall { last };
-            self.end = Some(end);
-            return Ok(Advance::End(end));
-        }
-        self.points += 1;
-        self.finish(problem)?;
-        Ok(Advance::Point(&self.point))
-    }
-
-    /// Takes a step of the length that the last ones suggest, or of a shorter one that converges. Inner `Err`: how the
-    /// corrector failed at the smallest step.
-    fn step(&mut self, problem: &mut dyn Residual) -> Result<Result<(), NewtonStatus>, SolveError> {
         loop {
             let base = self.point.clone();
-            let (guess, lambda) = self.predict();
-            let next = self.correct(problem, &base, self.step, guess, lambda)?;
+            let guess = &base.u + &base.tangent_u * self.step;
+            let next = self.correct(
+                problem,
+                &base,
+                self.step,
+                guess,
+                base.lambda + base.tangent_lambda * self.step,
+            )?;
             let turn = self.turn(&base, &next);
+            let shift = self.shift(&base, &next);
             let is_corner = self.step < CORNER_STEP * self.options.step;
-            let is_near = turn < MAX_TURN && self.shift(&base, &next) < MAX_SHIFT;
+            let is_near = turn < MAX_TURN && shift < MAX_SHIFT;
             if next.newton.is_converged() && next.orientation != 0 && (is_near || is_corner) {
-                self.judge_predictors(&next);
                 self.stride = self.step;
                 self.adapt(next.newton.iterations, turn);
                 self.origin = base;
                 self.point = next;
-                return Ok(Ok(()));
+                break;
             }
             if self.step <= self.options.min_step {
-                return Ok(Err(next.newton.status));
+                let end = PathEnd::StepTooSmall {
+                    last: next.newton.status,
+                };
+                self.end = Some(end);
+                return Ok(Advance::End(end));
             }
             self.step = (0.5 * self.step).max(self.options.min_step);
         }
-    }
-
-    /// The next point as the better predictor of the last step has it.
-    fn predict(&self) -> (DVector<f64>, f64) {
-        match self.predictor {
-            Predictor::Tangent => self.along_tangent(),
-            Predictor::Cubic => self.along_cubic(),
-        }
-    }
-
-    fn along_tangent(&self) -> (DVector<f64>, f64) {
-        let base = &self.point;
-        let u = &base.u + &base.tangent_u * self.step;
-        (u, base.lambda + base.tangent_lambda * self.step)
-    }
-
-    /// The cubic through the last two points and their tangents, continued: off by the fourth power of the step on a smooth
-    /// path, by more than the tangent behind a kink.
-    fn along_cubic(&self) -> (DVector<f64>, f64) {
-        self.interpolate(1.0 + self.step / self.chord())
-    }
-
-    /// Compares both predictions with the point that the corrector found.
-    fn judge_predictors(&mut self, found: &PathPoint) {
-        if self.points < 2 {
-            return;
-        }
-        let miss = |(u, lambda): (DVector<f64>, f64)| {
-            let (gap, step) = (u - &found.u, lambda - found.lambda);
-            self.dot(&gap, step, &gap, step)
-        };
-        let is_better = miss(self.along_cubic()) < miss(self.along_tangent());
-        self.predictor = if is_better {
-            Predictor::Cubic
-        } else {
-            Predictor::Tangent
-        };
+        self.points += 1;
+        self.finish(problem)?;
+        Ok(Advance::Point(&self.point))
     }
 
     /// Ends the path exactly at the border of the range when the last step crossed it, or where the path closes.

@@ -1,8 +1,7 @@
 //! Multipliers of largest modulus by Arnoldi's method: products of the transition matrix with vectors, never the matrix.
 
 use super::variation::{Stretches, Variation, gauss_offset};
-use super::{Floquet, by_falling_modulus};
-use crate::numeric::dense;
+use super::{Floquet, multipliers};
 use crate::solve::jumps;
 use crate::solve::orbit::FourierOrbit;
 use crate::system::System;
@@ -268,7 +267,7 @@ impl Subspace {
         let m = self.columns.len();
         let at = |i: usize, j: usize| self.columns[j].get(i).copied().unwrap_or(0.0);
         let hessenberg = DMatrix::from_fn(m, m, |i, j| if i <= j + 1 { at(i, j) } else { 0.0 });
-        let list = by_falling_modulus(dense::eigenvalues(&hessenberg)?);
+        let list = multipliers(&hessenberg);
         if is_whole {
             return Some(list);
         }

@@ -113,8 +113,6 @@ impl Floquet {
 
 /// QR sweeps allowed for the eigenvalues of a transition matrix.
 const MAX_SWEEPS: usize = 10_000;
-/// Rows from which on a library for large matrices finds the eigenvalues faster.
-const LARGE: usize = 12;
 
 /// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first; none
 /// when the matrix has overflown or its eigenvalues do not converge.
@@ -122,13 +120,11 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
     if phi.iter().any(|x| !x.is_finite()) {
         return Vec::new();
     }
-    let list = if phi.nrows() < LARGE {
-        Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS)
-            .map(|schur| schur.complex_eigenvalues().iter().copied().collect())
-    } else {
-        dense::eigenvalues(phi)
+    let Some(schur) = Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS) else {
+        return Vec::new();
     };
-    by_falling_modulus(list.unwrap_or_default())
+    let list = schur.complex_eigenvalues();
+    by_falling_modulus(list.iter().copied().collect())
 }
 
 /// Multipliers by falling modulus, the member of a pair with positive imaginary part first.
