@@ -1,10 +1,19 @@
-//! P1 (Galerkin branch with stability and events), P3 (exact flow) and figure 9 inside one process: `cargo bench`.
+//! P1 (Galerkin branch with stability and events), P3 (exact flow), P4 (Newton step against length) and figure 9 inside one
+//! process: `cargo bench`.
 //!
 //! Whole processes: `/usr/bin/time -v target/release/gearlash run benches/problems/P1.yaml --jobs 1 --quiet`.
 
 use divan::Bencher;
+use gearlash::element::Backlash;
+use gearlash::numeric::factors::Factors;
+use gearlash::numeric::periodic::{Harmonic, Periodic};
+use gearlash::solve::family::FrequencyFamily;
+use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::integrate::{IntegratorChoice, choose};
+use gearlash::solve::residual::{Linearisation, Residual};
 use gearlash::study::Study;
+use gearlash::system::{LoadKind, LoadSource, Mount, System};
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -24,6 +33,71 @@ fn load(name: &str) -> Study {
 fn p1_branch(bencher: Bencher) {
     let study = load("P1.yaml");
     bencher.bench(|| study.reports(&AtomicBool::new(false)).expect("P1 runs"));
+}
+
+/// P4: P2's chain of so many meshes with damping 0.05 kappa.
+fn chain(n: usize) -> System {
+    let kappa = DMatrix::from_fn(n, n, |i: usize, j| match i.abs_diff(j) {
+        0 => 2.0,
+        1 => -1.0,
+        _ => 0.0,
+    });
+    let law = Backlash {
+        half_gap: 0.5,
+        impact_damping: 0.0,
+        impact_damping_law: Default::default(),
+    };
+    let load = |i: usize| LoadSource {
+        direction: DVector::from_fn(n, |k, _| if k == i { 1.0 } else { 0.0 }),
+        series: Periodic::Fourier {
+            mean: 0.3,
+            harmonics: vec![Harmonic {
+                order: 1,
+                cos: if i == 0 { 0.3 } else { 0.0 },
+                sin: 0.0,
+            }],
+        },
+        kind: LoadKind::Value,
+    };
+    let mounts = (0..n).map(|_| Mount::new(Box::new(law))).collect();
+    let loads = (0..n).map(load).collect();
+    System::new(&kappa * 0.05, kappa, DMatrix::identity(n, n), mounts, loads)
+        .expect("the shapes fit")
+}
+
+/// P4: residual, Jacobian, factorisation and solution of one Newton step about a motion of this amplitude around 1.
+fn newton_step(bencher: Bencher, n: usize, amplitude: f64) {
+    let size = GalerkinOptions {
+        harmonics: 7,
+        samples: 128,
+    };
+    let mut problem =
+        Galerkin::new(FrequencyFamily::new(chain(n)), 1.0, size).expect("the chain has harmonics");
+    let mut at = Linearisation::of(&problem);
+    let mut factors = Factors::new(&problem.structure());
+    let value = |k: usize| match k % 15 {
+        0 => 1.0,
+        1 => amplitude,
+        _ => 0.0,
+    };
+    let u = DVector::from_fn(problem.dim(), |k, _| value(k));
+    let mut step = u.clone();
+    bencher.bench_local(|| {
+        problem.linearise(&u, 1.0, &mut at).expect("finite");
+        step.copy_from(&at.r);
+        factors.factorise(&at.dr_du) && factors.solve(&at.dr_du, &mut step)
+    });
+}
+
+#[divan::bench(args = [10, 20, 50, 100, 200], sample_count = 50)]
+fn p4_newton_step_in_contact(bencher: Bencher, n: usize) {
+    newton_step(bencher, n, 0.1);
+}
+
+/// Every mesh lifts off: every block of the Jacobian is full.
+#[divan::bench(args = [10, 20, 50, 100, 200], sample_count = 50)]
+fn p4_newton_step_separating(bencher: Bencher, n: usize) {
+    newton_step(bencher, n, 1.0);
 }
 
 /// A thousand excitation periods of P3.

@@ -2,11 +2,14 @@
 
 use super::branch_table::Traced;
 use super::columns::{float, integer};
+use super::response::Swept;
 use crate::report::Table;
 use crate::solve::branch::BranchPoint;
+use crate::solve::floquet::Spectrum;
 
-/// `multipliers` and `multiplier_estimates` (19)-(22), each by falling modulus; none when stability was not asked for.
-pub(super) fn multipliers(traced: &[Traced<'_>]) -> Vec<Table> {
+/// `multipliers` and `multiplier_estimates` (19)-(22), each by falling modulus; none when stability was not asked for, and no
+/// estimates for long trains: they take a dense eigenvalue problem a point.
+pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table> {
     let rows: Vec<Row<'_>> = (traced.iter().enumerate())
         .flat_map(|(b, t)| {
             let points = t.points.iter().enumerate();
@@ -24,15 +27,17 @@ pub(super) fn multipliers(traced: &[Traced<'_>]) -> Vec<Table> {
             |mu| if k.is_multiple_of(2) { mu.re } else { mu.im },
         )
     };
+    let mut tables = vec![table("multipliers", &rows, count, &exact)];
+    if swept.spectrum() == Spectrum::Leading {
+        return tables;
+    }
     // The recorder puts the estimates last.
     let estimate = |p: &BranchPoint, k: usize| {
         let first = p.recorded.len().checked_sub(2 * count);
         first.map_or(f64::NAN, |first| p.recorded[first + k])
     };
-    vec![
-        table("multipliers", &rows, count, &exact),
-        table("multiplier_estimates", &rows, count, &estimate),
-    ]
+    tables.push(table("multiplier_estimates", &rows, count, &estimate));
+    tables
 }
 
 /// Branch, index and content of a point.

@@ -5,6 +5,7 @@ use super::{Assembly, Scales, full_damping, mistake, refused};
 use crate::error::Diagnostic;
 use crate::model::{Reduced, ReducedDamping};
 use crate::numeric::periodic::Periodic;
+use crate::numeric::symmetric::symmetriser;
 use crate::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector, Schur};
 
@@ -198,44 +199,6 @@ fn general(matrix: &DMatrix<f64>) -> Spectrum {
         *x = if *x < floor { 0.0 } else { *x };
     }
     Spectrum::Real(values)
-}
-
-/// Positive d such that diag(d) A diag(d)^-1 is symmetric: (d_j / d_i)^2 = a_ij / a_ji.
-fn symmetriser(a: &DMatrix<f64>) -> Option<Vec<f64>> {
-    let n = a.nrows();
-    let mut scale = vec![0.0; n];
-    for start in 0..n {
-        if scale[start] != 0.0 {
-            continue;
-        }
-        scale[start] = 1.0;
-        let mut queue = vec![start];
-        while let Some(i) = queue.pop() {
-            for j in (0..n).filter(|j| *j != i) {
-                let (forth, back) = (a[(i, j)], a[(j, i)]);
-                if forth == 0.0 && back == 0.0 {
-                    continue;
-                }
-                if forth == 0.0 || back == 0.0 || forth / back < 0.0 {
-                    return None;
-                }
-                if scale[j] == 0.0 {
-                    scale[j] = scale[i] * (forth / back).sqrt();
-                    queue.push(j);
-                }
-            }
-        }
-    }
-    let is_symmetric = (0..n).all(|i| {
-        (0..i).all(|j| {
-            let (x, y) = (
-                scale[i] * a[(i, j)] / scale[j],
-                scale[j] * a[(j, i)] / scale[i],
-            );
-            (x - y).abs() <= 1e-10 * x.abs().max(y.abs())
-        })
-    });
-    is_symmetric.then_some(scale)
 }
 
 /// Principal square root by the coupled Newton iteration of Denman and Beavers with determinantal scaling; `None` when it

@@ -5,6 +5,7 @@ use crate::assembly::summary;
 use crate::error::Error;
 use crate::model::ReportUnits;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
+use crate::solve::galerkin::stored_blocks;
 use crate::solve::support::{self, Reach};
 use crate::study::Study;
 use comfy_table::{Table, presets};
@@ -59,6 +60,8 @@ fn at_rest(study: &Study, rest: &Equilibrium) -> Vec<f64> {
 
 fn as_value(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> Value {
     let mut value = summary(&study.model, &study.assembly);
+    let is_block = stored_blocks(&study.assembly.system).is_some();
+    value["jacobian"] = json!(if is_block { "blocks" } else { "dense" });
     value["static_displacement"] = json!(rest.map(|r| at_rest(study, r)));
     value["static_flank"] = json!(rest.map(|r| r.flank.clone()));
     let names = study.assembly.connections.iter();
@@ -101,9 +104,14 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
     let _ = writeln!(text, "rigid-body modes:      {}", data["rigid_body_modes"]);
     let _ = writeln!(
         text,
-        "omega_c:               {} rad/s\n",
+        "omega_c:               {} rad/s",
         number(assembly.scales.frequency)
     );
+    let jacobian = match stored_blocks(&assembly.system) {
+        None => "dense".to_string(),
+        Some([stored, all]) => format!("by blocks, {stored} of {all}"),
+    };
+    let _ = writeln!(text, "Galerkin Jacobian:     {jacobian}\n");
     let _ = writeln!(text, "{}\n", connections(study, rest));
     text.push_str(&solvers(study));
     let _ = writeln!(text, "{}\n", frequencies(study));

@@ -105,6 +105,27 @@ pub fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], size: usize) {
     matmul(c, Accum::Add, a, b, -1.0, Par::Seq);
 }
 
+/// Rows below which plain loops beat a library's call.
+const SMALL: usize = 8;
+
+/// C <- A B.
+pub fn multiply(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &mut DMatrix<f64>) {
+    if a.nrows() < SMALL {
+        a.mul_to(b, c);
+        return;
+    }
+    let view = |m: &'_ DMatrix<f64>| (m.nrows(), m.ncols());
+    let ((m, k), n) = (view(a), b.ncols());
+    matmul(
+        MatMut::from_column_major_slice_mut(c.as_mut_slice(), m, n),
+        Accum::Replace,
+        MatRef::from_column_major_slice(a.as_slice(), m, k),
+        MatRef::from_column_major_slice(b.as_slice(), k, n),
+        1.0,
+        Par::Seq,
+    );
+}
+
 impl std::fmt::Debug for Lu {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Lu({})", self.factors.nrows())

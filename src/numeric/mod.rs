@@ -12,4 +12,5 @@ pub mod pattern;
 pub mod periodic;
 pub mod quadrature;
 pub mod roots;
+pub mod symmetric;
 pub mod trigonometric;

@@ -4,7 +4,9 @@
 //! static figures are shown.
 
 use std::fmt::Write as _;
+use std::io::Write;
 
+use memchr::memmem;
 use serde_json::Value;
 
 use super::legend::kind_text;
@@ -24,12 +26,40 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eva
 /// Rows of events shown; the file has them all.
 const EVENT_ROWS: usize = 60;
 
-/// The page as one HTML document.
+/// A page ready to be written.
+#[derive(Debug)]
+pub struct Page {
+    text: String,
+    has_plots: bool,
+}
+
+impl Page {
+    /// Writes the page as one HTML document. The plotting script, nearly all of it, goes straight to the output.
+    ///
+    /// # Errors
+    ///
+    /// Those of `out`.
+    pub fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
+        out.write_all(self.text.as_bytes())?;
+        if self.has_plots {
+            let sources = plotly::Plot::offline_js_sources();
+            out.write_all(b"<script>")?;
+            out.write_all(plotting_script(&sources).as_bytes())?;
+            out.write_all(b"</script>\n")?;
+            for script in SCRIPTS {
+                write!(out, "<script>\n{script}</script>\n")?;
+            }
+        }
+        out.write_all(b"</body>\n</html>\n")
+    }
+}
+
+/// The page of a run.
 ///
 /// # Errors
 ///
 /// `Error::Input` when a figure wants a table or column that its report does not have.
-pub fn render(reports: &[Report], options: &RunOptions) -> Result<String, Error> {
+pub fn render(reports: &[Report], options: &RunOptions) -> Result<Page, Error> {
     let model = match options.model.trim() {
         "" => "Results",
         name => name,
@@ -51,22 +81,17 @@ pub fn render(reports: &[Report], options: &RunOptions) -> Result<String, Error>
     }
     page.push_str("</main>\n");
     footer(&mut page, options);
-    if reports.iter().any(|r| r.figure.is_some()) {
-        let _ = writeln!(page, "<script>{}</script>", plotting_script());
-        for script in SCRIPTS {
-            let _ = write!(page, "<script>\n{script}</script>\n");
-        }
-    }
-    page.push_str("</body>\n</html>\n");
-    Ok(page)
+    Ok(Page {
+        text: page,
+        has_plots: reports.iter().any(|r| r.figure.is_some()),
+    })
 }
 
 /// plotly.min.js alone: the crate hands it out as the first of two script elements.
-fn plotting_script() -> String {
-    let both = plotly::Plot::offline_js_sources();
+fn plotting_script(both: &str) -> &str {
     let script = both.split_once('>').map_or("", |(_, rest)| rest);
-    let end = script.find("</script>").unwrap_or(script.len());
-    script[..end].to_string()
+    let end = memmem::find(script.as_bytes(), b"</script>").unwrap_or(script.len());
+    &script[..end]
 }
 
 fn contents(page: &mut String, reports: &[Report]) {
@@ -345,7 +370,8 @@ mod tests {
 
     #[test]
     fn the_plotting_script_is_whole_and_alone() {
-        let script = plotting_script();
+        let sources = plotly::Plot::offline_js_sources();
+        let script = plotting_script(&sources);
         assert!(script.len() > 3_000_000, "{}", script.len());
         assert!(script.contains("newPlot") && !script.contains("</script"));
         assert!(!script.contains("MathJax.startup = "));

@@ -165,8 +165,8 @@ pub fn write_summary(
 ) -> Result<Vec<PathBuf>, Error> {
     create_folder(out_dir)?;
     let page = out_dir.join("report.html");
-    let text = html::render(reports, options)?;
-    write_file(&page, |out| out.write_all(text.as_bytes()))?;
+    let content = html::render(reports, options)?;
+    write_file(&page, |out| content.write(out))?;
     let mut listed = files.to_vec();
     listed.push(page.clone());
     let path = out_dir.join("manifest.json");

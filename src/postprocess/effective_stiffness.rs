@@ -1,7 +1,9 @@
 //! Effective stiffness and the natural frequencies that follow from it.
 
+use crate::numeric::symmetric::{self, symmetriser};
 use crate::system::System;
 use nalgebra::DMatrix;
+use std::cmp::Ordering;
 
 /// Effective stiffness of a connection from the Fourier coefficients of its deformation and its force.
 ///
@@ -32,6 +34,57 @@ pub fn direct(mean_deformation: f64, mean_force: f64, scale: f64) -> Option<f64>
 /// Rook & Singh (1995), eq. (9); loops through W. A slope below zero can make w^2 negative: 0 is returned for such a mode.
 /// NaN where slopes or stiffnesses are too large to be multiplied.
 pub fn natural_frequencies(system: &System, slopes: &[f64]) -> Vec<f64> {
+    match symmetric_frequencies(system, slopes) {
+        Some(list) => list,
+        None => general_frequencies(system, slopes),
+    }
+}
+
+/// The same where W kappa can be scaled to be symmetric, as in every train, and no slope is below zero: diag(k) W kappa and
+/// kappa diag(k) W have the same eigenvalues but for zeros, and so has diag(k)^(1/2) W kappa diag(k)^(1/2).
+fn symmetric_frequencies(system: &System, slopes: &[f64]) -> Option<Vec<f64>> {
+    let (n, e) = (system.dof(), system.element_count());
+    let mut matrix = if system.is_tree() {
+        system.stiffness().clone()
+    } else {
+        let entry = |j, k| sparse_dot(system.element_map_row(j), system.stiffness_column(k));
+        DMatrix::from_fn(e, e, entry)
+    };
+    let scale = symmetriser(&matrix)?;
+    let is_sound = |k: &f64| *k >= 0.0 && k.is_finite();
+    if !slopes.iter().all(is_sound) || e < n {
+        return None;
+    }
+    let root: Vec<f64> = slopes.iter().map(|k| k.sqrt()).collect();
+    for k in 0..e {
+        for j in 0..e {
+            matrix[(j, k)] *= root[j] * root[k] * scale[j] / scale[k];
+        }
+    }
+    if matrix.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let squares = symmetric::eigenvalues(&matrix)?;
+    Some(squares[e - n..].iter().map(|x| x.max(0.0).sqrt()).collect())
+}
+
+/// Product of two ascending lists of nonzero entries.
+fn sparse_dot(mut a: &[(usize, f64)], mut b: &[(usize, f64)]) -> f64 {
+    let mut sum = 0.0;
+    while let (Some((i, x)), Some((j, y))) = (a.first(), b.first()) {
+        match i.cmp(j) {
+            Ordering::Less => a = &a[1..],
+            Ordering::Greater => b = &b[1..],
+            Ordering::Equal => {
+                sum += x * y;
+                (a, b) = (&a[1..], &b[1..]);
+            }
+        }
+    }
+    sum
+}
+
+fn general_frequencies(system: &System, slopes: &[f64]) -> Vec<f64> {
     let largest = slopes.iter().fold(0.0_f64, |m, k| m.max(k.abs()));
     let unit = if largest > 0.0 { largest } else { 1.0 };
     let mut scaled = system.stiffness().clone();

@@ -54,6 +54,8 @@ pub struct Branch {
     pub events: Vec<BifurcationEvent>,
     /// Why the path ended.
     pub end: PathEnd,
+    /// Linear systems that elimination by blocks could not solve, so that rows were exchanged across all coordinates.
+    pub exchanges: usize,
 }
 
 /// What to follow and what to find out on the way.
@@ -127,6 +129,7 @@ pub fn trace(
         points: Vec::new(),
         events: Vec::new(),
         end: PathEnd::MaxPoints,
+        exchanges: 0,
     };
     let mut tracer = Tracer {
         problem,
@@ -144,6 +147,7 @@ pub fn trace(
         return Ok(Ok(tracer.branch));
     }
     loop {
+        tracer.branch.exchanges = tracer.path.exchanges();
         if let Advance::End(end) = tracer.path.advance(tracer.problem)? {
             tracer.branch.end = end;
             return Ok(Ok(tracer.branch));

@@ -137,14 +137,10 @@ impl System {
         dv.copy_from(&self.damping);
         dv.neg_mut();
         for (k, response) in scratch.response.iter().enumerate() {
-            for j in 0..self.dof() {
-                let w = self.element_map[(k, j)];
-                if w == 0.0 {
-                    continue;
-                }
-                for (i, kappa) in self.stiffness.column(k).iter().enumerate() {
-                    dq[(i, j)] -= kappa * response.df_dq * w;
-                    dv[(i, j)] -= kappa * response.df_dv * w;
+            for (j, w) in self.element_map_row(k) {
+                for (i, kappa) in self.stiffness_column(k) {
+                    dq[(*i, *j)] -= kappa * response.df_dq * w;
+                    dv[(*i, *j)] -= kappa * response.df_dv * w;
                 }
             }
         }

@@ -3,7 +3,7 @@
 use approx::assert_relative_eq;
 use gearlash::analysis::flow::MapRecord;
 use gearlash::element::{Backlash, Element, ImpactDampingLaw, Linear, Parameter, Response};
-use gearlash::numeric::exponential::exponential;
+use gearlash::numeric::exponential::Exponential;
 use gearlash::postprocess::attractor::{Label, label};
 use gearlash::postprocess::lyapunov::{Exponents, Lyapunov};
 use gearlash::system::{Mount, System};
@@ -219,7 +219,7 @@ fn a_linear_system_has_pairs_of_exponents_minus_zeta_omega() {
         a[(i + 2, i + 2)] = -2.0 * zeta[i] * omega[i];
     }
     let period = TAU / 1.3;
-    let phi = exponential(&(a * period));
+    let phi = Exponential::new(4).of(&(a * period)).clone();
     let mut deviations = Lyapunov::new(4);
     let count = 2000;
     for k in 0..count + 50 {

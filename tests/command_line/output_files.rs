@@ -143,11 +143,18 @@ fn text_of_the_user_cannot_break_a_figure() {
     assert!(!text.contains("<script>"));
 }
 
+fn page(reports: &[Report], options: &RunOptions) -> String {
+    let mut bytes = Vec::new();
+    let page = html::render(reports, options).unwrap();
+    page.write(&mut bytes).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
 #[test]
 fn the_page_holds_everything_and_user_text_is_escaped() {
     let mut reports = crate::synthetic::all();
     reports[0].figure.as_mut().unwrap().panels[0].x_label = "</script><!--".into();
-    let page = html::render(&reports, &options()).unwrap();
+    let page = page(&reports, &options());
     // One data element a figure, the plotting script, our three scripts.
     let figures = reports.iter().filter(|r| r.figure.is_some()).count();
     assert_eq!(page.matches("</script").count(), figures + 4);
@@ -181,7 +188,7 @@ fn a_page_without_figures_carries_no_script() {
         name: "bare".into(),
         ..Report::default()
     };
-    let page = html::render(&[report], &RunOptions::default()).unwrap();
+    let page = page(&[report], &RunOptions::default());
     assert!(page.len() < 10_000 && !page.contains("<script"));
 }
 

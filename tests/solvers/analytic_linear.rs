@@ -5,7 +5,7 @@ use gearlash::element::{Cubic, Linear, PiecewiseLinear};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::numeric::trigonometric::{evaluate, mean_square};
 use gearlash::solve::family::FrequencyFamily;
-use gearlash::solve::floquet::{monodromy, multipliers};
+use gearlash::solve::floquet::{Floquet, multipliers};
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::newton::NewtonOptions;
 use gearlash::solve::orbit::FourierOrbit;
@@ -120,7 +120,7 @@ fn linear_response_in_every_harmonic_and_subharmonic_index() {
         }
         // Multipliers of the linear system over nu excitation periods.
         system.set_excitation_frequency(0.6);
-        let phi = monodromy(&system, &orbit);
+        let phi = Floquet::default().monodromy(&system, &orbit);
         let period = nu as f64 * std::f64::consts::TAU / 0.6;
         let trace = system.damping().trace();
         let det = phi.determinant();
@@ -154,7 +154,7 @@ fn duffing_first_harmonic() {
         assert!((left.sqrt() - force).abs() < 1e-10, "w {w}: {left}");
         // Smooth law: the panels keep det Phi = exp(-trace Gam T).
         system.set_excitation_frequency(w);
-        let det = monodromy(&system, &orbit).determinant();
+        let det = Floquet::default().monodromy(&system, &orbit).determinant();
         let exact = (-damping * std::f64::consts::TAU / w).exp();
         assert!((det / exact - 1.0).abs() < 1e-10, "w {w}: {det} {exact}");
     }
@@ -177,8 +177,8 @@ fn smooth_and_affine_roads_to_the_multipliers_agree() {
     ]);
     affine.set_excitation_frequency(0.9);
     smooth.set_excitation_frequency(0.9);
-    let exact = multipliers(&monodromy(&affine, &solve(&affine, 0.9, 8)));
-    let panels = multipliers(&monodromy(&smooth, &solve(&smooth, 0.9, 8)));
+    let exact = multipliers(&Floquet::default().monodromy(&affine, &solve(&affine, 0.9, 8)));
+    let panels = multipliers(&Floquet::default().monodromy(&smooth, &solve(&smooth, 0.9, 8)));
     for (a, b) in exact.iter().zip(&panels) {
         assert!((a - b).norm() < 1e-10, "{a} {b}");
     }

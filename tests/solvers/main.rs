@@ -20,6 +20,7 @@ mod dopri5_switches;
 mod exact_energy;
 mod exact_flow;
 mod exact_grazing;
+mod long_trains;
 mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;

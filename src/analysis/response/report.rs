@@ -159,7 +159,9 @@ pub(super) fn assemble(
         report.summary.insert(key.into(), value);
     }
     report.tables.push(branch_table::points(swept, &traced));
-    report.tables.extend(multiplier_table::multipliers(&traced));
+    report
+        .tables
+        .extend(multiplier_table::multipliers(swept, &traced));
     report.tables.push(events);
     report.tables.push(branch_table::rattle(swept, &traced));
     report.tables.extend(orbits.map(|o| o.finish(setting)));

@@ -9,6 +9,7 @@ use crate::error::SolveError;
 use crate::model::Model;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::family::{Family, FrequencyFamily};
+use crate::solve::floquet::Spectrum;
 use crate::system::System;
 use crate::yaml::Node;
 use std::borrow::Cow;
@@ -69,6 +70,11 @@ pub(in crate::analysis) struct Here<'a> {
 }
 
 impl<'a> Swept<'a> {
+    /// Which multipliers the Galerkin method computes; only beside all of them stand the averaged estimates.
+    pub fn spectrum(&self) -> Spectrum {
+        Spectrum::of(self.setting.assembly.system.dof())
+    }
+
     /// The excitation frequency.
     ///
     /// # Errors

@@ -14,6 +14,7 @@ use crate::solve::branch::{self, Begin, Branch, TraceOptions};
 use crate::solve::continuation::{PathEnd, PathPoint, Side};
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
+use crate::solve::floquet::Spectrum;
 use crate::solve::galerkin::Galerkin;
 use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
@@ -252,7 +253,7 @@ impl<'a> Work<'a> {
         };
         let samples = settings.size_for(delivered.subharmonic).samples;
         let mut recorder = MeasureRecorder::new(swept, samples);
-        if settings.stability {
+        if settings.stability && swept.spectrum() == Spectrum::All {
             recorder = recorder.with_multiplier_estimates();
         }
         let begin = source.begin(problem);
@@ -271,6 +272,7 @@ impl<'a> Work<'a> {
         delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));
         (delivered.points, delivered.events) = (branch.points, branch.events);
         self.warn(delivered, branch.end, &recorder.pulling);
+        self.explain(delivered.method, branch.exchanges);
         let number = self.delivered.len();
         if settings.branches.limits().is_some() {
             let met = self.crossings.add(problem, number, delivered, branch.end)?;
@@ -331,6 +333,30 @@ impl<'a> Work<'a> {
         self.warnings.extend(warnings);
         self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
         self.delivered.push(delivered);
+    }
+
+    /// What was computed in another way than for most systems.
+    fn explain(&mut self, method: Method, exchanges: usize) {
+        let dof = self.swept.setting.assembly.system.dof();
+        if self.settings.stability && self.swept.spectrum() == Spectrum::Leading {
+            let which = match method {
+                Method::Galerkin => format!(
+                    "of the {} multipliers those of largest modulus are computed, by Arnoldi's method, down to the inside of \
+                     the unit circle; ",
+                    2 * dof
+                ),
+                _ => String::new(),
+            };
+            self.warnings.push(format!(
+                "{dof} coordinates: {which}the averaged estimates (multiplier_estimates) are left out"
+            ));
+        }
+        if exchanges > 0 {
+            self.warnings.push(format!(
+                "{exchanges} linear systems were solved by dense elimination with row exchanges across all coordinates: \
+                 elimination by blocks lost too many digits"
+            ));
+        }
     }
 
     fn warn(&mut self, delivered: &Delivered, end: PathEnd, pulling: &[bool]) {

@@ -211,7 +211,7 @@ impl Step<'_> {
 enum Test {
     /// det(Phi + I) = product of (mu_i + 1).
     Doubling,
-    /// Product of (mu_i mu_j - 1) over all pairs i < j.
+    /// Product of (1 - mu_i mu_j) over all pairs i < j: small multipliers that are not listed do not change its sign.
     Pairing,
     /// Mean of mu + 1 over so many multipliers nearest to -1: where equal ones pass together, as those of equal parts in a
     /// symmetric system do, the product keeps its sign.
@@ -232,7 +232,7 @@ impl Test {
                 .map(|mu| (mu + 1.0) / (1.0 + mu.norm()))
                 .product(),
             Test::Pairing => pairs(multipliers)
-                .map(|(mu, nu)| (mu * nu - 1.0) / (1.0 + mu.norm() * nu.norm()))
+                .map(|(mu, nu)| (1.0 - mu * nu) / (1.0 + mu.norm() * nu.norm()))
                 .product(),
             Test::Doublings(count) => {
                 let gaps = multipliers.iter().map(|mu| mu + 1.0);

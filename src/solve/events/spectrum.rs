@@ -99,23 +99,29 @@ impl<'a> Place<'a> {
 /// The multipliers of two places, matched.
 #[derive(Debug)]
 pub struct Motion {
-    /// One a multiplier, in the order of the first place.
+    /// One a multiplier, in the order of the place that lists fewer.
     pub paths: Vec<Pathway>,
 }
 
 impl Motion {
     /// Matches by the least sum of squared distances; empty where the multipliers of one place are not known.
     pub fn between(a: &[Complex<f64>], b: &[Complex<f64>]) -> Motion {
-        let partners = partners(a, b);
-        let paths = a.iter().zip(partners);
-        Motion {
-            paths: paths
-                .map(|(from, k)| Pathway {
-                    from: *from,
-                    to: b[k],
-                })
-                .collect(),
+        if a.len() > b.len() {
+            let mut motion = Motion::between(b, a);
+            for path in &mut motion.paths {
+                std::mem::swap(&mut path.from, &mut path.to);
+            }
+            return motion;
         }
+        let partners = partners(a, b);
+        let mut paths = Vec::with_capacity(partners.len());
+        // Multipliers without a partner come from among the small ones that are not listed.
+        let hidden = Hidden::below(a);
+        for (k, to) in partners.iter().map(|k| b[*k]).enumerate() {
+            let from = a.get(k).copied().unwrap_or_else(|| hidden.nearest(to));
+            paths.push(Pathway { from, to });
+        }
+        Motion { paths }
     }
 
     /// Whether another matching, hardly more costly, tells another story.
@@ -144,7 +150,10 @@ impl Motion {
     /// With a third place: the parabola through the three, its height over the chord taken twice. Without: whether the
     /// distance from the circle changes by more than its smaller value.
     pub fn may_touch(&self, a: &Place<'_>, b: &Place<'_>, third: Option<&Place<'_>>) -> bool {
-        let elsewhere = third.map(|t| partners(a.multipliers, t.multipliers));
+        let count = a.multipliers.len();
+        let elsewhere = third
+            .filter(|t| t.multipliers.len() == count && b.multipliers.len() == count)
+            .map(|t| partners(a.multipliers, t.multipliers));
         let known = elsewhere.filter(|list| list.len() == self.paths.len());
         self.paths.iter().enumerate().any(|(k, path)| {
             let (from, to) = (margin(path.from), margin(path.to));
@@ -174,11 +183,34 @@ pub fn height(a: (f64, f64), b: (f64, f64), third: (f64, f64)) -> f64 {
     -0.25 * second * (b.0 - a.0).powi(2)
 }
 
-/// For every multiplier of `a` its partner in `b`; empty when the two do not have equally many.
+/// The disc of the multipliers that a list of leading ones leaves out.
+#[derive(Debug, Clone, Copy)]
+struct Hidden {
+    radius: f64,
+}
+
+impl Hidden {
+    fn below(list: &[Complex<f64>]) -> Hidden {
+        let smallest = list.iter().map(|mu| mu.norm()).fold(1.0, f64::min);
+        Hidden { radius: smallest }
+    }
+
+    fn nearest(self, mu: Complex<f64>) -> Complex<f64> {
+        mu * (self.radius / mu.norm()).min(1.0)
+    }
+}
+
+/// For every multiplier of `a`, and then for every one that it leaves out, its partner in `b`, which lists as many or more;
+/// empty where one list is.
 fn partners(a: &[Complex<f64>], b: &[Complex<f64>]) -> Vec<usize> {
-    if a.len() != b.len() {
+    if a.is_empty() || b.is_empty() {
         return Vec::new();
     }
-    let (from, to): (Vec<_>, Vec<_>) = a.iter().zip(b).map(|(a, b)| (chart(*a), chart(*b))).unzip();
-    assign(a.len(), b.len(), |i, j| (from[i] - to[j]).norm_sqr())
+    let from: Vec<_> = a.iter().map(|mu| chart(*mu)).collect();
+    let to: Vec<_> = b.iter().map(|mu| chart(*mu)).collect();
+    let hidden = Hidden::below(a);
+    assign(b.len(), b.len(), |i, j| match from.get(i) {
+        Some(from) => (from - to[j]).norm_sqr(),
+        None => (hidden.nearest(b[j]) - to[j]).norm_sqr(),
+    })
 }

@@ -1,8 +1,8 @@
 //! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
 
-use super::hill;
+use super::hill::{self, Hill};
 use super::jumps::{self, Edge};
-use crate::element::ResponseSeries;
+use crate::element::{Response, ResponseSeries};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::trigonometric;
 use crate::solve::residual::Linearisation;
@@ -19,6 +19,8 @@ pub struct Sampling {
     error: Vec<Option<[Vec<f64>; 2]>>,
     /// Stiffness variation, by connection.
     variation: Vec<Option<Vec<f64>>>,
+    /// Connections that need no samples: f = slope (W q - e) + offset, always.
+    affine: Vec<Option<Affine>>,
     deformation: Vec<f64>,
     rate: Vec<f64>,
     force: Vec<f64>,
@@ -29,10 +31,19 @@ pub struct Sampling {
     da: Vec<f64>,
     c: Vec<f64>,
     g: Vec<f64>,
+    filler: Hill,
     hill: DMatrix<f64>,
     hill_rate: DMatrix<f64>,
     /// Jumps of the force at hand.
     edges: Vec<Edge>,
+}
+
+/// A law without breakpoints and rates, with constant stiffness.
+struct Affine {
+    slope: f64,
+    offset: f64,
+    /// Coefficients of the transmission error; empty without one.
+    error: Vec<f64>,
 }
 
 impl Sampling {
@@ -47,6 +58,7 @@ impl Sampling {
                 .collect(),
             error: Vec::new(),
             variation: Vec::new(),
+            affine: Vec::new(),
             deformation: buffer(),
             rate: buffer(),
             force: buffer(),
@@ -56,6 +68,7 @@ impl Sampling {
             da: vec![0.0; c],
             c: vec![0.0; c],
             g: vec![0.0; 4 * harmonics + 1],
+            filler: Hill::new(harmonics),
             hill: DMatrix::zeros(c, c),
             hill_rate: DMatrix::zeros(c, c),
             edges: Vec::new(),
@@ -84,17 +97,54 @@ impl Sampling {
             .map(|m| m.stiffness_variation.as_ref())
             .map(|s| s.map(|s| phase.iter().map(|x| s.value(*x)).collect()))
             .collect();
+        let count = system.element_count();
+        self.affine = (0..count).map(|e| self.affine(system, e)).collect();
+    }
+
+    fn affine(&mut self, system: &System, e: usize) -> Option<Affine> {
+        let mount = &system.mounts()[e];
+        let law = &mount.element;
+        let is_affine = law.is_piecewise_affine() && law.breakpoints().is_empty();
+        if !is_affine || law.depends_on_velocity() || mount.stiffness_variation.is_some() {
+            return None;
+        }
+        let Response { f, df_dq, .. } = law.eval(0.0, 0.0, 0.0);
+        let mut error = Vec::new();
+        if let Some([samples, _]) = &self.error[e] {
+            error.resize(self.a.len(), 0.0);
+            self.fourier.to_coefficients(samples, &mut error);
+        }
+        Some(Affine {
+            slope: df_dq,
+            offset: f,
+            error,
+        })
     }
 
     /// Adds (I (x) kappa) c to the residual, its Jacobian (12) and its derivative with respect to omega.
     pub fn add_forces(&mut self, system: &System, u: &DVector<f64>, out: &mut Linearisation) {
         for e in 0..system.element_count() {
-            self.deform(system, e, u);
+            self.gather(system, e, u);
+            if let Some(affine) = &self.affine[e] {
+                affine.respond(&self.a, &mut self.c);
+                self.add_force(system, e, out);
+                add_diagonal(system, e, affine.slope, self.c.len(), out);
+                continue;
+            }
+            self.sample(e);
             let is_rate_dependent = self.respond(system, e);
             self.find_jumps(system, e);
+            self.fourier.to_coefficients(&self.force, &mut self.c);
+            jumps::correct(&self.edges, &mut self.c);
             self.add_force(system, e, out);
+            let slope = self.slope[0];
+            let is_constant = self.edges.is_empty() && self.slope.iter().all(|s| *s == slope);
+            if is_constant && !is_rate_dependent {
+                add_diagonal(system, e, slope, self.c.len(), out);
+                continue;
+            }
             self.fourier.to_coefficients(&self.slope, &mut self.g);
-            hill::fill(&self.g, &mut self.hill);
+            self.filler.fill(&self.g, &mut self.hill);
             jumps::add_slopes(&self.edges, &mut self.hill);
             if is_rate_dependent {
                 self.add_damping(system, e, out);
@@ -103,8 +153,8 @@ impl Sampling {
         }
     }
 
-    /// Coefficients and samples of the deformation W q - e.
-    fn deform(&mut self, system: &System, e: usize, u: &DVector<f64>) {
+    /// Coefficients of W q.
+    fn gather(&mut self, system: &System, e: usize, u: &DVector<f64>) {
         let c = self.a.len();
         if system.is_tree() {
             self.a.copy_from_slice(&u.as_slice()[e * c..(e + 1) * c]);
@@ -115,6 +165,10 @@ impl Sampling {
                 self.a.iter_mut().zip(block).for_each(|(a, b)| *a += w * b);
             }
         }
+    }
+
+    /// Samples of the deformation W q - e.
+    fn sample(&mut self, e: usize) {
         self.fourier.to_samples(&self.a, &mut self.deformation);
         if let Some([error, _]) = &self.error[e] {
             self.deformation
@@ -175,9 +229,7 @@ impl Sampling {
         jumps::edges(mount, &self.deformation, at, rates, &mut self.edges);
     }
 
-    fn add_force(&mut self, system: &System, e: usize, out: &mut Linearisation) {
-        self.fourier.to_coefficients(&self.force, &mut self.c);
-        jumps::correct(&self.edges, &mut self.c);
+    fn add_force(&self, system: &System, e: usize, out: &mut Linearisation) {
         let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         for (i, kappa) in system.stiffness_column(e) {
             let block = block_mut(&mut out.r, *i, self.c.len());
@@ -190,7 +242,7 @@ impl Sampling {
     /// F+ diag(df/dv) F D, and the part of dR/domega that comes through the velocity: v is proportional to Om.
     fn add_damping(&mut self, system: &System, e: usize, out: &mut Linearisation) {
         self.fourier.to_coefficients(&self.damping, &mut self.g);
-        hill::fill(&self.g, &mut self.hill_rate);
+        self.filler.fill(&self.g, &mut self.hill_rate);
         hill::add_differentiated(&self.hill_rate, system.omega(), &mut self.hill);
         let frequency = system.excitation_frequency();
         self.rate
@@ -211,6 +263,31 @@ impl Sampling {
             for (j, w) in system.element_map_row(e) {
                 let hill = self.hill.as_slice();
                 out.dr_du.block_mut(c, (*i, *j)).add(kappa * w, hill);
+            }
+        }
+    }
+}
+
+impl Affine {
+    /// c = slope (a - e) + offset.
+    fn respond(&self, a: &[f64], c: &mut [f64]) {
+        for (c, a) in c.iter_mut().zip(a) {
+            *c = self.slope * a;
+        }
+        for (c, e) in c.iter_mut().zip(&self.error) {
+            *c -= self.slope * e;
+        }
+        c[0] += self.offset;
+    }
+}
+
+/// Jacobian of a connection whose slope is the same all the time: F+ diag(g) F = g I.
+fn add_diagonal(system: &System, e: usize, slope: f64, c: usize, out: &mut Linearisation) {
+    for (i, kappa) in system.stiffness_column(e) {
+        for (j, w) in system.element_map_row(e) {
+            let mut block = out.dr_du.block_mut(c, (*i, *j));
+            for k in 0..c {
+                block.column(k)[k] += kappa * w * slope;
             }
         }
     }

@@ -9,7 +9,7 @@
 //! Jacobian, for a continuous force does not notice that its switches move. A stiffness variation steps (more jumps) or
 //! multiplies G and H.
 
-use super::hill;
+use super::hill::Hill;
 use super::jumps::{self, Edge};
 use super::switching::Switching;
 use crate::error::SolveError;
@@ -48,6 +48,7 @@ pub struct ExactQuadrature {
     product: Vec<Complex<f64>>,
     g: Vec<f64>,
     c: Vec<f64>,
+    filler: Hill,
     hill: DMatrix<f64>,
     edges: Vec<Edge>,
 }
@@ -72,6 +73,7 @@ impl ExactQuadrature {
             product: Vec::new(),
             g: vec![0.0; 4 * harmonics + 1],
             c: vec![0.0; c],
+            filler: Hill::new(harmonics),
             hill: DMatrix::zeros(c, c),
             edges: Vec::new(),
         };
@@ -125,7 +127,7 @@ impl ExactQuadrature {
             for (pair, z) in self.g[1..].chunks_exact_mut(2).zip(&self.slope[1..]) {
                 (pair[0], pair[1]) = (-2.0 * z.im, 2.0 * z.re);
             }
-            hill::fill(&self.g, &mut self.hill);
+            self.filler.fill(&self.g, &mut self.hill);
             jumps::add_slopes(&self.edges, &mut self.hill);
             self.convolve();
             self.add_to(system, e, out);

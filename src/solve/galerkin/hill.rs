@@ -2,32 +2,62 @@
 
 use nalgebra::DMatrix;
 
-/// Fills `out` ((2H + 1) square) with F+ diag(g) F from the coefficients of g up to 2H (4H + 1 values: mean, sin 1, cos 1, ...).
-///
-/// Toeplitz plus Hankel, block by block; c and s are cosine and sine coefficients of g, c_0 twice its mean:
-/// sin-sin (c_{k-l} - c_{k+l})/2, cos-cos (c_{k-l} + c_{k+l})/2, row sin k column cos l (s_{k+l} + s_{k-l})/2,
-/// row cos k column sin l (s_{k+l} - s_{k-l})/2; the mean row is half the mean column. THEORY of eq. (12).
-pub fn fill(g: &[f64], out: &mut DMatrix<f64>) {
-    let harmonics = out.nrows() / 2;
-    let cos = |k: usize| if k == 0 { 2.0 * g[0] } else { g[2 * k] };
-    let sin = |k: usize| if k == 0 { 0.0 } else { g[2 * k - 1] };
-    out[(0, 0)] = g[0];
-    for l in 1..=harmonics {
-        out[(0, 2 * l - 1)] = 0.5 * sin(l);
-        out[(0, 2 * l)] = 0.5 * cos(l);
-        out[(2 * l - 1, 0)] = sin(l);
-        out[(2 * l, 0)] = cos(l);
-        for k in 1..=harmonics {
-            let (difference, sum) = (k.abs_diff(l), k + l);
-            let sin_difference = if k >= l {
-                sin(difference)
-            } else {
-                -sin(difference)
-            };
-            out[(2 * k - 1, 2 * l - 1)] = 0.5 * (cos(difference) - cos(sum));
-            out[(2 * k, 2 * l)] = 0.5 * (cos(difference) + cos(sum));
-            out[(2 * k - 1, 2 * l)] = 0.5 * (sin(sum) + sin_difference);
-            out[(2 * k, 2 * l - 1)] = 0.5 * (sin(sum) - sin_difference);
+/// Fills (2H + 1) square matrices with F+ diag(g) F; owns its buffers.
+#[derive(Debug)]
+pub struct Hill {
+    /// c_j and s_j for j = -H..2H: the first even, the second odd, so that differences of indices need no cases.
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+}
+
+impl Hill {
+    /// Buffers for H harmonics.
+    pub fn new(harmonics: usize) -> Hill {
+        let buffer = || vec![0.0; 3 * harmonics + 1];
+        Hill {
+            cos: buffer(),
+            sin: buffer(),
+        }
+    }
+
+    /// Fills `out` with F+ diag(g) F from the coefficients of g up to 2H (4H + 1 values: mean, sin 1, cos 1, ...).
+    ///
+    /// Toeplitz plus Hankel, block by block; c and s are cosine and sine coefficients of g, c_0 twice its mean:
+    /// sin-sin (c_{k-l} - c_{k+l})/2, cos-cos (c_{k-l} + c_{k+l})/2, row sin k column cos l (s_{k+l} + s_{k-l})/2,
+    /// row cos k column sin l (s_{k+l} - s_{k-l})/2; the mean row is half the mean column. THEORY of eq. (12).
+    pub fn fill(&mut self, g: &[f64], out: &mut DMatrix<f64>) {
+        let size = out.nrows();
+        let harmonics = size / 2;
+        self.extend(g, harmonics);
+        let (mean, columns) = out.as_mut_slice().split_at_mut(size);
+        mean.copy_from_slice(&g[..size]);
+        for (l, columns) in (1..=harmonics).zip(columns.chunks_exact_mut(2 * size)) {
+            let (by_sin, by_cos) = columns.split_at_mut(size);
+            (by_sin[0], by_cos[0]) = (0.5 * g[2 * l - 1], 0.5 * g[2 * l]);
+            let difference = harmonics + 1 - l..2 * harmonics + 1 - l;
+            let sum = harmonics + 1 + l..2 * harmonics + 1 + l;
+            let pairs = by_sin[1..]
+                .chunks_exact_mut(2)
+                .zip(by_cos[1..].chunks_exact_mut(2));
+            let cos = self.cos[difference.clone()]
+                .iter()
+                .zip(&self.cos[sum.clone()]);
+            let sin = self.sin[difference].iter().zip(&self.sin[sum]);
+            for (((by_sin, by_cos), (c, c_sum)), (s, s_sum)) in pairs.zip(cos).zip(sin) {
+                (by_sin[0], by_sin[1]) = (0.5 * (c - c_sum), 0.5 * (s_sum - s));
+                (by_cos[0], by_cos[1]) = (0.5 * (s_sum + s), 0.5 * (c + c_sum));
+            }
+        }
+    }
+
+    fn extend(&mut self, g: &[f64], harmonics: usize) {
+        (self.cos[harmonics], self.sin[harmonics]) = (2.0 * g[0], 0.0);
+        for (k, pair) in g[1..].chunks_exact(2).enumerate() {
+            let k = k + 1;
+            (self.cos[harmonics + k], self.sin[harmonics + k]) = (pair[1], pair[0]);
+            if k <= harmonics {
+                (self.cos[harmonics - k], self.sin[harmonics - k]) = (pair[1], -pair[0]);
+            }
         }
     }
 }
@@ -60,7 +90,7 @@ mod tests {
         let mut fourier = Fourier::new(samples);
         let (mut x, mut y) = (vec![0.0; samples], vec![0.0; samples]);
         let mut matrix = DMatrix::zeros(c, c);
-        fill(&g, &mut matrix);
+        Hill::new(harmonics).fill(&g, &mut matrix);
         let mut with_derivative = DMatrix::zeros(c, c);
         add_differentiated(&matrix, 1.0, &mut with_derivative);
         let mut derivative = vec![0.0; c];

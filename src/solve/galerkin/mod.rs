@@ -11,7 +11,7 @@ pub mod jumps;
 mod switching;
 
 use super::family::Family;
-use super::floquet;
+use super::floquet::Floquet;
 use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use crate::error::SolveError;
@@ -55,6 +55,7 @@ pub struct Galerkin<F: Family> {
     load_rate: Vec<f64>,
     derivative: Vec<f64>,
     shifted: Linearisation,
+    floquet: Floquet,
 }
 
 impl<F: Family> Galerkin<F> {
@@ -91,6 +92,7 @@ impl<F: Family> Galerkin<F> {
             load_rate,
             derivative,
             shifted,
+            floquet: Floquet::default(),
         })
     }
 
@@ -262,9 +264,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         let extrema = orbit.extrema(system);
         let multipliers = match extent {
             Extent::Motion => Vec::new(),
-            Extent::Stability => {
-                floquet::multipliers(&floquet::monodromy_between(system, &orbit, &extrema))
-            }
+            Extent::Stability => self.floquet.multipliers(system, &orbit, &extrema),
         };
         let orbit = Orbit::Fourier(orbit);
         Ok(Survey {
@@ -280,6 +280,16 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
 fn structure(system: &System, coefficients: usize) -> Structure {
     let pairs = system.coupled_pairs();
     Structure::chosen(Pattern::new(system.dof(), coefficients, pairs))
+}
+
+/// Blocks of the Jacobian that are stored, and all of them, where it is eliminated by blocks; `None` where it is dense.
+pub fn stored_blocks(system: &System) -> Option<[usize; 2]> {
+    match structure(system, 1) {
+        Structure::Dense(_) => None,
+        Structure::Block(pattern) | Structure::BorderedBlock(pattern) => {
+            Some([pattern.stored(), pattern.blocks().pow(2)])
+        }
+    }
 }
 
 fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<(), SolveError> {

@@ -1,0 +1,145 @@
+//! Floquet multipliers from the variational equation along a periodic orbit.
+
+mod leading;
+mod variation;
+
+use super::jumps;
+use super::orbit::FourierOrbit;
+use crate::numeric::dense;
+use crate::numeric::exponential::Exponential;
+use crate::system::System;
+use nalgebra::{DMatrix, Schur};
+use num_complex::Complex;
+pub use variation::is_piecewise_constant;
+use variation::{Stretches, Variation};
+
+/// Which multipliers are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spectrum {
+    /// All 2n, from the whole transition matrix.
+    All,
+    /// Those of largest modulus down to the inside of the unit circle, by Arnoldi's method, without the matrix.
+    Leading,
+}
+
+/// Coordinates up to which the transition matrix is formed. Its cost grows like n^3 a stretch between two switches, that of
+/// Arnoldi's products like n.
+const LARGEST_WHOLE: usize = 64;
+
+impl Spectrum {
+    /// What is computed for so many coordinates.
+    pub fn of(dof: usize) -> Spectrum {
+        if dof <= LARGEST_WHOLE {
+            Spectrum::All
+        } else {
+            Spectrum::Leading
+        }
+    }
+}
+
+/// Computes transition matrices and multipliers along Fourier orbits; owns its buffers.
+#[derive(Debug, Default)]
+pub struct Floquet {
+    exponential: Option<Exponential>,
+}
+
+impl Floquet {
+    /// Multipliers over one response period by falling modulus: all, or the leading ones of a long train ([`Spectrum::of`]).
+    /// None when they are not known: a law with hidden jumps, an overflow, an iteration that does not converge.
+    /// `extrema`: of the deformations, one list a connection.
+    pub fn multipliers(
+        &mut self,
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+    ) -> Vec<Complex<f64>> {
+        match Spectrum::of(system.dof()) {
+            Spectrum::All => multipliers(&self.transition(system, orbit, extrema)),
+            Spectrum::Leading => Floquet::leading(system, orbit, extrema),
+        }
+    }
+
+    /// State-transition matrix over one response period, in (q, v), 2n x 2n; the system stands at the orbit's frequency.
+    ///
+    ///     dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]
+    ///
+    /// The period is cut at every passage of a breakpoint and every kink of the stiffness variation. Between two cuts A is
+    /// constant for piecewise-affine laws and one matrix exponential is exact; elsewhere Magnus' fourth-order rule on panels
+    /// keeps det Phi = exp(integral of trace A) to rounding. A force that jumps at a breakpoint adds its saltation matrix
+    /// ([`jumps`]), a continuous one needs none. NaN where a law has hidden jumps: nobody knows.
+    ///
+    /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
+    pub fn monodromy(&mut self, system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
+        self.transition(system, orbit, &orbit.extrema(system))
+    }
+
+    fn transition(
+        &mut self,
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+    ) -> DMatrix<f64> {
+        let size = 2 * system.dof();
+        if jumps::refuse_hidden(system).is_err() {
+            return DMatrix::from_element(size, size, f64::NAN);
+        }
+        let stretches = Stretches::new(system, orbit, extrema);
+        let exponential = match &mut self.exponential {
+            Some(exponential) if exponential.size() == size => exponential,
+            other => other.insert(Exponential::new(size)),
+        };
+        let mut variation = Variation::new(system, orbit);
+        let mut phi = DMatrix::identity(size, size);
+        let mut next = DMatrix::zeros(size, size);
+        for stretch in &stretches.list {
+            let width = stretch.panel_width();
+            for k in 0..stretch.panels {
+                let from = stretch.begin + k as f64 * width;
+                let exponent = if stretches.is_constant {
+                    variation.midpoint(from, width)
+                } else {
+                    variation.magnus(from, width)
+                };
+                dense::multiply(exponential.of(exponent), &phi, &mut next);
+                std::mem::swap(&mut phi, &mut next);
+            }
+            for passage in &stretch.passages {
+                passage.saltate(system, phi.as_mut_slice());
+            }
+        }
+        phi
+    }
+}
+
+/// QR sweeps allowed for the eigenvalues of a transition matrix.
+const MAX_SWEEPS: usize = 10_000;
+
+/// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first; none
+/// when the matrix has overflown or its eigenvalues do not converge.
+pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    if phi.iter().any(|x| !x.is_finite()) {
+        return Vec::new();
+    }
+    let Some(schur) = Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS) else {
+        return Vec::new();
+    };
+    let list = schur.complex_eigenvalues();
+    by_falling_modulus(list.iter().copied().collect())
+}
+
+/// Multipliers by falling modulus, the member of a pair with positive imaginary part first.
+pub fn by_falling_modulus(mut list: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+    let key = |mu: &Complex<f64>| (mu.norm(), mu.re, mu.im);
+    list.sort_by(|a, b| {
+        key(b)
+            .partial_cmp(&key(a))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    // Rounding may order the members of a pair either way.
+    for k in 1..list.len() {
+        if list[k].im > 0.0 && (list[k] - list[k - 1].conj()).norm() <= 1e-12 * list[k].norm() {
+            list.swap(k - 1, k);
+        }
+    }
+    list
+}
