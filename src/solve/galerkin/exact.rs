@@ -14,6 +14,7 @@ use super::hill::Hill;
 use super::jumps::{self, Edge};
 use super::switching::Switching;
 use crate::error::SolveError;
+use crate::numeric::corners::Piece;
 use crate::numeric::periodic::{Harmonic, Periodic};
 use crate::solve::affine::AffineLaw;
 use crate::solve::residual::Linearisation;
@@ -105,7 +106,7 @@ impl ExactQuadrature {
             .filter_map(Periodic::highest_order)
             .fold(self.harmonics, |l, order| l.max(nu * order));
         self.errors = errors
-            .map(|e| e.map(|e| real_coefficients(e, nu, highest)))
+            .map(|e| e.map(|e| spectrum(e, nu, highest)))
             .collect();
         let varies = self.variations.iter().map(Variation::highest).max();
         let length = self.harmonics + highest + 1 + varies.unwrap_or(0);
@@ -283,14 +284,11 @@ impl Variation {
                 Variation::Harmonics(*mean, harmonics.iter().map(one).collect())
             }
             _ => {
-                let kinks = series.kinks();
-                let copies = (0..nu).flat_map(|m| kinks.iter().map(move |x| x + TAU * m as f64));
-                let mut instants: Vec<f64> = copies.map(|x| x / nu as f64).collect();
-                instants.sort_by(f64::total_cmp);
-                let ends = instants.iter().skip(1).copied();
-                let ends = ends.chain(instants.first().map(|x| x + TAU));
-                let factor = |(a, b): (&f64, f64)| (*a, series.value(0.5 * nu as f64 * (a + b)));
-                Variation::Steps(instants.iter().zip(ends).map(factor).collect())
+                let pieces = series.pieces();
+                let copies = (0..nu).flat_map(|m| pieces.iter().map(move |p| (m, p)));
+                let step =
+                    |(m, p): (usize, &Piece)| ((p.begin + TAU * m as f64) / nu as f64, p.value);
+                Variation::Steps(copies.map(step).collect())
             }
         }
     }
@@ -360,15 +358,9 @@ fn at(spectrum: &[Complex<f64>], k: isize) -> Complex<f64> {
     if k < 0 { z.conj() } else { z }
 }
 
-/// Mean, sin 1, cos 1, ... in tau of a Fourier series in the phase nu tau.
-fn real_coefficients(series: &Periodic, nu: usize, highest: usize) -> Vec<f64> {
+/// Mean, sin 1, cos 1, ... in tau of a function of the phase nu tau.
+fn spectrum(series: &Periodic, nu: usize, highest: usize) -> Vec<f64> {
     let mut list = vec![0.0; 2 * highest + 1];
-    if let Periodic::Fourier { mean, harmonics } = series {
-        list[0] = *mean;
-        for h in harmonics {
-            list[2 * nu * h.order - 1] += h.sin;
-            list[2 * nu * h.order] += h.cos;
-        }
-    }
+    series.coefficients(nu, &mut list);
     list
 }
