@@ -176,8 +176,8 @@ fn other_laws_are_refused_with_a_reason() {
     wavy.transmission_error = Some(table);
     let law = |law: Box<dyn Element>| Mount::new(law);
     for (mount, wanted) in [
-        (law(Box::new(damped)), "piecewise affine"),
-        (law(Box::new(Cubic { cubic: 0.1 })), "piecewise affine"),
+        (law(Box::new(damped)), "piecewise-affine"),
+        (law(Box::new(Cubic { cubic: 0.1 })), "piecewise-affine"),
         (varied, "stiffness variation"),
         (wavy, "transmission error"),
     ] {

@@ -17,8 +17,9 @@ use crate::error::SolveError;
 use crate::numeric::corners::Piece;
 use crate::numeric::periodic::{Harmonic, Periodic};
 use crate::solve::affine::AffineLaw;
+use crate::solve::closed_form::ClosedForm;
 use crate::solve::residual::Linearisation;
-use crate::system::{Mount, System};
+use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::TAU;
@@ -90,7 +91,7 @@ impl ExactQuadrature {
     pub fn prepare(&mut self, system: &System) -> Result<(), SolveError> {
         let nu = system.subharmonic();
         for (connection, mount) in system.mounts().iter().enumerate() {
-            if let Some(reason) = refusal(mount) {
+            if let Some(reason) = ClosedForm::Quadrature.refusal(mount) {
                 return Err(SolveError::Unsupported { connection, reason });
             }
         }
@@ -310,27 +311,6 @@ impl Variation {
             |(order, z): &(usize, Complex<f64>)| 2.0 * (z * Complex::cis(*order as f64 * tau)).re;
         mean + list.iter().map(wave).sum::<f64>()
     }
-}
-
-/// Why a connection does not allow closed-form integrals; `None` when it does.
-fn refusal(mount: &Mount) -> Option<String> {
-    let is_table =
-        |s: &Option<Periodic>| matches!(s, Some(s @ Periodic::Table { .. }) if !s.is_constant());
-    let reason = match () {
-        _ if !mount.element.is_piecewise_affine() || mount.element.depends_on_velocity() => {
-            "a law that is piecewise affine in the deformation alone (and impact_damping 0)"
-        }
-        _ if matches!(&mount.transmission_error, Some(e) if !matches!(e, Periodic::Fourier { .. })) => {
-            "a transmission error made of harmonics, not of a table"
-        }
-        _ if is_table(&mount.stiffness_variation) => {
-            "a stiffness variation made of harmonics or rectangular, not of a table"
-        }
-        _ => return None,
-    };
-    Some(format!(
-        "exact quadrature needs {reason}; use `quadrature: sampled`"
-    ))
 }
 
 /// J / |x'| of a law at a breakpoint.
