@@ -2,8 +2,8 @@
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
 //! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
-//! begin where one is crossed; `integration`: the method
-//! that follows attractors; `verify`: the same points by the flow; `report`: tables and figure.
+//! begin where one is crossed; `integration`: the method that follows attractors; `verify`: the same points by the flow; `report`:
+//! tables and figure.
 
 mod crossings;
 mod guarded;
