@@ -5,12 +5,14 @@
 mod bordered;
 mod crossing;
 mod interpolant;
+mod section;
 mod types;
 
 pub use crossing::Side;
+pub use section::Section;
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
 
-use super::newton::{Newton, NewtonOutcome, NewtonStatus};
+use super::newton::{Newton, NewtonOutcome};
 use super::residual::{Linearisation, Residual};
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -80,11 +82,7 @@ impl Continuation {
             lambda: options.range.0,
             u,
             orientation: 0,
-            newton: NewtonOutcome {
-                status: NewtonStatus::Stalled,
-                iterations: 0,
-                residual_norm: f64::NAN,
-            },
+            newton: NewtonOutcome::unsolved(),
         };
         let mut this = Continuation::standing(problem, origin, options);
         // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
