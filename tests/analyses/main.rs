@@ -7,6 +7,7 @@ mod response_support;
 #[path = "../support/time_domain_support.rs"]
 mod time_domain_support;
 
+mod accuracy;
 mod attractor_labels;
 mod branches_all;
 mod crosscheck_methods;

@@ -1,9 +1,10 @@
 //! What the methods delivered, as tables, a figure and a summary.
 
+use super::accuracy::Accuracies;
 use super::crossings::Origin;
 use super::orbits::OrbitTable;
 use super::verify::Verification;
-use super::{Method, Swept};
+use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_figure::{self, MAX_PANELS};
 use crate::analysis::branch_table::{self, Traced};
 use crate::analysis::columns::{float, integer, text};
@@ -134,6 +135,7 @@ pub(super) fn assemble(
     delivered: &[Delivered],
     orbits: Option<OrbitTable>,
     verification: Option<&Verification>,
+    accuracies: Option<(&BranchSettings, &Accuracies)>,
 ) -> Report {
     let setting = swept.setting;
     let traced: Vec<Traced<'_>> = delivered
@@ -170,15 +172,21 @@ pub(super) fn assemble(
         let value = verification.as_value();
         report.summary.insert("verify".into(), value);
     }
+    if let Some((settings, accuracies)) = accuracies {
+        report.tables.push(accuracies.table(settings, swept));
+        let value = accuracies.as_value(settings, swept);
+        report.summary.insert("accuracy".into(), value);
+    }
     let count = setting.assembly.connections.len();
     if count > MAX_PANELS {
         report.caption = format!(
             "Shown are the first {MAX_PANELS} of {count} connections; the table has all of them."
         );
     }
-    if let Some(verification) = verification {
-        let parts = [std::mem::take(&mut report.caption), verification.message()];
-        report.caption = parts.join(" ").trim().to_owned();
+    let verified = verification.map(Verification::message);
+    let judged = accuracies.map(|(_, a)| a.message(swept));
+    for message in verified.into_iter().chain(judged) {
+        report.caption = format!("{} {message}", report.caption).trim().to_owned();
     }
     let complaints: Vec<String> = delivered
         .iter()

@@ -1,5 +1,6 @@
 //! Method by method from a first solution along the parameter.
 
+use super::accuracy::{self, Accuracies};
 use super::crossings::{self, Crossings};
 use super::guarded::Guarded;
 use super::integration;
@@ -10,12 +11,13 @@ use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::Error;
 use crate::report::{Report, Table};
-use crate::solve::branch::{self, Begin, Branch, TraceOptions};
+use crate::solve::branch::{self, Begin, TraceOptions};
 use crate::solve::continuation::{PathEnd, PathPoint, Side};
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
 use crate::solve::floquet::Spectrum;
 use crate::solve::galerkin::Galerkin;
+use crate::solve::galerkin::adaptive::{Adaptive, Sizes};
 use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
 use crate::solve::start::{self, Start};
@@ -37,6 +39,7 @@ pub(in crate::analysis) fn run(
         delivered: Vec::new(),
         orbits: OrbitTable::new(swept.setting),
         verification: Verification::new(),
+        accuracies: Accuracies::default(),
         warnings: Vec::new(),
         crossings: Crossings::default(),
     };
@@ -45,16 +48,20 @@ pub(in crate::analysis) fn run(
         delivered,
         orbits,
         verification,
+        accuracies,
         warnings,
         ..
     } = work;
     let orbits = settings.orbits.are_kept().then_some(orbits);
     let verification = settings.verify.is_asked_for().then_some(&verification);
-    let mut report = report::assemble(swept, &delivered, orbits, verification);
+    let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
+    let mut report = report::assemble(swept, &delivered, orbits, verification, accuracies);
     if settings.branches.limits().is_some() {
         report.tables.push(report::branches(&delivered));
     }
     report.warnings = warnings;
+    let insufficient = accuracies.and_then(|(_, a)| a.complaint(settings, swept));
+    report.warnings.extend(insufficient);
     let seconds = began.elapsed().as_secs_f64();
     for (key, value) in [
         ("options", options),
@@ -72,7 +79,10 @@ pub(in crate::analysis) fn tables(settings: &BranchSettings, swept: &Swept<'_>) 
     let orbits = OrbitTable::new(swept.setting);
     let orbits = settings.orbits.are_kept().then_some(orbits);
     let verification = settings.verify.is_asked_for().then(Verification::new);
-    let mut tables = report::assemble(swept, &delivered, orbits, verification.as_ref()).tables;
+    let accuracies = Accuracies::default();
+    let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
+    let verification = verification.as_ref();
+    let mut tables = report::assemble(swept, &delivered, orbits, verification, accuracies).tables;
     if settings.branches.limits().is_some() {
         tables.push(report::branches(&delivered));
     }
@@ -86,6 +96,7 @@ pub(super) struct Work<'a> {
     pub delivered: Vec<Delivered>,
     orbits: OrbitTable,
     verification: Verification,
+    accuracies: Accuracies,
     pub warnings: Vec<String>,
     /// Of the branches of the present method.
     pub crossings: Crossings,
@@ -99,6 +110,8 @@ pub(super) enum Source {
     Crossing {
         /// The point of that branch.
         point: Box<PathPoint>,
+        /// nu of that branch.
+        subharmonic: usize,
         /// Which way the new branch is followed.
         side: Side,
         /// Whether the new branch has twice the period.
@@ -115,6 +128,7 @@ impl Source {
                 mut point,
                 side,
                 is_doubled,
+                ..
             } => {
                 if is_doubled {
                     point.u = problem.in_doubled_period(&point.u);
@@ -131,9 +145,6 @@ struct First<'a> {
     galerkin: Galerkin<Box<dyn Family + 'a>>,
     found: Start,
 }
-
-/// Distance in which the end of a model explains the end of a branch.
-const BORDER: f64 = 1e-4;
 
 impl<'a> Work<'a> {
     fn trace_all(&mut self) -> Result<(), Error> {
@@ -205,28 +216,67 @@ impl<'a> Work<'a> {
         source: Source,
         delivered: &mut Delivered,
     ) -> Result<(), Error> {
-        let (settings, swept) = (self.settings, self.swept);
-        let from = swept.range.0;
-        let family = swept.family_for(delivered.subharmonic)?;
         if delivered.method == Method::Galerkin {
-            let galerkin = Galerkin::new(family, from, settings.size_for(delivered.subharmonic))?;
-            let mut galerkin = settings.with_quadrature(galerkin, from)?;
-            self.trace(&mut galerkin, source, delivered)?;
-            if settings.verify.is_asked_for() {
-                let given = (settings, swept);
-                let (number, newton) = (self.delivered.len(), settings.shooting_newton());
-                let points = &delivered.points;
-                self.verification
-                    .add(given, &mut galerkin, number, points, newton)?;
-            }
-            return Ok(());
+            return self.follow_series(source, delivered);
         }
+        let (settings, swept) = (self.settings, self.swept);
+        let family = swept.family_for(delivered.subharmonic)?;
+        let from = swept.range.0;
         let mut shooting = Shooting::new(family, from, settings.integrator)?;
         delivered.note_integrator(shooting.integrator());
         self.trace(&mut shooting, source, delivered)?;
         // Along some parameters the law stops being piecewise affine.
         delivered.note_integrator(shooting.integrator());
         Ok(())
+    }
+
+    /// The same with the Galerkin method, whose points are judged where that is asked for.
+    fn follow_series(&mut self, source: Source, delivered: &mut Delivered) -> Result<(), Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        let (from, nu) = (swept.range.0, delivered.subharmonic);
+        let options = |harmonics| settings.size_with(harmonics, nu);
+        let make = |size| {
+            let galerkin = Galerkin::new(swept.family_for(nu)?, from, size)?;
+            settings.with_quadrature(galerkin, from)
+        };
+        let sizes = Sizes {
+            options: &options,
+            problem: &make,
+        };
+        let first = self
+            .harmonics(&source)
+            .unwrap_or(settings.harmonics.first());
+        let mut galerkin: Box<dyn PeriodicResidual> = match settings.harmonics.resolution() {
+            None => Box::new(make(options(first))?),
+            Some(resolution) => {
+                let newton = settings.newton();
+                Box::new(Adaptive::new(sizes, resolution, newton, (first, nu))?)
+            }
+        };
+        self.trace(galerkin.as_mut(), source, delivered)?;
+        let (given, number) = ((settings, swept), self.delivered.len());
+        let points = &delivered.points;
+        if settings.verify.is_asked_for() {
+            let (galerkin, newton) = (galerkin.as_mut(), settings.shooting_newton());
+            self.verification
+                .add(given, galerkin, number, points, newton)?;
+        }
+        if accuracy::is_asked_for(settings) {
+            self.accuracies.add(given, sizes, (number, nu), points)?;
+        }
+        Ok(())
+    }
+
+    /// Harmonics of the excitation frequency of the orbit at which a branch begins.
+    fn harmonics(&self, source: &Source) -> Option<usize> {
+        let Source::Crossing {
+            point, subharmonic, ..
+        } = source
+        else {
+            return None;
+        };
+        let dof = self.swept.setting.assembly.system.dof();
+        Some(point.u.len() / dof / 2 / subharmonic)
     }
 
     /// Follows one branch.
@@ -289,37 +339,6 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Why a branch ended.
-    fn ending(&self, problem: &mut Guarded<'_>, branch: &Branch) -> Ending {
-        let (end, points) = (branch.end, branch.points.as_slice());
-        let (mut reason, mut message) = (end.reason(), end.message());
-        match end {
-            PathEnd::RangeReached | PathEnd::Closed | PathEnd::Joined { .. } => {
-                return Ending {
-                    reason,
-                    message,
-                    is_early: false,
-                };
-            }
-            PathEnd::StepTooSmall { .. } => {
-                // The steps may have ended where there is no model any more; difference quotients reach a little further.
-                if let [.., before, last] = points {
-                    let onwards = (last.lambda - before.lambda).signum();
-                    let beyond = [1.0, 1e3, 1e6].map(|k| k * self.settings.min_step);
-                    let lost = |step: &f64| {
-                        let there = last.lambda + onwards * step.min(BORDER);
-                        problem.system_at(there).err()
-                    };
-                    if let Some(error) = beyond.iter().find_map(lost) {
-                        (reason, message) = ("no_model", error.to_string());
-                    }
-                }
-            }
-            _ => {}
-        }
-        Ending::early(reason, report::early_message(self.swept, &message, points))
-    }
-
     /// The attractors along the range.
     fn integrate(&mut self) {
         let (settings, swept) = (self.settings, self.swept);
@@ -333,61 +352,6 @@ impl<'a> Work<'a> {
         self.warnings.extend(warnings);
         self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
         self.delivered.push(delivered);
-    }
-
-    /// What was computed in another way than for most systems.
-    fn explain(&mut self, method: Method, exchanges: usize) {
-        let dof = self.swept.setting.assembly.system.dof();
-        if self.settings.stability && self.swept.spectrum() == Spectrum::Leading {
-            let which = match method {
-                Method::Galerkin => format!(
-                    "of the {} multipliers those of largest modulus are computed, by Arnoldi's method, down to the inside of \
-                     the unit circle; ",
-                    2 * dof
-                ),
-                _ => String::new(),
-            };
-            self.warnings.push(format!(
-                "{dof} coordinates: {which}the averaged estimates (multiplier_estimates) are left out"
-            ));
-        }
-        if exchanges > 0 {
-            self.warnings.push(format!(
-                "{exchanges} linear systems were solved by dense elimination with row exchanges across all coordinates: \
-                 elimination by blocks lost too many digits"
-            ));
-        }
-    }
-
-    fn warn(&mut self, delivered: &Delivered, end: PathEnd, pulling: &[bool]) {
-        let (swept, list) = (self.swept, &mut self.warnings);
-        let connections = &swept.setting.assembly.connections;
-        for (name, _) in connections.iter().zip(pulling).filter(|(_, pulls)| **pulls) {
-            list.push(format!(
-                "{name}: the contact pulls somewhere on the branch (1 + beta v < 0): impact damping is beyond its range"
-            ));
-        }
-        for event in delivered.events.iter().filter(|e| !e.is_located()) {
-            let (low, high) = event.bracket;
-            list.push(format!(
-                "a {} between {} and {} could not be located",
-                event.kind.word(),
-                swept.place(low),
-                swept.place(high),
-            ));
-        }
-        // Side branches live on a part of the range.
-        if end != PathEnd::RangeReached || delivered.origin.is_some() {
-            return;
-        }
-        for (mark, written) in swept.marks.iter().zip(&self.settings.marks) {
-            let is_solved = |p: &branch::BranchPoint| {
-                p.is_mark && (p.lambda - mark).abs() <= 1e-12 * mark.abs()
-            };
-            if !delivered.points.iter().any(is_solved) {
-                list.push(format!("the mark {} could not be solved", written.text));
-            }
-        }
     }
 }
 

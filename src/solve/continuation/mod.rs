@@ -5,6 +5,7 @@
 mod bordered;
 mod crossing;
 mod interpolant;
+mod resize;
 mod types;
 
 pub use crossing::Side;
