@@ -231,11 +231,10 @@ fn mistakes() {
             "harmonics: {tolerance: 1.0e-5, least: 0}",
             "harmonics.least",
         ),
-        ("harmonics: {least: 5}", "tolerance: .."),
-        (
-            "harmonics: {tolerance: 1.0e-5, samples: 5}",
-            "tolerance: ..",
-        ),
+        ("harmonics: {least: 5}", "`tolerance`"),
+        ("harmonics: -3", "a number of harmonics or {tolerance"),
+        ("harmonics: 12.5", "a number of harmonics or {tolerance"),
+        ("harmonics: {tolerance: 1.0e-5, samples: 5}", "`samples`"),
         (
             "harmonics: {tolerance: 1.0e-5}, samples: 1024",
             "at least 3200",

@@ -6,14 +6,13 @@ use crate::analysis::response::crossings::MOST_HARMONICS;
 use crate::solve::galerkin::GalerkinOptions;
 use crate::solve::galerkin::adaptive::Resolution;
 use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 
 /// Harmonics of the excitation frequency.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "a number of harmonics or {tolerance: .., least: .., most: ..}"
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
 pub enum Harmonics {
     /// The same everywhere.
     Count(usize),
@@ -99,6 +98,42 @@ impl Harmonics {
                 least.max((period as usize * subharmonic).next_power_of_two())
             }
         }
+    }
+}
+
+impl<'de> Deserialize<'de> for Harmonics {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(WrittenHarmonics)
+    }
+}
+
+/// By hand, so that mistakes inside the map keep their place.
+struct WrittenHarmonics;
+
+impl<'de> Visitor<'de> for WrittenHarmonics {
+    type Value = Harmonics;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a number of harmonics or {tolerance: .., least: .., most: ..}")
+    }
+
+    fn visit_u64<E: serde::de::Error>(self, count: u64) -> Result<Harmonics, E> {
+        let wrong = || E::invalid_value(Unexpected::Unsigned(count), &self);
+        let count = usize::try_from(count).map_err(|_| wrong())?;
+        Ok(Harmonics::Count(count))
+    }
+
+    fn visit_f64<E: serde::de::Error>(self, count: f64) -> Result<Harmonics, E> {
+        // Values of a study are floats.
+        let is_count = count.fract() == 0.0 && (0.0..1e9).contains(&count);
+        match is_count {
+            true => Ok(Harmonics::Count(count as usize)),
+            false => Err(E::invalid_value(Unexpected::Float(count), &self)),
+        }
+    }
+
+    fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Harmonics, A::Error> {
+        Chosen::deserialize(MapAccessDeserializer::new(map)).map(Harmonics::Chosen)
     }
 }
 
