@@ -1,18 +1,26 @@
 //! Factors of a Jacobian of either shape, with a check of every solution by blocks.
 
-use super::block::BlockLu;
+use super::block::{BlockLu, TOO_STILL, motion};
+use super::condensation::Condensation;
 use super::dense::Lu;
 use super::jacobian::{Blocks, Jacobian, Structure};
+use super::pairs;
+use super::pattern::{self, Elimination, Pattern};
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// LU factors of a Jacobian.
 ///
-/// Elimination by blocks exchanges rows inside the blocks only. What it returns is checked against the matrix: a residual
-/// beyond rounding is corrected by refinement, and where that fails the matrix is factorised anew, dense and with row
-/// exchanges across all coordinates.
+/// Coordinates that only linear connections deform are condensed first, where that is cheaper; the rest is eliminated by blocks or
+/// dense, whichever is faster. Elimination by blocks exchanges rows inside the blocks only. What it returns is checked against
+/// the matrix: a residual beyond rounding is corrected by refinement, and where that fails the matrix is factorised anew, dense
+/// and with row exchanges across all coordinates.
 #[derive(Debug)]
 pub struct Factors {
-    shape: Shape,
+    rest: Rest,
+    condensation: Option<Box<Condensation>>,
+    watch: Watch,
+    /// The whole matrix with row exchanges, where that was needed or nothing else was asked for.
     dense: Option<Lu>,
     is_dense: bool,
     exchanges: usize,
@@ -22,12 +30,28 @@ pub struct Factors {
     rhs: DVector<f64>,
 }
 
+/// What condensation leaves.
 #[derive(Debug)]
-enum Shape {
+enum Rest {
     Unknown,
-    Dense,
+    Dense(Lu),
     Block(Box<BlockLu>),
 }
+
+/// Which coordinates can be condensed.
+#[derive(Debug, Default)]
+struct Watch {
+    pattern: Option<Arc<Pattern>>,
+    is_paired: Vec<bool>,
+    /// Matrices seen since a coordinate's column had other entries, or the coordinate was needed in the rest.
+    since: Vec<usize>,
+}
+
+/// Matrices after which a coordinate whose column has been paired ever since is condensed again. Every change costs an
+/// analysis: coordinates that come and go stay.
+const PATIENCE: usize = 64;
+/// How many times faster than condensation a dense elimination runs, a multiplication each.
+const SLOWNESS: f64 = 2.0 * pattern::ADVANTAGE;
 
 /// Residual of a solution, relative to the terms that cancel in it, that counts as rounding.
 const ROUNDING: f64 = 1e-13;
@@ -42,12 +66,14 @@ impl Factors {
     /// Buffers for matrices of this shape.
     pub fn new(structure: &Structure) -> Factors {
         let dim = structure.dim();
-        let (shape, dense) = match structure {
-            Structure::Dense(_) => (Shape::Dense, Some(Lu::new(dim))),
-            Structure::Block(_) | Structure::BorderedBlock(_) => (Shape::Unknown, None),
+        let dense = match structure {
+            Structure::Dense(_) => Some(Lu::new(dim)),
+            Structure::Block(_) | Structure::BorderedBlock(_) => None,
         };
         Factors {
-            shape,
+            rest: Rest::Unknown,
+            condensation: None,
+            watch: Watch::default(),
             dense,
             is_dense: true,
             exchanges: 0,
@@ -60,26 +86,25 @@ impl Factors {
     /// Factorises; false when the matrix is singular to working precision or has an entry that is not finite.
     pub fn factorise(&mut self, matrix: &Jacobian) -> bool {
         match matrix {
-            Jacobian::Dense(_) => {
-                self.shape = Shape::Dense;
-                self.factorise_dense(matrix)
-            }
+            Jacobian::Dense(_) => self.factorise_dense(matrix),
             Jacobian::Block(blocks) => {
                 self.is_dense = false;
                 self.largest = matrix.amax();
-                self.block(blocks).factorise(blocks) || self.exchange_rows(matrix)
+                self.factorise_blocks(blocks) || self.exchange_rows(matrix)
             }
         }
     }
 
-    fn block(&mut self, matrix: &Blocks) -> &mut BlockLu {
-        let fits = matches!(&self.shape, Shape::Block(lu) if lu.fits(matrix));
-        if !fits {
-            self.shape = Shape::Block(Box::new(BlockLu::new(matrix)));
+    fn factorise_blocks(&mut self, blocks: &Blocks) -> bool {
+        if self.watch.update(blocks) {
+            self.condensation = condensed(blocks, &self.watch.is_paired).map(Box::new);
+            self.rest = Rest::Unknown;
         }
-        match &mut self.shape {
-            Shape::Block(lu) => lu,
-            _ => unreachable!("set above"),
+        match &mut self.condensation {
+            None => self.rest.factorise(blocks),
+            Some(condensation) => {
+                condensation.reduce(blocks) && self.rest.factorise(condensation.left())
+            }
         }
     }
 
@@ -92,13 +117,17 @@ impl Factors {
         self.is_dense = true;
         match matrix {
             Jacobian::Dense(matrix) => lu.factorise(matrix),
-            blocks => lu.factorise(&blocks.to_dense()),
+            Jacobian::Block(blocks) => {
+                blocks.copy_to(lu.matrix_mut());
+                lu.factorise_stored()
+            }
         }
     }
 
     /// Dense elimination instead of that by blocks.
     fn exchange_rows(&mut self, matrix: &Jacobian) -> bool {
-        if matrix.dim() > LARGEST_DENSE {
+        let is_exchanged = matches!(self.rest, Rest::Dense(_)) && self.condensation.is_none();
+        if is_exchanged || matrix.dim() > LARGEST_DENSE {
             return false;
         }
         self.exchanges += 1;
@@ -107,23 +136,20 @@ impl Factors {
 
     /// Overwrites `rhs` with the solution of A x = rhs, A the matrix factorised last; false when none could be found.
     pub fn solve(&mut self, matrix: &Jacobian, rhs: &mut DVector<f64>) -> bool {
-        let Shape::Block(lu) = &mut self.shape else {
-            return self.solve_dense(rhs);
-        };
         if self.is_dense {
             return self.solve_dense(rhs);
         }
         self.rhs.copy_from(rhs);
-        lu.solve(rhs);
+        solve_blocks(&mut self.condensation, &mut self.rest, rhs);
+        if self.condensation.is_none() && matches!(self.rest, Rest::Dense(_)) {
+            return true;
+        }
         let mut size = self.judge(matrix, rhs);
         for _ in 0..REFINEMENTS {
             if size <= ROUNDING {
                 return true;
             }
-            let Shape::Block(lu) = &mut self.shape else {
-                break;
-            };
-            lu.solve(&mut self.residual);
+            solve_blocks(&mut self.condensation, &mut self.rest, &mut self.residual);
             *rhs += &self.residual;
             let refined = self.judge(matrix, rhs);
             // NaN is no progress either.
@@ -165,15 +191,152 @@ impl Factors {
 
     /// Sign of the determinant of the matrix factorised last.
     pub fn determinant_sign(&self) -> i8 {
-        match (&self.shape, &self.dense) {
-            (Shape::Block(lu), _) if !self.is_dense => lu.determinant_sign(),
-            (_, Some(lu)) => lu.determinant_sign(),
-            _ => 0,
+        let condensed = self.condensation.as_ref();
+        match (&self.rest, &self.dense) {
+            (_, Some(lu)) if self.is_dense => lu.determinant_sign(),
+            (rest, _) => condensed.map_or(1, |c| c.determinant_sign()) * rest.determinant_sign(),
         }
+    }
+
+    /// Coordinates condensed in the matrix factorised last.
+    pub fn condensed(&self) -> usize {
+        let condensation = self.condensation.as_ref().filter(|_| !self.is_dense);
+        condensation.map_or(0, |c| c.count())
     }
 
     /// How often elimination by blocks gave way to row exchanges across all coordinates.
     pub fn exchanges(&self) -> usize {
         self.exchanges
+    }
+}
+
+/// Condensation of a matrix where it is cheaper than going without.
+fn condensed(matrix: &Blocks, is_paired: &[bool]) -> Option<Condensation> {
+    if !is_paired.contains(&true) {
+        return None;
+    }
+    let time = |pattern: &Pattern| match Elimination::cost(pattern) {
+        Some(cost) => pattern::ADVANTAGE * cost,
+        None => pattern::dense_cost(pattern.blocks()),
+    };
+    let condensation = Condensation::new(matrix, is_paired);
+    let rest = time(&condensation.left().pattern);
+    (rest + SLOWNESS * condensation.cost() < time(&matrix.pattern)).then_some(condensation)
+}
+
+fn solve_blocks(
+    condensation: &mut Option<Box<Condensation>>,
+    rest: &mut Rest,
+    x: &mut DVector<f64>,
+) {
+    match condensation {
+        None => rest.solve(x),
+        Some(condensation) => {
+            rest.solve(condensation.forward(x));
+            condensation.backward(x);
+        }
+    }
+}
+
+impl Watch {
+    /// Looks at a matrix; whether the coordinates to condense are others than before.
+    fn update(&mut self, matrix: &Blocks) -> bool {
+        let (pattern, count) = (&matrix.pattern, matrix.pattern.blocks());
+        let is_new = !matches!(&self.pattern, Some(p) if Arc::ptr_eq(p, pattern) || p == pattern);
+        if is_new {
+            self.pattern = Some(Arc::clone(pattern));
+            self.since = vec![PATIENCE; count];
+            self.is_paired = vec![false; count];
+        }
+        let size = pattern.size();
+        let mut position = 0;
+        for j in 0..count {
+            let blocks = position..position + pattern.column(j).len();
+            position = blocks.end;
+            let is_paired = blocks
+                .into_iter()
+                .all(|p| pairs::is_paired(matrix.block(p), size));
+            self.since[j] = if is_paired {
+                self.since[j].saturating_add(1)
+            } else {
+                0
+            };
+        }
+        if let Some(needed) = self.needed(matrix) {
+            self.since[needed] = 0;
+        }
+        let mut is_other = is_new;
+        for (paired, since) in self.is_paired.iter_mut().zip(&self.since) {
+            let now = *since > PATIENCE;
+            is_other |= now != *paired;
+            *paired = now;
+        }
+        is_other
+    }
+
+    /// A coordinate that has to stay in the rest though its column is paired: at a fold the matrix without its border is
+    /// singular along the border's row, which has to move something there.
+    fn needed(&self, matrix: &Blocks) -> Option<usize> {
+        let count = self.since.len();
+        let Some(border) = &matrix.border else {
+            return self
+                .since
+                .iter()
+                .all(|since| *since > PATIENCE)
+                .then_some(count - 1);
+        };
+        let size = matrix.pattern.size();
+        let motions = || (0..count).map(|j| motion(border, j, size));
+        let (mut best, mut largest, mut stays) = (0, 0.0, 0.0_f64);
+        for (j, motion) in motions().enumerate() {
+            if motion > largest {
+                (best, largest) = (j, motion);
+            }
+            if self.since[j] <= PATIENCE {
+                stays = stays.max(motion);
+            }
+        }
+        (stays <= TOO_STILL * largest).then_some(best)
+    }
+}
+
+impl Rest {
+    /// Factorises; false when a pivot vanishes or is not finite.
+    fn factorise(&mut self, matrix: &Blocks) -> bool {
+        let fits = match self {
+            Rest::Unknown => false,
+            Rest::Dense(lu) => lu.rows() == matrix.dim(),
+            Rest::Block(lu) => lu.fits(matrix),
+        };
+        if !fits {
+            *self = match Elimination::cost(&matrix.pattern) {
+                None => Rest::Dense(Lu::new(matrix.dim())),
+                Some(_) => Rest::Block(Box::new(BlockLu::new(matrix))),
+            };
+        }
+        match self {
+            Rest::Unknown => unreachable!("set above"),
+            Rest::Dense(lu) => {
+                matrix.copy_to(lu.matrix_mut());
+                lu.factorise_stored()
+            }
+            Rest::Block(lu) => lu.factorise(matrix),
+        }
+    }
+
+    fn solve(&mut self, rhs: &mut DVector<f64>) {
+        match self {
+            Rest::Unknown => {}
+            Rest::Dense(lu) => lu.solve(rhs),
+            Rest::Block(lu) => lu.solve(rhs),
+        }
+    }
+
+    fn determinant_sign(&self) -> i8 {
+        match self {
+            Rest::Unknown => 0,
+            Rest::Dense(lu) => lu.determinant_sign(),
+            Rest::Block(lu) => lu.determinant_sign(),
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Jacobian matrices: dense, or the blocks of coordinates that share equations.
 
-use super::pattern::{Elimination, Pattern};
+use super::pattern::Pattern;
 use nalgebra::{DMatrix, DVector};
 use std::ops::{Index, IndexMut};
 use std::sync::Arc;
@@ -16,21 +16,13 @@ pub enum Structure {
     BorderedBlock(Arc<Pattern>),
 }
 
-/// How many times cheaper, in multiplications, elimination by blocks has to be: dense elimination runs so much faster on
-/// large matrices than on small blocks.
-const ADVANTAGE: f64 = 4.0;
-/// Share of blocks above which a pattern is not worth the analysis.
-const CROWDED: usize = 3;
+/// Blocks below which every entry is stored: their analysis costs more than it saves.
+const FEW: usize = 3;
 
 impl Structure {
-    /// Blocks where the pattern makes elimination much cheaper, dense otherwise.
+    /// Blocks, except for one or two coordinates.
     pub fn chosen(pattern: Pattern) -> Structure {
-        let blocks = pattern.blocks();
-        if blocks < 2 || pattern.stored() * CROWDED > blocks * blocks {
-            return Structure::Dense(pattern.dim());
-        }
-        let dense = (blocks as f64).powi(3) / 3.0;
-        if Elimination::new(&pattern, blocks - 1).operations() * ADVANTAGE > dense {
+        if pattern.blocks() < FEW {
             return Structure::Dense(pattern.dim());
         }
         Structure::Block(Arc::new(pattern))
@@ -97,25 +89,11 @@ pub struct Border {
 impl Jacobian {
     /// Zero matrix of this shape.
     pub fn new(structure: &Structure) -> Jacobian {
-        let (pattern, border) = match structure {
-            Structure::Dense(dim) => return Jacobian::Dense(DMatrix::zeros(*dim, *dim)),
-            Structure::Block(pattern) => (pattern, None),
-            Structure::BorderedBlock(pattern) => {
-                let (column, row) = (DVector::zeros(pattern.dim()), DVector::zeros(pattern.dim()));
-                let corner = 0.0;
-                let border = Border {
-                    column,
-                    row,
-                    corner,
-                };
-                (pattern, Some(border))
-            }
-        };
-        Jacobian::Block(Blocks {
-            values: vec![0.0; pattern.stored() * pattern.size().pow(2)],
-            pattern: Arc::clone(pattern),
-            border,
-        })
+        match structure {
+            Structure::Dense(dim) => Jacobian::Dense(DMatrix::zeros(*dim, *dim)),
+            Structure::Block(pattern) => Jacobian::Block(Blocks::new(pattern, false)),
+            Structure::BorderedBlock(pattern) => Jacobian::Block(Blocks::new(pattern, true)),
+        }
     }
 
     /// Takes this shape, with zeros, unless it has it already.
@@ -139,7 +117,7 @@ impl Jacobian {
     pub fn dim(&self) -> usize {
         match self {
             Jacobian::Dense(matrix) => matrix.nrows(),
-            Jacobian::Block(blocks) => blocks.pattern.dim() + usize::from(blocks.border.is_some()),
+            Jacobian::Block(blocks) => blocks.dim(),
         }
     }
 
@@ -277,10 +255,30 @@ fn is_same(a: &Arc<Pattern>, b: &Arc<Pattern>) -> bool {
 }
 
 impl Blocks {
+    /// Zeros.
+    pub(super) fn new(pattern: &Arc<Pattern>, is_bordered: bool) -> Blocks {
+        let zeros = || DVector::zeros(pattern.dim());
+        Blocks {
+            values: vec![0.0; pattern.stored() * pattern.size().pow(2)],
+            border: is_bordered.then(|| Border {
+                column: zeros(),
+                row: zeros(),
+                corner: 0.0,
+            }),
+            pattern: Arc::clone(pattern),
+        }
+    }
+
     /// Block at a position, column by column.
     pub(super) fn block(&self, position: usize) -> &[f64] {
         let area = self.pattern.size().pow(2);
         &self.values[position * area..(position + 1) * area]
+    }
+
+    /// The same, to be written.
+    pub(super) fn block_mut(&mut self, position: usize) -> &mut [f64] {
+        let area = self.pattern.size().pow(2);
+        &mut self.values[position * area..(position + 1) * area]
     }
 
     fn multiply(&self, x: &[f64], y: &mut [f64]) {
@@ -303,10 +301,21 @@ impl Blocks {
         }
     }
 
+    /// Rows, the border's included.
+    pub(super) fn dim(&self) -> usize {
+        self.pattern.dim() + usize::from(self.border.is_some())
+    }
+
     fn to_dense(&self) -> DMatrix<f64> {
+        let mut dense = DMatrix::zeros(self.dim(), self.dim());
+        self.copy_to(&mut dense);
+        dense
+    }
+
+    /// Every entry, into a matrix of as many rows.
+    pub(super) fn copy_to(&self, dense: &mut DMatrix<f64>) {
         let (size, dim) = (self.pattern.size(), self.pattern.dim());
-        let all = dim + usize::from(self.border.is_some());
-        let mut dense = DMatrix::zeros(all, all);
+        dense.fill(0.0);
         for j in 0..self.pattern.blocks() {
             for i in self.pattern.column(j) {
                 let position = self.pattern.position(*i, j).expect(IN_PATTERN);
@@ -319,7 +328,6 @@ impl Blocks {
             (0..dim).for_each(|k| dense[(dim, k)] = border.row[k]);
             dense[(dim, dim)] = border.corner;
         }
-        dense
     }
 }
 

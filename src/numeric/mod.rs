@@ -3,11 +3,13 @@
 pub mod assignment;
 pub mod bernstein;
 pub mod block;
+mod condensation;
 pub mod dense;
 pub mod exponential;
 pub mod factors;
 pub mod fourier;
 pub mod jacobian;
+mod pairs;
 pub mod pattern;
 pub mod periodic;
 pub mod quadrature;

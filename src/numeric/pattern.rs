@@ -76,46 +76,64 @@ pub struct Elimination {
     pub later: Vec<Vec<usize>>,
 }
 
-impl Elimination {
-    /// Minimum degree, ties by number, with one coordinate kept for the end: the leaves of a tree go first, nothing fills.
-    pub fn new(pattern: &Pattern, last: usize) -> Elimination {
-        let blocks = pattern.blocks();
-        let mut neighbours: Vec<BTreeSet<usize>> = (0..blocks)
-            .map(|j| {
-                pattern
-                    .column(j)
-                    .iter()
-                    .copied()
-                    .filter(|i| *i != j)
-                    .collect()
-            })
-            .collect();
-        let mut queue: BinaryHeap<Reverse<(usize, usize)>> = (0..blocks)
-            .filter(|j| *j != last)
-            .map(|j| Reverse((neighbours[j].len(), j)))
-            .collect();
-        let mut place = vec![usize::MAX; blocks];
-        let (mut order, mut shared) = (Vec::with_capacity(blocks), Vec::with_capacity(blocks));
-        while let Some(Reverse((degree, j))) = queue.pop() {
-            if place[j] != usize::MAX || degree != neighbours[j].len() {
-                continue;
-            }
-            place[j] = order.len();
-            order.push(j);
-            let clique: Vec<usize> = std::mem::take(&mut neighbours[j]).into_iter().collect();
-            for i in &clique {
-                neighbours[*i].remove(&j);
-                neighbours[*i].extend(clique.iter().filter(|k| *k != i));
-                if *i != last {
-                    queue.push(Reverse((neighbours[*i].len(), *i)));
-                }
-            }
-            shared.push(clique);
+/// Coordinates eliminated from a pattern, and what is left.
+#[derive(Debug)]
+pub(super) struct Eliminated {
+    /// In the order in which they are eliminated.
+    pub order: Vec<usize>,
+    /// For every one of them the others that share a block with it when its turn comes, ascending.
+    pub sharing: Vec<Vec<usize>>,
+    /// The blocks between those that are left, fill included: for every one of all coordinates, empty for eliminated ones.
+    pub left: Vec<BTreeSet<usize>>,
+}
+
+/// Minimum degree, ties by number, among those wanted: the leaves of a tree go first, nothing fills.
+pub(super) fn eliminate(pattern: &Pattern, is_wanted: impl Fn(usize) -> bool) -> Eliminated {
+    let blocks = pattern.blocks();
+    let others = |j: usize| pattern.column(j).iter().copied().filter(move |i| *i != j);
+    let mut left: Vec<BTreeSet<usize>> = (0..blocks).map(|j| others(j).collect()).collect();
+    let mut queue: BinaryHeap<Reverse<(usize, usize)>> = (0..blocks)
+        .filter(|j| is_wanted(*j))
+        .map(|j| Reverse((left[j].len(), j)))
+        .collect();
+    let (mut order, mut sharing) = (Vec::new(), Vec::new());
+    let mut is_done = vec![false; blocks];
+    while let Some(Reverse((degree, j))) = queue.pop() {
+        if is_done[j] || degree != left[j].len() {
+            continue;
         }
-        place[last] = order.len();
+        is_done[j] = true;
+        order.push(j);
+        let clique: Vec<usize> = std::mem::take(&mut left[j]).into_iter().collect();
+        for i in &clique {
+            left[*i].remove(&j);
+            left[*i].extend(clique.iter().filter(|k| *k != i));
+            if is_wanted(*i) {
+                queue.push(Reverse((left[*i].len(), *i)));
+            }
+        }
+        sharing.push(clique);
+    }
+    Eliminated {
+        order,
+        sharing,
+        left,
+    }
+}
+
+impl Elimination {
+    /// By minimum degree, with one coordinate kept for the end.
+    pub fn new(pattern: &Pattern, last: usize) -> Elimination {
+        let Eliminated {
+            mut order,
+            mut sharing,
+            ..
+        } = eliminate(pattern, |j| j != last);
         order.push(last);
-        shared.push(Vec::new());
-        let later = shared
+        sharing.push(Vec::new());
+        let mut place = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(k, j)| place[*j] = k);
+        let later = sharing
             .into_iter()
             .map(|clique| {
                 let mut places: Vec<usize> = clique.into_iter().map(|i| place[i]).collect();
@@ -124,6 +142,16 @@ impl Elimination {
             })
             .collect();
         Elimination { order, later }
+    }
+
+    /// Multiplications of elimination by blocks, in units of size^3, where that is much cheaper than dense elimination.
+    pub fn cost(pattern: &Pattern) -> Option<f64> {
+        let blocks = pattern.blocks();
+        if blocks < 2 || pattern.stored() * CROWDED > blocks * blocks {
+            return None;
+        }
+        let cost = Elimination::new(pattern, blocks - 1).operations();
+        (cost * ADVANTAGE <= dense_cost(blocks)).then_some(cost)
     }
 
     /// Blocks of the factors, the diagonal included.
@@ -139,6 +167,17 @@ impl Elimination {
         };
         self.later.iter().map(one).sum()
     }
+}
+
+/// How many times cheaper, in multiplications, elimination by blocks has to be: dense elimination runs so much faster on
+/// large matrices than on small blocks.
+pub(super) const ADVANTAGE: f64 = 4.0;
+/// Share of blocks above which a pattern is not worth the analysis.
+const CROWDED: usize = 3;
+
+/// Multiplications of dense elimination, in units of size^3.
+pub(super) fn dense_cost(blocks: usize) -> f64 {
+    (blocks as f64).powi(3) / 3.0
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod analytic_linear;
 mod block_elimination;
 mod branch_events;
 mod branch_switching;
+mod condensation;
 mod continuation;
 mod crosscheck_excitations;
 mod crosscheck_integrators;

@@ -282,7 +282,13 @@ impl Affine {
 }
 
 /// Jacobian of a connection whose slope is the same all the time: F+ diag(g) F = g I.
-fn add_diagonal(system: &System, e: usize, slope: f64, c: usize, out: &mut Linearisation) {
+pub(super) fn add_diagonal(
+    system: &System,
+    e: usize,
+    slope: f64,
+    c: usize,
+    out: &mut Linearisation,
+) {
     for (i, kappa) in system.stiffness_column(e) {
         for (j, w) in system.element_map_row(e) {
             let mut block = out.dr_du.block_mut(c, (*i, *j));

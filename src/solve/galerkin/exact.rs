@@ -9,6 +9,7 @@
 //! Jacobian, for a continuous force does not notice that its switches move. A stiffness variation steps (more jumps) or
 //! multiplies G and H.
 
+use super::aft::add_diagonal;
 use super::hill::Hill;
 use super::jumps::{self, Edge};
 use super::switching::Switching;
@@ -123,14 +124,19 @@ impl ExactQuadrature {
             self.deform(system, e, u);
             self.transform(system, e);
             self.vary(e);
+            self.convolve();
+            self.add_force(system, e, out);
+            if self.edges.is_empty() && self.slope[1..].iter().all(|z| *z == Complex::default()) {
+                add_diagonal(system, e, self.slope[0].re, self.c.len(), out);
+                continue;
+            }
             self.g[0] = self.slope[0].re;
             for (pair, z) in self.g[1..].chunks_exact_mut(2).zip(&self.slope[1..]) {
                 (pair[0], pair[1]) = (-2.0 * z.im, 2.0 * z.re);
             }
             self.filler.fill(&self.g, &mut self.hill);
             jumps::add_slopes(&self.edges, &mut self.hill);
-            self.convolve();
-            self.add_to(system, e, out);
+            self.add_jacobian(system, e, out);
         }
     }
 
@@ -244,7 +250,7 @@ impl ExactQuadrature {
         }
     }
 
-    fn add_to(&self, system: &System, e: usize, out: &mut Linearisation) {
+    fn add_force(&self, system: &System, e: usize, out: &mut Linearisation) {
         let c = self.c.len();
         let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         for (i, kappa) in system.stiffness_column(e) {
@@ -252,6 +258,12 @@ impl ExactQuadrature {
             let terms = block.iter_mut().zip(&self.c);
             terms.for_each(|(r, c)| *r += kappa * c);
             out.magnitude = out.magnitude.max(kappa.abs() * largest);
+        }
+    }
+
+    fn add_jacobian(&self, system: &System, e: usize, out: &mut Linearisation) {
+        let c = self.c.len();
+        for (i, kappa) in system.stiffness_column(e) {
             for (j, w) in system.element_map_row(e) {
                 let hill = self.hill.as_slice();
                 out.dr_du.block_mut(c, (*i, *j)).add(kappa * w, hill);

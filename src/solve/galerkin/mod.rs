@@ -19,7 +19,7 @@ use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey}
 use crate::error::SolveError;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::jacobian::Structure;
-use crate::numeric::pattern::Pattern;
+use crate::numeric::pattern::{Elimination, Pattern};
 use crate::numeric::trigonometric;
 use crate::system::{LoadKind, System};
 use aft::Sampling;
@@ -284,14 +284,11 @@ fn structure(system: &System, coefficients: usize) -> Structure {
     Structure::chosen(Pattern::new(system.dof(), coefficients, pairs))
 }
 
-/// Blocks of the Jacobian that are stored, and all of them, where it is eliminated by blocks; `None` where it is dense.
+/// Blocks of the Jacobian that may differ from zero, and all of them, where it is eliminated by blocks; `None` where
+/// elimination is dense. Either way coordinates that are linear at the moment are condensed first.
 pub fn stored_blocks(system: &System) -> Option<[usize; 2]> {
-    match structure(system, 1) {
-        Structure::Dense(_) => None,
-        Structure::Block(pattern) | Structure::BorderedBlock(pattern) => {
-            Some([pattern.stored(), pattern.blocks().pow(2)])
-        }
-    }
+    let pattern = Pattern::new(system.dof(), 1, system.coupled_pairs());
+    Elimination::cost(&pattern).map(|_| [pattern.stored(), pattern.blocks().pow(2)])
 }
 
 fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<(), SolveError> {
