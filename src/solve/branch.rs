@@ -77,6 +77,8 @@ pub struct TraceOptions {
 pub enum Begin {
     /// A guess at the first value of the range.
     Guess(DVector<f64>),
+    /// A guess at a value inside the range, left towards one side: forwards is the way to its last value.
+    Inside(DVector<f64>, f64, Side),
     /// A crossing on a known branch, left along the other one.
     Crossing(Box<PathPoint>, Side),
 }

@@ -47,6 +47,9 @@ macro_rules! response_keys {
             /// Which branches to follow: the primary one, or those too that begin at its period doublings and branch points.
             #[serde(default)]
             pub branches: crate::analysis::response::Branches,
+            /// Random states that look for further branches, at values inside the range.
+            #[serde(default)]
+            pub starts: Option<crate::analysis::response::Starts>,
             /// Values to solve exactly, every time the branch passes them.
             #[serde(default)]
             pub marks: Vec<crate::quantity::Quantity>,
@@ -114,6 +117,7 @@ macro_rules! branch_settings {
             stability: $keys.stability,
             subharmonic: $keys.subharmonic,
             branches: $keys.branches,
+            starts: $keys.starts.clone(),
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
             verify: $keys.verify,

@@ -86,7 +86,7 @@ impl Work<'_> {
             ));
         }
         // Side branches live on a part of the range.
-        if end != PathEnd::RangeReached || delivered.origin.is_some() {
+        if end != PathEnd::RangeReached || delivered.is_side() {
             return;
         }
         for (mark, written) in swept.marks.iter().zip(&self.settings.marks) {

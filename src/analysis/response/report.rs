@@ -23,6 +23,8 @@ pub(super) struct Delivered {
     pub subharmonic: usize,
     /// Where it begins; `None` for the primary branch.
     pub origin: Option<Origin>,
+    /// The random start that led to it, in words.
+    pub start: Option<String>,
     /// Names of the integrators that ran.
     integrators: Vec<&'static str>,
     pub points: Vec<BranchPoint>,
@@ -81,6 +83,7 @@ impl Delivered {
             method,
             subharmonic,
             origin: None,
+            start: None,
             integrators: Vec::new(),
             points: Vec::new(),
             events: Vec::new(),
@@ -99,11 +102,16 @@ impl Delivered {
     /// Why it ended early, with the method and the number of the branch in front where there are several.
     fn complaint(&self, number: usize, branches: usize) -> Option<String> {
         let (message, word) = (&self.end.message, self.method.word());
-        self.end.is_early.then(|| match self.origin {
-            Some(_) => format!("{word}, branch {number}: {message}"),
-            None if branches > 1 => format!("{word}: {message}"),
-            None => message.clone(),
+        self.end.is_early.then(|| match () {
+            _ if self.is_side() => format!("{word}, branch {number}: {message}"),
+            _ if branches > 1 => format!("{word}: {message}"),
+            _ => message.clone(),
         })
+    }
+
+    /// Whether it is another branch than the primary one.
+    pub fn is_side(&self) -> bool {
+        self.origin.is_some() || self.start.is_some()
     }
 
     /// Row of the events at which the branch begins.
@@ -120,6 +128,7 @@ impl Delivered {
             "branch": number,
             "method": self.method.word(),
             "subharmonic": self.subharmonic,
+            "origin": self.start,
             "parent": self.origin.map(|o| o.parent),
             "event": self.event_row(delivered),
             "integrator": integrator,
@@ -209,7 +218,11 @@ pub(super) fn branches(delivered: &[Delivered]) -> Table {
     let words = |f: &dyn Fn(&Delivered) -> &'static str| -> Vec<String> {
         delivered.iter().map(|d| f(d).to_owned()).collect()
     };
-    let kind = |d: &Delivered| d.origin.map_or("start", |o| o.kind.word());
+    let kind = |d: &Delivered| match d.origin {
+        Some(origin) => origin.kind.word(),
+        None if d.start.is_some() => "random_start",
+        None => "start",
+    };
     Table {
         name: "branches".into(),
         columns: vec![

@@ -106,20 +106,23 @@ impl BranchSettings {
         };
         let (from, to) = (read("from".into(), &self.from), read("to".into(), &self.to));
         let marks = self.marks.iter().enumerate();
-        let marks: Vec<Option<f64>> = marks
-            .map(|(k, mark)| read(format!("marks.{k}"), mark))
+        let marks = marks.map(|(k, mark)| (format!("marks.{k}"), mark));
+        let listed: Vec<(String, &Quantity)> = marks.chain(self.starts_at()).collect();
+        let values: Vec<Option<f64>> = listed
+            .iter()
+            .map(|(key, written)| read(key.clone(), written))
             .collect();
         let (Some(from), Some(to)) = (from, to) else {
             return faults;
         };
         let (low, high) = (from.min(to), from.max(to));
-        for (k, mark) in marks.iter().enumerate() {
-            if mark.is_some_and(|m| m < low || m > high) {
+        for ((key, written), value) in listed.into_iter().zip(values) {
+            if value.is_some_and(|m| m < low || m > high) {
                 let message = format!(
                     "{} lies outside the range from {} to {}",
-                    self.marks[k].text, self.from.text, self.to.text
+                    written.text, self.from.text, self.to.text
                 );
-                faults.push(Fault::new(format!("marks.{k}"), message));
+                faults.push(Fault::new(key, message));
             }
         }
         if let Err(error) = self.continuation((from, to), 1.0).validate() {
@@ -133,6 +136,7 @@ impl BranchSettings {
         let mut faults = self.check_methods(setting, system);
         faults.extend(self.check_integration());
         faults.extend(self.check_branches());
+        faults.extend(self.check_starts(setting));
         faults.extend(self.check_size(setting, system));
         faults
     }
@@ -163,7 +167,8 @@ impl BranchSettings {
                 faults.push(Fault::new(key, message));
             }
         }
-        if self.verify.is_asked_for() || methods.iter().any(|m| *m != Method::Galerkin) {
+        let needs_flow = self.verify.is_asked_for() || self.starts.is_some();
+        if needs_flow || methods.iter().any(|m| *m != Method::Galerkin) {
             faults.extend(flow::integrator(setting, system, self.integrator).err());
         }
         if methods.contains(&Method::Shooting)

@@ -6,6 +6,7 @@ use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
+use super::starts::{self, Search};
 use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
@@ -41,6 +42,7 @@ pub(in crate::analysis) fn run(
         verification: Verification::new(),
         accuracies: Accuracies::default(),
         warnings: Vec::new(),
+        searches: Vec::new(),
         crossings: Crossings::default(),
     };
     work.trace_all()?;
@@ -50,14 +52,18 @@ pub(in crate::analysis) fn run(
         verification,
         accuracies,
         warnings,
+        searches,
         ..
     } = work;
     let orbits = settings.orbits.are_kept().then_some(orbits);
     let verification = settings.verify.is_asked_for().then_some(&verification);
     let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
     let mut report = report::assemble(swept, &delivered, orbits, verification, accuracies);
-    if settings.branches.limits().is_some() {
+    if settings.has_side_branches() {
         report.tables.push(report::branches(&delivered));
+    }
+    if settings.starts.is_some() {
+        starts::report(&searches, swept, &mut report);
     }
     report.warnings = warnings;
     let insufficient = accuracies.and_then(|(_, a)| a.complaint(settings, swept));
@@ -83,7 +89,7 @@ pub(in crate::analysis) fn tables(settings: &BranchSettings, swept: &Swept<'_>) 
     let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
     let verification = verification.as_ref();
     let mut tables = report::assemble(swept, &delivered, orbits, verification, accuracies).tables;
-    if settings.branches.limits().is_some() {
+    if settings.has_side_branches() {
         tables.push(report::branches(&delivered));
     }
     tables
@@ -98,6 +104,8 @@ pub(super) struct Work<'a> {
     verification: Verification,
     accuracies: Accuracies,
     pub warnings: Vec<String>,
+    /// What random starts led to.
+    pub searches: Vec<Search>,
     /// Of the branches of the present method.
     pub crossings: Crossings,
 }
@@ -106,6 +114,8 @@ pub(super) struct Work<'a> {
 pub(super) enum Source {
     /// A guess at the first value of the range.
     Guess(DVector<f64>),
+    /// A solution inside the range, and the way to go.
+    Inside(DVector<f64>, f64, Side),
     /// An event of another branch.
     Crossing {
         /// The point of that branch.
@@ -124,6 +134,7 @@ impl Source {
     fn begin(self, problem: &dyn PeriodicResidual) -> Begin {
         match self {
             Source::Guess(u) => Begin::Guess(u),
+            Source::Inside(u, lambda, side) => Begin::Inside(u, lambda, side),
             Source::Crossing {
                 mut point,
                 side,
@@ -162,6 +173,7 @@ impl<'a> Work<'a> {
             let delivered = self.primary(method, first)?;
             self.delivered.push(delivered);
             self.follow_crossings(method, number)?;
+            self.follow_starts(method, number)?;
             self.crossings = Crossings::default();
         }
         Ok(())
@@ -318,7 +330,7 @@ impl<'a> Work<'a> {
                 return Ok(());
             }
         };
-        let side = delivered.origin.and_then(|_| crossings::ending(branch.end));
+        let side = crossings::ending(branch.end).filter(|_| delivered.is_side());
         delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));
         (delivered.points, delivered.events) = (branch.points, branch.events);
         self.warn(delivered, branch.end, &recorder.pulling);

@@ -6,7 +6,7 @@
 
 use super::{Begin, TraceOptions, Tracer, singular};
 use crate::error::SolveError;
-use crate::solve::continuation::{Continuation, Started};
+use crate::solve::continuation::{Continuation, Side, Started};
 use crate::solve::events::Probe;
 use crate::solve::newton::NewtonOutcome;
 use crate::solve::residual::{Fit, PeriodicResidual, Survey};
@@ -22,15 +22,17 @@ pub(super) fn begin(
     begin: Begin,
     options: &TraceOptions,
 ) -> Result<Result<Continuation, NewtonOutcome>, SolveError> {
-    let mut guess = match begin {
-        Begin::Guess(u) => u,
+    let (mut guess, lambda, side) = match begin {
+        Begin::Guess(u) => (u, options.continuation.range.0, Side::Forward),
+        Begin::Inside(u, lambda, side) => (u, lambda, side),
         Begin::Crossing(point, side) => {
             let path = Continuation::branch_off(problem, &point, side, options.continuation)?;
             return Ok(path.ok_or_else(|| singular(&point)));
         }
     };
     loop {
-        let path = match Continuation::start(problem, guess, options.continuation)? {
+        let start = Continuation::start_at(problem, (guess, lambda), side, options.continuation);
+        let path = match start? {
             Started::Path(path) => *path,
             Started::Failed(outcome) => return Ok(Err(outcome)),
         };
