@@ -15,6 +15,7 @@ mod effective_frequencies;
 mod floquet_estimate;
 mod parameter_response;
 mod parameter_response_mistakes;
+mod random_starts;
 mod rattle_metrics;
 mod reproduction_rook_singh;
 mod response_integration;

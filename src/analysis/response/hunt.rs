@@ -1,6 +1,6 @@
 //! The search for solutions that no branch has reached yet, at one value of the parameter.
 //!
-//! Every random state is a guess for the flow's fixed point twice: as it stands, which finds unstable orbits too, and after some
+//! Every random state is a guess for a fixed point of the flow as it stands, which finds unstable orbits too, and after some
 //! periods, which finds what attracts. Solutions are told apart by the exact flow, so that truncation makes no two of one.
 
 use super::report::Delivered;
@@ -11,7 +11,7 @@ use crate::error::{Error, SolveError};
 use crate::numeric::fourier::Fourier;
 use crate::solve::family::Family;
 use crate::solve::galerkin::Galerkin;
-use crate::solve::newton::Newton;
+use crate::solve::newton::{Newton, NewtonOptions};
 use crate::solve::orbit::{FourierOrbit, Orbit};
 use crate::solve::place::Place;
 use crate::solve::residual::{PeriodicResidual, Residual};
@@ -21,8 +21,13 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Periods of the excitation before a motion is taken as a guess.
-const TRANSIENT: usize = 30;
+/// Periods of the excitation after which a motion is a guess: at once and early, when it may still pass by an unstable orbit, and
+/// when it has come to what attracts it.
+const GUESSES: [usize; 6] = [0, 1, 2, 4, 8, 40];
+/// Iterations of the corrector from a guess; random states are far from anything.
+const ITERATIONS: usize = 50;
+/// Smallest share of its step.
+const DAMPING: f64 = 1.0 / 1024.0;
 /// Orbits of the flow that differ by less, relative to their size, are one: the corrector leaves 1e-12.
 const SAME_ORBIT: f64 = 1e-6;
 
@@ -54,8 +59,13 @@ impl<'a> Hunt<'a> {
     ) -> Result<Hunt<'a>, SolveError> {
         let family = swept.family_for(settings.subharmonic)?;
         let shooting = Shooting::new(family, lambda, settings.integrator)?;
+        let newton = NewtonOptions {
+            max_iterations: ITERATIONS,
+            min_damping: DAMPING,
+            ..settings.shooting_newton()
+        };
         Ok(Hunt {
-            newton: Newton::new(&shooting.structure(), settings.shooting_newton()),
+            newton: Newton::new(&shooting.structure(), newton),
             settings,
             swept,
             lambda,
@@ -79,7 +89,7 @@ impl<'a> Hunt<'a> {
                 break;
             }
             let guesses = self.guesses(starts, value * starts.count + start)?;
-            for (guess, how) in guesses.into_iter().zip(["", ", after a transient"]) {
+            for (guess, periods) in guesses.into_iter().zip(GUESSES) {
                 search.guesses += 1;
                 let Some((state, orbit)) = self.refined(guess)? else {
                     continue;
@@ -93,8 +103,14 @@ impl<'a> Hunt<'a> {
                     shorter.push(orbit);
                     continue;
                 }
+                let origin = format!("start {} at {place}", start + 1);
+                let origin = match periods {
+                    0 => origin,
+                    1 => format!("{origin}, after 1 period"),
+                    _ => format!("{origin}, after {periods} periods"),
+                };
                 found.push(Found {
-                    origin: format!("start {} at {place}{how}", start + 1),
+                    origin,
                     state,
                     place: orbit,
                 });
@@ -104,7 +120,7 @@ impl<'a> Hunt<'a> {
         Ok((search, found))
     }
 
-    /// A random state, and where it is after some periods, if it gets there.
+    /// A random state, and where it is after some periods, as far as it gets.
     fn guesses(&self, starts: &Starts, stream: usize) -> Result<Vec<DVector<f64>>, Error> {
         let (setting, swept) = (self.swept.setting, self.swept);
         let no_system = |reason| SolveError::NoSystem { reason };
@@ -121,16 +137,16 @@ impl<'a> Hunt<'a> {
             return Ok(guesses);
         };
         let size = MapSize {
-            transient: TRANSIENT,
-            periods: 0,
+            transient: 0,
+            periods: GUESSES[GUESSES.len() - 1],
             exponents: Lengths::Ignored,
         };
         let mut keep_going = |_: usize| !setting.control.is_interrupted();
         let integrator = integrator.as_mut();
         let record = flow::poincare(integrator, &system, &mut state, size, &mut keep_going);
-        if record.stop.is_none() {
-            guesses.push(DVector::from_vec(state));
-        }
+        let after = |periods: &usize| record.points.chunks_exact(state.len()).nth(periods - 1);
+        let later = GUESSES[1..].iter().filter_map(after);
+        guesses.extend(later.map(DVector::from_column_slice));
         Ok(guesses)
     }
 
