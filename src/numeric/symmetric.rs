@@ -90,7 +90,7 @@ fn sweep(d: &mut [f64], e: &mut [f64]) {
     let shift = d[last] - corner * corner / (half + half.hypot(corner).copysign(half));
     let (mut kept, mut outside) = (d[0] - shift, e[0]);
     for k in 0..last {
-        let length = kept.hypot(outside);
+        let length = (kept * kept + outside * outside).sqrt();
         let (c, s) = match length > 0.0 {
             true => (kept / length, outside / length),
             false => (1.0, 0.0),

@@ -26,6 +26,9 @@ impl Orbit {
     }
 }
 
+/// Sum of the amplitudes, relative to the mean, up to which a deformation does not move: what solvers leave of the rest.
+const STILL: f64 = 1e-12;
+
 /// A periodic solution as Fourier series of the relative coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FourierOrbit {
@@ -89,9 +92,14 @@ impl Deformation<'_> {
         }
     }
 
-    /// Extrema in the order of time over one period, the first one repeated a period later; empty when nothing moves.
+    /// Extrema in the order of time over one period, the first one repeated a period later; empty when nothing moves but
+    /// rounding.
     pub fn extrema(&self) -> Vec<(f64, f64)> {
         let harmonics = self.coefficients.len() / 2;
+        let motion: f64 = self.coefficients[1..].iter().map(|a| a.abs()).sum();
+        if self.error.is_none() && motion <= STILL * self.coefficients[0].abs() {
+            return Vec::new();
+        }
         let fine = self
             .error
             .map_or(0, |e| 8 * self.subharmonic as usize * (1 + e.kinks().len()));

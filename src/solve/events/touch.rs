@@ -26,6 +26,7 @@ pub struct Heights {
     /// Abscissa of the place.
     pub x: f64,
     list: Vec<Extremum>,
+    low: f64,
     span: f64,
     level: f64,
 }
@@ -45,10 +46,13 @@ impl Heights {
         let (low, high) = extrema
             .iter()
             .fold(bounds, |(low, high), x| (low.min(x.1), high.max(x.1)));
-        let size = breakpoint.abs().max(low.abs()).max(high.abs());
+        let size = extrema
+            .iter()
+            .fold(breakpoint.abs(), |m, x| m.max(x.1.abs()));
         Heights {
             x,
             list,
+            low,
             span: (high - low).max(f64::MIN_POSITIVE),
             level: breakpoint + RESTS * size,
         }
@@ -57,6 +61,11 @@ impl Heights {
     /// Height of an extremum over the breakpoint; positive only where it is beyond.
     pub fn over(&self, extremum: &Extremum) -> f64 {
         extremum.value - self.level
+    }
+
+    /// Whether all of the motion is beyond the breakpoint; so it is where nothing moves.
+    fn is_wholly_above(&self) -> bool {
+        self.low > self.level
     }
 
     fn is_above(&self, extremum: &Extremum) -> bool {
@@ -79,7 +88,8 @@ pub struct Matched<'a> {
     span: f64,
     /// Extrema that live at both.
     pub pairs: Vec<(Extremum, Extremum)>,
-    /// Numbers of extrema above the level that live at one place only.
+    /// Numbers of extrema above the level that live at one place only; none where all of the motion is above at both: ripples
+    /// come and go there without passing.
     pub single_above: [usize; 2],
 }
 
@@ -97,9 +107,11 @@ impl<'a> Matched<'a> {
         let partners = assign(few.list.len(), many.list.len(), |i, j| {
             this.cost(&few.list[i], &many.list[j])
         });
-        let single = (0..many.list.len()).filter(|j| !partners.contains(j));
-        this.single_above[usize::from(is_forward)] =
-            single.filter(|j| many.is_above(&many.list[*j])).count();
+        if !(a.is_wholly_above() && b.is_wholly_above()) {
+            let single = (0..many.list.len()).filter(|j| !partners.contains(j));
+            this.single_above[usize::from(is_forward)] =
+                single.filter(|j| many.is_above(&many.list[*j])).count();
+        }
         this.pairs = few
             .list
             .iter()

@@ -1,0 +1,73 @@
+"""Poincare points from rest with scipy's `solve_ivp` and a right-hand side in Python.
+
+    scipy_problem.py MODEL OUT --method DOP853 --rtol 1e-8 --periods 30
+"""
+
+import argparse
+import json
+import math
+import time
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import problem
+
+# The states written: later ones are chaotic and no reference.
+STATES_KEPT = 20
+
+
+def main():
+    """Integrate, then write solver CPU seconds and the first Poincare points as JSON."""
+    arguments = parse()
+    system = problem.load(arguments.model)
+    times = np.arange(1, arguments.periods + 1) * 2.0 * np.pi / system.analysis["at"]
+    begin = time.process_time()
+    solution = solve_ivp(
+        right_hand_side(system), (0.0, times[-1]), np.zeros(2 * system.dof), t_eval=times,
+        method=arguments.method, rtol=arguments.rtol, atol=arguments.rtol,
+    )
+    seconds = time.process_time() - begin
+    if not solution.success:
+        raise SystemExit(f"solve_ivp: {solution.message}")
+    states = solution.y.T[:STATES_KEPT].tolist()
+    result = {"solver_cpu": seconds, "points": arguments.periods, "states": states}
+    with open(arguments.out, "w", encoding="utf-8") as file:
+        json.dump(result, file)
+
+
+def parse():
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("model")
+    parser.add_argument("out")
+    parser.add_argument("--method", required=True, help="a method of solve_ivp")
+    parser.add_argument("--rtol", type=float, required=True, help="relative and absolute tolerance")
+    parser.add_argument("--periods", type=int, required=True)
+    return parser.parse_args()
+
+
+def right_hand_side(system):
+    """(q, v)' with v' = Q - Gam v - kappa f(q).
+
+    Written out in floats: several times faster than numpy arrays of two.
+    """
+    (k11, k12, k21, k22), (g11, g12, g21, g22), (b1, b2), (m1, m2), (a1, a2), omega = problem.scalars(system)
+
+    def rates(t, state):
+        q1, q2, v1, v2 = state.tolist()
+        f1 = q1 + 0.5 * (abs(q1 - b1) - abs(q1 + b1))
+        f2 = q2 + 0.5 * (abs(q2 - b2) - abs(q2 + b2))
+        cosine = math.cos(omega * t)
+        return (
+            v1,
+            v2,
+            m1 + a1 * cosine - g11 * v1 - g12 * v2 - k11 * f1 - k12 * f2,
+            m2 + a2 * cosine - g21 * v1 - g22 * v2 - k21 * f1 - k22 * f2,
+        )
+
+    return rates
+
+
+if __name__ == "__main__":
+    main()
