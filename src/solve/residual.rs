@@ -79,6 +79,15 @@ pub trait Residual {
     }
 }
 
+/// The size of a problem that may change it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Size {
+    /// Harmonics of the excitation frequency.
+    pub harmonics: usize,
+    /// How often the samples are doubled.
+    pub doublings: u32,
+}
+
 /// How the size of a problem suits a solution; `size` is a better one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
@@ -87,17 +96,17 @@ pub enum Fit {
     /// A smaller one would do.
     Wastes {
         /// The smaller one.
-        size: usize,
+        size: Size,
     },
     /// The error is as large as it should become.
     Strains {
         /// The larger one.
-        size: usize,
+        size: Size,
     },
     /// The error is too large.
     Fails {
         /// The larger one.
-        size: usize,
+        size: Size,
     },
 }
 
@@ -149,16 +158,16 @@ pub trait PeriodicResidual: Residual {
         extent: Extent,
     ) -> Result<Survey, SolveError>;
 
-    /// Its present size, in harmonics or the like; 0 where there is one size only.
-    fn size(&self) -> usize {
-        0
+    /// Its present size; zeros where there is one size only.
+    fn size(&self) -> Size {
+        Size::default()
     }
 
     /// Takes another size; solutions come in it through [`Residual::in_present_size`].
     ///
     /// # Errors
     /// The problem cannot be made in this size.
-    fn resize(&mut self, _size: usize) -> Result<(), SolveError> {
+    fn resize(&mut self, _size: Size) -> Result<(), SolveError> {
         Ok(())
     }
 

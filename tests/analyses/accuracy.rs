@@ -88,6 +88,13 @@ fn a_tolerance_is_kept_with_few_harmonics() {
         assert!(harmonics.contains(&5.0) && most < 60.0, "{chosen}: {most}");
         let largest = floats(accuracy(&report), "branch_error");
         assert!(largest.iter().all(|e| *e <= tolerance));
+        let sampling = floats(accuracy(&report), "sampling_error");
+        let is_exact = quadrature == "exact";
+        assert!(
+            sampling
+                .iter()
+                .all(|e| *e <= tolerance && !(is_exact && *e > 1e-8))
+        );
         // No event is lost or doubled where the number changes.
         let kinds = |r: &Report| texts(r.table("events").unwrap(), "kind");
         assert_eq!(kinds(&report), kinds(&fixed), "{chosen}");
@@ -155,20 +162,36 @@ fn low_frequencies_get_through() {
 }
 
 #[test]
-fn what_most_harmonics_leave_is_said() {
-    let keys = "from: 1.1, to: 0.85, quadrature: exact, harmonics: {tolerance: 1.0e-7, most: 20}";
-    let report = respond(PAIR, keys);
-    let error = floats(accuracy(&report), "branch_error");
-    let failing = error.iter().filter(|e| **e > 1e-7).count();
-    assert!(failing > 0);
-    let told = format!(
-        "{failing} of {} points have an estimated error above 1e-7",
-        error.len()
+fn what_cannot_be_reached_is_said() {
+    for (keys, wanting) in [
+        (
+            "quadrature: exact, harmonics: {tolerance: 1.0e-7, most: 20}",
+            "at most 20 harmonics",
+        ),
+        (
+            "samples: 1024, harmonics: {tolerance: 1.0e-7, most: 60}",
+            "the samples",
+        ),
+    ] {
+        let report = respond(PAIR, &format!("from: 1.1, to: 0.85, {keys}"));
+        let error = floats(accuracy(&report), "branch_error");
+        let failing = error.iter().filter(|e| **e > 1e-7).count();
+        assert!(failing > 0);
+        let count = error.len();
+        let told = format!("{failing} of {count} points have an estimated error above 1e-7");
+        let is_said = |w: &String| w.contains(&told) && w.contains(wanting);
+        assert!(report.warnings.iter().any(is_said), "{:?}", report.warnings);
+    }
+    // Where sampling is what is off, the harmonics do not grow in vain.
+    let report = respond(
+        PAIR,
+        "from: 0.75, to: 0.65, stability: false, harmonics: {tolerance: 1.0e-6}",
     );
+    assert!(!report.warnings.iter().any(|w| w.contains("suffice")));
     assert!(
-        report.warnings.iter().any(|w| w.contains(&told)),
-        "{:?}",
-        report.warnings
+        floats(accuracy(&report), "harmonics")
+            .iter()
+            .all(|h| *h < 70.0)
     );
 }
 

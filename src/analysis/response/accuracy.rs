@@ -9,6 +9,7 @@ use crate::solve::branch::BranchPoint;
 use crate::solve::family::Family;
 use crate::solve::galerkin::accuracy::{Accuracy, Check, Estimate};
 use crate::solve::galerkin::adaptive::Sizes;
+use crate::solve::residual::Size;
 use serde_json::{Value, json};
 
 /// What is known of one point.
@@ -27,13 +28,11 @@ pub(super) struct Accuracies(Vec<Row>);
 
 /// Whether a run judges its points.
 pub(super) fn is_asked_for(settings: &BranchSettings) -> bool {
-    settings.error_estimate
-        || settings.convergence_check
-        || settings.harmonics.resolution().is_some()
+    settings.error_estimate || settings.convergence_check || settings.harmonics.are_chosen()
 }
 
 impl Accuracies {
-    /// Judges the points of one branch.
+    /// Judges the points of one branch; `doublings` of the samples where they were finest.
     ///
     /// # Errors
     /// The larger problem cannot be made.
@@ -41,7 +40,7 @@ impl Accuracies {
         &mut self,
         (settings, swept): (&BranchSettings, &Swept<'_>),
         sizes: Sizes<'_, F>,
-        (branch, subharmonic): (usize, usize),
+        (branch, subharmonic, doublings): (usize, usize, u32),
         points: &[BranchPoint],
     ) -> Result<(), SolveError> {
         let dof = swept.setting.assembly.system.dof();
@@ -55,7 +54,11 @@ impl Accuracies {
             let judge = match &mut judge {
                 Some((size, judge)) if *size == harmonics => judge,
                 other => {
-                    let made = sizes.judge(harmonics, subharmonic, settings.newton())?;
+                    let size = Size {
+                        harmonics,
+                        doublings,
+                    };
+                    let made = sizes.judge(size, subharmonic, settings.newton())?;
                     &mut other.insert((harmonics, made)).1
                 }
             };
@@ -84,6 +87,7 @@ impl Accuracies {
             integer("harmonics", count(&|r| r.harmonics)),
             float("relative_error", "", of(&|r| r.estimate.largest())),
             float("branch_error", "", of(&|r| r.estimate.along)),
+            float("sampling_error", "", of(&|r| r.estimate.sampling)),
             float("truncation", "", of(&|r| r.estimate.truncation)),
         ];
         let recorded = recorded_columns(swept.setting).into_iter();
@@ -145,6 +149,7 @@ impl Accuracies {
             "relative_error_median": errors.get(errors.len() / 2),
             "largest_at": worst.map(|r| swept.value(r.lambda)),
             "branch_error_largest": largest(self.0.iter().map(|r| r.estimate.along)),
+            "sampling_error_largest": largest(self.0.iter().map(|r| r.estimate.sampling)),
             "truncation_largest": largest(self.0.iter().map(|r| r.estimate.truncation)),
             "harmonics_least": harmonics().min(),
             "harmonics_most": harmonics().max(),
@@ -181,21 +186,24 @@ impl Accuracies {
 
     /// What is said where the most harmonics do not suffice: how many points, and between which values.
     pub fn complaint(&self, settings: &BranchSettings, swept: &Swept<'_>) -> Option<String> {
-        let resolution = settings.harmonics.resolution()?;
+        let resolution = settings.resolution()?;
         let fails = |r: &&Row| r.estimate.along > resolution.tolerance;
         let failing: Vec<f64> = self.0.iter().filter(fails).map(|r| r.lambda).collect();
         let low = failing.iter().copied().reduce(f64::min)?;
         let high = failing.iter().copied().reduce(f64::max)?;
+        let sampled = largest(self.0.iter().map(|r| r.estimate.sampling));
+        let wanting = match sampled.is_some_and(|e| e > resolution.tolerance) {
+            true => "the samples".into(),
+            false => format!("at most {} harmonics", resolution.most),
+        };
         Some(format!(
-            "{} of {} points have an estimated error above {:e}, up to {:.1e}, between {} and {}: at most {} harmonics do not \
-             suffice there",
+            "{} of {} points have an estimated error above {:e}, up to {:.1e}, between {} and {}: {wanting} do not suffice there",
             failing.len(),
             self.0.len(),
             resolution.tolerance,
             largest(self.0.iter().map(|r| r.estimate.along)).unwrap_or(f64::NAN),
             swept.place(low),
             swept.place(high),
-            resolution.most,
         ))
     }
 

@@ -3,7 +3,9 @@
 use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::solve::orbit::Orbit;
-use crate::solve::residual::{Extent, Fit, Linearisation, PeriodicResidual, Residual, Survey};
+use crate::solve::residual::{
+    Extent, Fit, Linearisation, PeriodicResidual, Residual, Size, Survey,
+};
 use crate::system::System;
 use nalgebra::DVector;
 
@@ -54,11 +56,11 @@ impl PeriodicResidual for Guarded<'_> {
         self.0.in_doubled_period(half)
     }
 
-    fn size(&self) -> usize {
+    fn size(&self) -> Size {
         self.0.size()
     }
 
-    fn resize(&mut self, size: usize) -> Result<(), SolveError> {
+    fn resize(&mut self, size: Size) -> Result<(), SolveError> {
         self.0.resize(size)
     }
 

@@ -1,6 +1,6 @@
 //! How many harmonics: a number, or as many as a tolerance asks for.
 
-use super::BranchSettings;
+use super::{BranchSettings, Quadrature};
 use crate::analysis::Fault;
 use crate::analysis::response::crossings::MOST_HARMONICS;
 use crate::solve::galerkin::GalerkinOptions;
@@ -46,7 +46,9 @@ fn most() -> usize {
 const USUAL: usize = 12;
 /// Sampling errs in r.m.s. values by about this over the square of the number of samples an excitation period (8 with the
 /// backlashes of figure 11), which has to stay well below the tolerance.
-const ALIASING: f64 = 30.0;
+const ALIASING: f64 = 10.0;
+/// How often samples may be doubled where that does not suffice.
+const DOUBLINGS: u32 = 6;
 
 impl Default for Harmonics {
     fn default() -> Self {
@@ -71,20 +73,9 @@ impl Harmonics {
         }
     }
 
-    /// The limits, where the number is chosen along the branch.
-    pub(super) fn resolution(self) -> Option<Resolution> {
-        match self {
-            Harmonics::Count(_) => None,
-            Harmonics::Chosen(Chosen {
-                tolerance,
-                least,
-                most,
-            }) => Some(Resolution {
-                tolerance,
-                least,
-                most,
-            }),
-        }
+    /// Whether the number is chosen along the branch.
+    pub(super) fn are_chosen(self) -> bool {
+        matches!(self, Harmonics::Chosen(_))
     }
 
     /// Fewest samples a response period when none are given.
@@ -138,6 +129,25 @@ impl<'de> Visitor<'de> for WrittenHarmonics {
 }
 
 impl BranchSettings {
+    /// The limits of the size, where it is chosen along the branch.
+    pub(super) fn resolution(&self) -> Option<Resolution> {
+        let Harmonics::Chosen(Chosen {
+            tolerance,
+            least,
+            most,
+        }) = self.harmonics
+        else {
+            return None;
+        };
+        let is_free = self.samples.is_none() && self.quadrature == Quadrature::Sampled;
+        Some(Resolution {
+            tolerance,
+            least,
+            most,
+            doublings: if is_free { DOUBLINGS } else { 0 },
+        })
+    }
+
     /// The size of the Galerkin approximation at the beginning of the primary branch.
     pub(super) fn size(&self) -> GalerkinOptions {
         self.size_with(self.harmonics.first(), self.subharmonic)

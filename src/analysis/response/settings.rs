@@ -264,7 +264,6 @@ impl BranchSettings {
             let mut system = system.clone();
             system.set_subharmonic(self.subharmonic);
             let fewest = self
-                .harmonics
                 .resolution()
                 .map_or(self.size(), |r| self.size_with(r.least, self.subharmonic));
             match Galerkin::new(FrequencyFamily::new(system), 1.0, fewest) {

@@ -258,23 +258,41 @@ impl<'a> Work<'a> {
         let first = self
             .harmonics(&source)
             .unwrap_or(settings.harmonics.first());
-        let mut galerkin: Box<dyn PeriodicResidual> = match settings.harmonics.resolution() {
-            None => Box::new(make(options(first))?),
+        let newton = settings.newton();
+        let doublings = match settings.resolution() {
+            None => {
+                self.follow_verified(&mut make(options(first))?, source, delivered)?;
+                0
+            }
             Some(resolution) => {
-                let newton = settings.newton();
-                Box::new(Adaptive::new(sizes, resolution, newton, (first, nu))?)
+                let mut galerkin = Adaptive::new(sizes, resolution, newton, (first, nu))?;
+                self.follow_verified(&mut galerkin, source, delivered)?;
+                galerkin.finest()
             }
         };
-        self.trace(galerkin.as_mut(), source, delivered)?;
-        let (given, number) = ((settings, swept), self.delivered.len());
-        let points = &delivered.points;
-        if settings.verify.is_asked_for() {
-            let (galerkin, newton) = (galerkin.as_mut(), settings.shooting_newton());
-            self.verification
-                .add(given, galerkin, number, points, newton)?;
-        }
         if accuracy::is_asked_for(settings) {
-            self.accuracies.add(given, sizes, (number, nu), points)?;
+            let (given, number) = ((settings, swept), self.delivered.len());
+            let points = &delivered.points;
+            self.accuracies
+                .add(given, sizes, (number, nu, doublings), points)?;
+        }
+        Ok(())
+    }
+
+    /// Follows one branch and takes its points through the flow where that is asked for.
+    fn follow_verified(
+        &mut self,
+        galerkin: &mut dyn PeriodicResidual,
+        source: Source,
+        delivered: &mut Delivered,
+    ) -> Result<(), Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        self.trace(galerkin, source, delivered)?;
+        if settings.verify.is_asked_for() {
+            let (number, newton) = (self.delivered.len(), settings.shooting_newton());
+            let points = &delivered.points;
+            self.verification
+                .add((settings, swept), galerkin, number, points, newton)?;
         }
         Ok(())
     }

@@ -22,7 +22,7 @@ use nalgebra::DVector;
 /// Samples of the larger problem over those of the judged one: what sampling leaves falls by 16.
 const FINER: usize = 4;
 /// Samples at most.
-const MOST_SAMPLES: usize = 1 << 22;
+pub(super) const MOST_SAMPLES: usize = 1 << 22;
 /// R.m.s. values below this share of the largest one count as large as that: a connection that hardly moves has no digits to
 /// lose.
 const HARDLY_MOVES: f64 = 1e-3;
@@ -46,6 +46,8 @@ pub struct Estimate {
     /// Largest relative error of an r.m.s. value against the nearest place of the branch; for the frequency the relative
     /// distance of that place counts as well, for another parameter its share of the range.
     pub along: f64,
+    /// The part of it that sampling and the corrector leave: it falls with more samples, not with more harmonics.
+    pub sampling: f64,
     /// Largest residual among the harmonics that the solution has not, relative to the terms that cancel in the residual.
     pub truncation: f64,
 }
@@ -110,30 +112,48 @@ impl<F: Family> Accuracy<F> {
         let truncation = self.beyond() / self.work.magnitude.max(f64::MIN_POSITIVE);
         let rms = self.rms(u, lambda)?;
         let (mut fixed, mut slope) = (self.work.r.clone(), self.work.dr_dlambda.clone());
+        // The harmonics that the solution has leave no residual but what finer samples see.
+        let mut sampled = in_coefficients(&fixed, self.fine.coefficients(), self.coefficients);
+        sampled = in_coefficients(&sampled, self.coefficients, self.fine.coefficients());
         let jacobian = &self.work.dr_du;
         let is_regular = self.factors.factorise(jacobian)
-            && self.factors.solve(jacobian, &mut fixed)
-            && self.factors.solve(jacobian, &mut slope);
+            && [&mut fixed, &mut slope, &mut sampled]
+                .into_iter()
+                .all(|rhs| self.factors.solve(jacobian, rhs));
         if !is_regular {
             fixed.fill(f64::NAN);
+            sampled.fill(f64::NAN);
         }
         let errors = differences(&self.rms(&(&padded - &fixed), lambda)?, &rms);
-        // The smallest correction, unknowns measured in their own size.
-        let weight = 1.0 / padded.norm_squared().max(f64::MIN_POSITIVE);
-        let shift = -weight * fixed.dot(&slope) / (1.0 + weight * slope.norm_squared());
-        let nearest = &padded - &fixed - &slope * shift;
-        let distance = match self.fine.family.is_frequency() {
-            true => shift.abs() / lambda.abs(),
-            false => shift.abs(),
-        };
-        let gaps = differences(&self.rms(&nearest, lambda)?, &rms);
-        let along = worst(relative(&rms, &gaps), distance);
+        let along = self.along((&padded, lambda), &rms, (&fixed, &slope))?;
+        let sampling = self.along((&padded, lambda), &rms, (&sampled, &slope))?;
         Ok(Estimate {
             rms,
             errors,
             along,
+            sampling,
             truncation,
         })
+    }
+
+    /// Error of the measures against the nearest place of the branch, from the step to the solution at the same parameter and the
+    /// slope of solutions.
+    fn along(
+        &mut self,
+        (padded, lambda): (&DVector<f64>, f64),
+        rms: &[Rms],
+        (fixed, slope): (&DVector<f64>, &DVector<f64>),
+    ) -> Result<f64, SolveError> {
+        // The smallest correction, unknowns measured in their own size.
+        let weight = 1.0 / padded.norm_squared().max(f64::MIN_POSITIVE);
+        let shift = -weight * fixed.dot(slope) / (1.0 + weight * slope.norm_squared());
+        let nearest = padded - fixed - slope * shift;
+        let distance = match self.fine.family.is_frequency() {
+            true => shift.abs() / lambda.abs(),
+            false => shift.abs(),
+        };
+        let gaps = differences(&self.rms(&nearest, lambda)?, rms);
+        Ok(worst(relative(rms, &gaps), distance))
     }
 
     /// The convergence check of Rook & Singh (1995): the same orbit solved with twice the harmonics, reported from the first

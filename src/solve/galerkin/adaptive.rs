@@ -1,13 +1,15 @@
 //! The Galerkin residual with as many harmonics as a tolerance asks for.
 
-use super::accuracy::{Accuracy, in_coefficients};
+use super::accuracy::{Accuracy, Estimate, MOST_SAMPLES, in_coefficients};
 use super::{Galerkin, GalerkinOptions};
 use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::solve::family::Family;
 use crate::solve::newton::NewtonOptions;
 use crate::solve::orbit::Orbit;
-use crate::solve::residual::{Extent, Fit, Linearisation, PeriodicResidual, Residual, Survey};
+use crate::solve::residual::{
+    Extent, Fit, Linearisation, PeriodicResidual, Residual, Size, Survey,
+};
 use crate::system::System;
 use nalgebra::DVector;
 
@@ -20,6 +22,8 @@ pub struct Resolution {
     pub least: usize,
     /// Most harmonics of the excitation frequency.
     pub most: usize,
+    /// How often the samples may be doubled; 0 where they are given, or forces are not sampled.
+    pub doublings: u32,
 }
 
 /// Share of the tolerance above which harmonics are added, before it is exceeded.
@@ -35,7 +39,7 @@ const FAR: f64 = 10.0;
 
 /// How to make problems of any number of harmonics.
 pub struct Sizes<'a, F: Family> {
-    /// Harmonics and samples for a number of harmonics of the excitation frequency.
+    /// Harmonics and fewest samples for a number of harmonics of the excitation frequency.
     pub options: &'a dyn Fn(usize) -> GalerkinOptions,
     /// The problem of that size.
     pub problem: &'a dyn Fn(GalerkinOptions) -> Result<Galerkin<F>, SolveError>,
@@ -50,18 +54,26 @@ impl<F: Family> Clone for Sizes<'_, F> {
 impl<F: Family> Copy for Sizes<'_, F> {}
 
 impl<F: Family> Sizes<'_, F> {
-    /// What judges solutions of so many harmonics.
+    /// What judges solutions of a size.
     ///
     /// # Errors
     /// The problem cannot be made.
     pub fn judge(
         &self,
-        harmonics: usize,
+        size: Size,
         subharmonic: usize,
         newton: NewtonOptions,
     ) -> Result<Accuracy<F>, SolveError> {
-        let size = Accuracy::<F>::size((self.options)(harmonics), subharmonic);
+        let size = Accuracy::<F>::size(self.of(size), subharmonic);
         Ok(Accuracy::new((self.problem)(size)?, newton))
+    }
+
+    fn of(&self, size: Size) -> GalerkinOptions {
+        let options = (self.options)(size.harmonics);
+        GalerkinOptions {
+            samples: (options.samples << size.doublings).min(MOST_SAMPLES),
+            ..options
+        }
     }
 }
 
@@ -71,7 +83,9 @@ pub struct Adaptive<'a, F: Family> {
     resolution: Resolution,
     newton: NewtonOptions,
     subharmonic: usize,
-    harmonics: usize,
+    size: Size,
+    /// Most doublings of the samples so far.
+    finest: u32,
     problem: Galerkin<F>,
     judge: Accuracy<F>,
     judged: Option<Judged>,
@@ -81,7 +95,7 @@ pub struct Adaptive<'a, F: Family> {
 struct Judged {
     u: DVector<f64>,
     lambda: f64,
-    error: f64,
+    estimate: Estimate,
 }
 
 impl<'a, F: Family> Adaptive<'a, F> {
@@ -95,30 +109,80 @@ impl<'a, F: Family> Adaptive<'a, F> {
         newton: NewtonOptions,
         (harmonics, subharmonic): (usize, usize),
     ) -> Result<Adaptive<'a, F>, SolveError> {
+        let size = Size {
+            harmonics,
+            doublings: 0,
+        };
         Ok(Adaptive {
-            problem: (sizes.problem)((sizes.options)(harmonics))?,
-            judge: sizes.judge(harmonics, subharmonic, newton)?,
+            problem: (sizes.problem)(sizes.of(size))?,
+            judge: sizes.judge(size, subharmonic, newton)?,
             sizes,
             resolution,
             newton,
             subharmonic,
-            harmonics,
+            size,
+            finest: 0,
             judged: None,
         })
     }
 
-    /// Estimated error of a solution against the nearest place of the branch.
-    fn error(&mut self, u: &DVector<f64>, lambda: f64) -> Result<f64, SolveError> {
-        if let Some(judged) = &self.judged
-            && judged.lambda == lambda
-            && judged.u == *u
-        {
-            return Ok(judged.error);
+    /// How often the samples were doubled where they were finest.
+    pub fn finest(&self) -> u32 {
+        self.finest
+    }
+
+    /// Estimated errors of a solution against the nearest place of the branch, and the part of sampling, over the tolerance.
+    fn errors(&mut self, u: &DVector<f64>, lambda: f64) -> Result<[f64; 2], SolveError> {
+        let is_judged = |j: &Judged| j.lambda == lambda && j.u == *u;
+        let judged = match self.judged.take().filter(is_judged) {
+            Some(judged) => judged,
+            None => Judged {
+                estimate: self.judge.estimate(u, lambda)?,
+                u: u.clone(),
+                lambda,
+            },
+        };
+        let Estimate {
+            along, sampling, ..
+        } = self.judged.insert(judged).estimate;
+        Ok([along, sampling].map(|e| e / self.resolution.tolerance))
+    }
+
+    /// The size for an error that is too large: more samples where sampling is to blame, else more harmonics.
+    fn larger(&self, [error, sampling]: [f64; 2]) -> Size {
+        let Size {
+            harmonics,
+            doublings,
+        } = self.size;
+        if sampling > 0.5 * error {
+            let doublings = (doublings + 1).min(self.resolution.doublings);
+            return Size {
+                harmonics,
+                doublings,
+            };
         }
-        let error = self.judge.estimate(u, lambda)?.along;
-        let u = u.clone();
-        self.judged = Some(Judged { u, lambda, error });
-        Ok(error)
+        let more = match error > FAR {
+            true => 2 * harmonics,
+            false => (harmonics * UP).div_ceil(4),
+        };
+        Size {
+            harmonics: more.min(self.resolution.most),
+            doublings,
+        }
+    }
+
+    /// The size for an error that is needlessly small.
+    fn smaller(&self, sampling: f64) -> Size {
+        let Size {
+            harmonics,
+            doublings,
+        } = self.size;
+        // Half the samples leave four times the error.
+        let is_fine = doublings > 0 && 4.0 * sampling < LOWER;
+        Size {
+            harmonics: (harmonics * DOWN / 4).max(self.resolution.least),
+            doublings: doublings - u32::from(is_fine),
+        }
     }
 }
 
@@ -169,38 +233,29 @@ impl<F: Family> PeriodicResidual for Adaptive<'_, F> {
         self.problem.survey(u, lambda, extent)
     }
 
-    fn size(&self) -> usize {
-        self.harmonics
+    fn size(&self) -> Size {
+        self.size
     }
 
-    fn resize(&mut self, size: usize) -> Result<(), SolveError> {
-        let newton = self.newton;
-        self.problem = (self.sizes.problem)((self.sizes.options)(size))?;
-        self.judge = self.sizes.judge(size, self.subharmonic, newton)?;
-        (self.harmonics, self.judged) = (size, None);
+    fn resize(&mut self, size: Size) -> Result<(), SolveError> {
+        self.problem = (self.sizes.problem)(self.sizes.of(size))?;
+        self.judge = self.sizes.judge(size, self.subharmonic, self.newton)?;
+        (self.size, self.judged) = (size, None);
+        self.finest = self.finest.max(size.doublings);
         Ok(())
     }
 
     fn fit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Fit, SolveError> {
-        let Resolution {
-            tolerance,
-            least,
-            most,
-        } = self.resolution;
-        let (error, now) = (self.error(u, lambda)? / tolerance, self.harmonics);
-        let more = match error > FAR {
-            true => 2 * now,
-            false => (now * UP).div_ceil(4),
-        };
-        let (more, fewer) = (more.min(most), (now * DOWN / 4).max(least));
-        Ok(match () {
-            // Not a number: the larger problem is singular, and says nothing.
-            _ if error.is_nan() => Fit::Suits,
-            _ if error > RAISE && more > now => match error > 1.0 {
-                true => Fit::Fails { size: more },
-                false => Fit::Strains { size: more },
+        let errors = self.errors(u, lambda)?;
+        let (larger, smaller) = (self.larger(errors), self.smaller(errors[1]));
+        Ok(match errors[0] {
+            // The larger problem is singular, and says nothing.
+            error if error.is_nan() => Fit::Suits,
+            error if error > RAISE && larger != self.size => match error > 1.0 {
+                true => Fit::Fails { size: larger },
+                false => Fit::Strains { size: larger },
             },
-            _ if error < LOWER && fewer < now => Fit::Wastes { size: fewer },
+            error if error < LOWER && smaller != self.size => Fit::Wastes { size: smaller },
             _ => Fit::Suits,
         })
     }
