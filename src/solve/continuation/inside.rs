@@ -2,7 +2,7 @@
 
 use super::{Continuation, ContinuationOptions, PathPoint, Side, Started};
 use crate::error::SolveError;
-use crate::solve::newton::{NewtonOutcome, NewtonStatus};
+use crate::solve::newton::NewtonOutcome;
 use crate::solve::residual::Residual;
 use nalgebra::DVector;
 
