@@ -21,6 +21,13 @@ impl Continuation {
         }
     }
 
+    /// Removes a waymark at the present point, which the path is going to leave out.
+    pub(super) fn take_back_waymark(&mut self) {
+        let is_here =
+            |mark: &mut PathPoint| mark.lambda == self.point.lambda && mark.u == self.point.u;
+        self.trail.pop_if(is_here);
+    }
+
     /// How the path ends if the last step came back to a place where the path has been.
     pub(super) fn returned(
         &mut self,
