@@ -73,6 +73,10 @@ impl Continuation {
             self.dot(&mark.tangent_u, mark.tangent_lambda, &u, lambda)
         };
         let (from, to) = (along(&self.origin), along(&self.point));
+        // The step that leaves a waymark does not come back to it, whatever a new size of the problem makes of its place.
+        if from.abs() < SAME {
+            return None;
+        }
         let is_onwards = from < 0.0 && to >= 0.0;
         let is_backwards = from > 0.0 && to <= 0.0;
         (is_onwards || is_backwards).then(|| Passage {
