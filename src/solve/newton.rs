@@ -140,6 +140,19 @@ impl Newton {
         })
     }
 
+    /// Linearises at a point, without improving it.
+    ///
+    /// # Errors
+    /// What the problem returns.
+    pub fn visit(
+        &mut self,
+        problem: &mut dyn Residual,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<(), SolveError> {
+        problem.linearise(u, lambda, &mut self.work)
+    }
+
     /// The Newton step at the last point visited; false where the Jacobian is singular.
     fn find_step(&mut self) -> bool {
         self.step.copy_from(&self.work.r);

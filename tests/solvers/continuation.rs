@@ -218,3 +218,55 @@ fn marks_are_solved_on_both_sides_of_a_fold() {
     assert_eq!((before.1.lambda, after.1.lambda), (target, target));
     assert!(before.1.u[0] < after.1.u[0] && before.0 < after.0);
 }
+
+#[test]
+fn leaves_a_corner_at_which_it_turns_back() {
+    // lambda = 3 |u - 1|: no step forwards from the left arm reaches the right one, which lies behind its planes.
+    let corner = |u: f64, lambda: f64| {
+        let x = u - 1.0;
+        [3.0 * x.abs() - lambda, 3.0 * x.signum(), -1.0]
+    };
+    let (points, end) = follow(&mut Scalar(corner), 0.0, options(3.0, -1.0));
+    assert_eq!(end, PathEnd::ReturnedToStart);
+    let last = points.last().unwrap();
+    assert!((last.u[0] - 2.0).abs() < 1e-9, "{}", last.u[0]);
+    assert!(
+        points
+            .windows(2)
+            .all(|w| w[0].u[0] < w[1].u[0] && w[0].orientation == w[1].orientation)
+    );
+    let lowest = points.iter().map(|p| p.lambda).fold(3.0, f64::min);
+    assert!(lowest < 1e-7, "{lowest}");
+}
+
+#[test]
+fn passes_a_corner_without_approaching_it_in_ever_shorter_steps() {
+    // u = 0.6 |lambda - 1|: a turn of 1.08 rad.
+    let corner = |u: f64, lambda: f64| {
+        let x = lambda - 1.0;
+        [u - 0.6 * x.abs(), 1.0, -0.6 * x.signum()]
+    };
+    let (points, end) = follow(&mut Scalar(corner), 0.6, options(0.0, 2.0));
+    assert_eq!(end, PathEnd::RangeReached);
+    // The last step ends at the border.
+    let steps = points[..points.len() - 1].windows(2);
+    let shortest = steps.map(|w| w[1].lambda - w[0].lambda).fold(1.0, f64::min);
+    assert!(shortest > 5e-3, "{shortest}");
+}
+
+#[test]
+fn a_path_that_comes_back_onto_itself_ends() {
+    // A line leads onto a circle that it touches; the circle does not lead back to the start.
+    let lasso = |u: f64, lambda: f64| {
+        let (x, y) = (lambda - 1.5, u - 1.0);
+        match x < 0.0 && u < 2e-3 {
+            true => [u, 1.0, 0.0],
+            false => [1.0 - x * x - y * y, -2.0 * y, -2.0 * x],
+        }
+    };
+    let (points, end) = follow(&mut Scalar(lasso), 0.0, options(0.0, 5.0));
+    assert_eq!(end, PathEnd::Looped);
+    assert!(points.len() < 150, "{}", points.len());
+    let round = points.iter().filter(|p| p.u[0] > 1.9).count();
+    assert!(round > 5, "{round}");
+}

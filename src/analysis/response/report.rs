@@ -64,16 +64,23 @@ impl Ending {
     }
 }
 
-/// What happened, where, and after how many points.
+/// What happened, where, and after how many points; how far the points reach where they end elsewhere.
 pub(super) fn early_message(swept: &Swept<'_>, message: &str, points: &[BranchPoint]) -> String {
-    match points.last() {
-        Some(last) => format!(
-            "{message} at {} after {} points",
-            swept.place(last.lambda),
-            points.len()
-        ),
-        None => format!("{message} before the first point"),
-    }
+    let Some(last) = points.last() else {
+        return format!("{message} before the first point");
+    };
+    let (from, to) = swept.range;
+    let (word, ahead): (_, fn(f64, f64) -> f64) = match to < from {
+        true => ("lowest", f64::min),
+        false => ("highest", f64::max),
+    };
+    let farthest = points.iter().map(|p| p.lambda).fold(from, ahead);
+    let (at, reached) = (swept.place(last.lambda), swept.place(farthest));
+    let reached = match reached == at {
+        true => String::new(),
+        false => format!("; {word} {reached}"),
+    };
+    format!("{message} at {at} after {} points{reached}", points.len())
 }
 
 impl Delivered {

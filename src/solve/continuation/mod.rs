@@ -3,10 +3,12 @@
 //! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
 
 mod bordered;
+mod corner;
 mod crossing;
 mod inside;
 mod interpolant;
 mod resize;
+mod trail;
 mod types;
 
 pub use crossing::Side;
@@ -17,6 +19,7 @@ use super::residual::{Linearisation, Residual};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use bordered::Bordered;
+use corner::Suspect;
 use nalgebra::DVector;
 
 /// What one call of `advance` brought.
@@ -42,6 +45,8 @@ const MAX_TURN: f64 = 0.5;
 /// Largest distance of a point from its prediction, in lengths of the step: a smooth path that turns by the largest angle stays
 /// nearer, and what lies farther may be another path.
 const MAX_SHIFT: f64 = 0.3;
+/// Largest angle between tangents where another path is crossed.
+const MAX_TURN_CROSSING: f64 = 0.1;
 /// Angle between successive tangents that the step length aims for [rad].
 const TURN_AIM: f64 = 0.15;
 /// Steps below this share of the first one may turn as they like: the path has a corner there.
@@ -60,7 +65,11 @@ pub struct Continuation {
     stride: f64,
     step: f64,
     points: usize,
+    rejections: usize,
+    suspect: Option<Suspect>,
     first: PathPoint,
+    /// Some of the points behind.
+    trail: Vec<PathPoint>,
     end: Option<PathEnd>,
 }
 
@@ -89,10 +98,13 @@ impl Continuation {
             inner_u: DVector::zeros(problem.dim()),
             point: origin.clone(),
             first: origin.clone(),
+            trail: Vec::new(),
             origin,
             stride: 0.0,
             step: options.step,
             points: 1,
+            rejections: 0,
+            suspect: None,
             end: None,
             options,
         }
@@ -113,6 +125,11 @@ impl Continuation {
         self.newton.exchanges()
     }
 
+    /// Steps that were tried and shortened.
+    pub fn rejections(&self) -> usize {
+        self.rejections
+    }
+
     /// Takes the next step.
     ///
     /// # Errors
@@ -124,28 +141,30 @@ impl Continuation {
         if let Some(end) = self.end {
             return Ok(Advance::End(end));
         }
+        let base = self.point.clone();
+        let mut is_first_try = true;
         loop {
-            let base = self.point.clone();
-            let guess = &base.u + &base.tangent_u * self.step;
-            let next = self.correct(
-                problem,
-                &base,
-                self.step,
-                guess,
-                base.lambda + base.tangent_lambda * self.step,
-            )?;
+            let next = self.attempt(problem, &base, self.step)?;
             let turn = self.turn(&base, &next);
-            let shift = self.shift(&base, &next);
-            let is_corner = self.step < CORNER_STEP * self.options.step;
-            let is_near = turn < MAX_TURN && shift < MAX_SHIFT;
-            if next.newton.is_converged() && next.orientation != 0 && (is_near || is_corner) {
+            if self.is_acceptable(&base, &next, turn) {
                 self.stride = self.step;
-                self.adapt(next.newton.iterations, turn);
-                self.origin = base;
-                self.point = next;
+                // Where a longer step has just failed, the next one is no longer than this.
+                let longest = if is_first_try { 2.0 } else { 1.0 };
+                self.adapt(next.newton.iterations, turn, longest);
+                self.pass_suspect(turn);
+                (self.origin, self.point) = (base, next);
                 break;
             }
+            self.rejections += 1;
+            self.suspect(&base, &next, turn);
+            is_first_try = false;
             if self.step <= self.options.min_step {
+                if let Some((corner, next, step)) = self.turn_corner(problem, &base)? {
+                    (self.stride, self.step) = (step, step);
+                    (self.origin, self.point) = (corner, next);
+                    self.suspect = None;
+                    break;
+                }
                 let end = PathEnd::StepTooSmall {
                     last: next.newton.status,
                 };
@@ -167,9 +186,8 @@ impl Continuation {
             _ if (self.point.lambda - to) * direction >= 0.0 => (to, PathEnd::RangeReached),
             _ if (self.point.lambda - from) * direction <= 0.0 => (from, PathEnd::ReturnedToStart),
             _ => {
-                if self.passes_first() {
-                    self.end = Some(PathEnd::Closed);
-                }
+                self.end = self.returned(problem)?;
+                self.leave_waymark();
                 return Ok(());
             }
         };
@@ -178,31 +196,6 @@ impl Continuation {
             self.point = border;
         }
         Ok(())
-    }
-
-    /// Whether the last step passed the first point of the path in the same direction.
-    fn passes_first(&self) -> bool {
-        if self.points < 4 {
-            return false;
-        }
-        let along = |p: &PathPoint| {
-            self.dot(
-                &self.first.tangent_u,
-                self.first.tangent_lambda,
-                &(&p.u - &self.first.u),
-                p.lambda - self.first.lambda,
-            )
-        };
-        let gap = &self.point.u - &self.first.u;
-        let distance = self.dot(
-            &gap,
-            self.point.lambda - self.first.lambda,
-            &gap,
-            self.point.lambda - self.first.lambda,
-        );
-        along(&self.origin) < 0.0
-            && along(&self.point) >= 0.0
-            && distance.sqrt() < 2.0 * self.stride
     }
 
     /// A point at a fraction of the last step, between `origin` (0) and `point` (1): the primitive for locating events.
@@ -298,23 +291,50 @@ impl Continuation {
     }
 
     /// Distance of a corrected point from its prediction, in lengths of the step.
-    fn shift(&self, base: &PathPoint, next: &PathPoint) -> f64 {
-        let u = &next.u - &base.u - &base.tangent_u * self.step;
-        let lambda = next.lambda - base.lambda - base.tangent_lambda * self.step;
-        self.dot(&u, lambda, &u, lambda).sqrt() / self.step
+    fn shift(&self, base: &PathPoint, next: &PathPoint, step: f64) -> f64 {
+        let u = &next.u - &base.u - &base.tangent_u * step;
+        let lambda = next.lambda - base.lambda - base.tangent_lambda * step;
+        self.dot(&u, lambda, &u, lambda).sqrt() / step
     }
 
     /// Step length for the next step: few iterations and small turns lengthen it.
-    fn adapt(&mut self, iterations: usize, turn: f64) {
+    fn adapt(&mut self, iterations: usize, turn: f64, longest: f64) {
         let by_iterations = match iterations {
             0..=2 => 2.0,
             3 => 1.5,
             4 | 5 => 1.0,
             _ => 0.5,
         };
-        let by_turn = (TURN_AIM / turn.max(1e-12)).clamp(0.3, 2.0);
+        let by_turn = (TURN_AIM / turn.max(1e-12)).clamp(0.3, longest);
         let step = self.step * f64::min(by_iterations, by_turn);
         self.step = step.clamp(self.options.min_step, self.options.max_step);
+    }
+
+    /// The point a step away along the tangent of `base`, whatever became of its correction.
+    fn attempt(
+        &mut self,
+        problem: &mut dyn Residual,
+        base: &PathPoint,
+        step: f64,
+    ) -> Result<PathPoint, SolveError> {
+        let guess = &base.u + &base.tangent_u * step;
+        let lambda = base.lambda + base.tangent_lambda * step;
+        self.correct(problem, base, step, guess, lambda)
+    }
+
+    /// Whether the path goes on at a corrected point.
+    fn is_acceptable(&self, base: &PathPoint, next: &PathPoint, turn: f64) -> bool {
+        if !next.newton.is_converged() || next.orientation == 0 {
+            return false;
+        }
+        // Where the orientation changes without another path that crosses, the path has come to lie the wrong way round.
+        let is_kept = base.orientation == 0 || base.orientation == next.orientation;
+        if !is_kept && turn > MAX_TURN_CROSSING {
+            return false;
+        }
+        let is_near = turn < MAX_TURN && self.shift(base, next, self.step) < MAX_SHIFT;
+        let is_tiny = self.step < CORNER_STEP * self.options.step;
+        is_near || is_tiny || (is_kept && self.is_corner(base, next, turn))
     }
 
     /// Corrects a guess onto the path and the plane <tangent of `base`, x - base> = s, and finds the tangent.
@@ -337,27 +357,31 @@ impl Continuation {
             u,
         };
         let newton = self.newton.solve(&mut bordered, &mut x, s)?;
-        // The last row of the bordered matrix is the tangent of `base`, scaled: the solution keeps its direction.
-        let mut tangent = DVector::zeros(dim + 1);
-        tangent[dim] = 1.0;
-        let orientation = if newton.is_converged() {
-            self.newton.solve_linear(&mut tangent)
-        } else {
-            0
+        let (tangent_u, tangent_lambda, orientation) = match newton.is_converged() {
+            true => self.tangent(),
+            false => (DVector::from_element(dim, f64::NAN), f64::NAN, 0),
         };
-        let tangent_lambda = tangent[dim];
-        let tangent_u = tangent.remove_row(dim);
-        let norm = self
-            .dot(&tangent_u, tangent_lambda, &tangent_u, tangent_lambda)
-            .sqrt();
         let lambda = x[dim];
         Ok(PathPoint {
             u: x.remove_row(dim),
             lambda,
-            tangent_u: tangent_u / norm,
-            tangent_lambda: tangent_lambda / norm,
+            tangent_u,
+            tangent_lambda,
             orientation,
             newton,
         })
+    }
+
+    /// Unit tangent at the last point visited, and the sign of the bordered determinant.
+    fn tangent(&mut self) -> (DVector<f64>, f64, i8) {
+        let dim = self.inner_u.len();
+        // The last row of the bordered matrix is the tangent of the base, scaled: the solution keeps its direction.
+        let mut tangent = DVector::zeros(dim + 1);
+        tangent[dim] = 1.0;
+        let orientation = self.newton.solve_linear(&mut tangent);
+        let lambda = tangent[dim];
+        let u = tangent.remove_row(dim);
+        let norm = self.dot(&u, lambda, &u, lambda).sqrt();
+        (u / norm, lambda / norm, orientation)
     }
 }

@@ -1,6 +1,6 @@
 //! A path through a problem that changes its number of unknowns on the way, and steps that end before their point.
 
-use super::Continuation;
+use super::{Continuation, PathPoint};
 use crate::error::SolveError;
 use crate::solve::residual::Residual;
 
@@ -11,16 +11,19 @@ impl Continuation {
     /// # Errors
     /// What the problem returns.
     pub fn resized(&self, problem: &mut dyn Residual) -> Result<Option<Continuation>, SolveError> {
-        let [mut point, mut first] = [&self.point, &self.first].map(Clone::clone);
-        for point in [&mut point, &mut first] {
-            point.u = problem.in_present_size(&point.u);
-            point.tangent_u = problem.in_present_size(&point.tangent_u);
-        }
+        let resized = |point: &PathPoint| PathPoint {
+            u: problem.in_present_size(&point.u),
+            tangent_u: problem.in_present_size(&point.tangent_u),
+            ..point.clone()
+        };
+        let (point, first) = (resized(&self.point), resized(&self.first));
+        let trail = self.trail.iter().map(resized).collect();
         let mut path = Continuation::standing(problem, point.clone(), self.options);
         let (guess, lambda) = (point.u.clone(), point.lambda);
         let point = path.correct(problem, &point, 0.0, guess, lambda)?;
         (path.step, path.stride, path.points) = (self.step, self.stride, self.points);
         (path.origin, path.point, path.first) = (point.clone(), point, first);
+        (path.trail, path.rejections) = (trail, self.rejections);
         let stands = path.point.newton.is_converged() && path.point.orientation != 0;
         Ok(stands.then_some(path))
     }

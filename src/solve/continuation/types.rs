@@ -92,6 +92,8 @@ pub enum PathEnd {
     },
     /// The path came back to its first point.
     Closed,
+    /// The path came back to a later point of itself, so that it cannot have followed one curve all the way.
+    Looped,
     /// The path met another one that is known.
     Joined {
         /// Number of the crossing among those that the caller named; `None` for an orbit of half the period that lies on none
@@ -111,6 +113,7 @@ impl PathEnd {
             PathEnd::MaxPoints => "max_points",
             PathEnd::StepTooSmall { .. } => "step_too_small",
             PathEnd::Closed => "closed",
+            PathEnd::Looped => "looped",
             PathEnd::Joined { .. } => "joined",
             PathEnd::Interrupted => "interrupted",
         }
@@ -126,6 +129,9 @@ impl PathEnd {
             PathEnd::MaxPoints => "max_points was reached".into(),
             PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
             PathEnd::Closed => "the branch closed on itself".into(),
+            PathEnd::Looped => {
+                "the branch came back onto itself where it had jumped from another curve or passed a branch point".into()
+            }
             PathEnd::Joined { .. } => "the branch returned onto a known one".into(),
             PathEnd::Interrupted => "interrupted".into(),
         }

@@ -78,8 +78,14 @@ impl<'a> Step<'a> {
 
     /// Folds and branch points.
     fn turnings(&mut self, a: &Probe, b: &Probe) -> Result<(), SolveError> {
-        if a.point.orientation != 0 {
-            return self.turnings_between((0.0, &a.point), &b.point);
+        let begin = self.path.origin().clone();
+        if a.point.tangent_lambda * begin.tangent_lambda < 0.0 {
+            // The path turned at a corner before it left.
+            let ends = (a.point.lambda, b.point.lambda);
+            self.report(EventKind::Fold, ends, 0.0, corner(&a.point));
+        }
+        if begin.orientation != 0 {
+            return self.turnings_between((0.0, &begin), &b.point);
         }
         // The path leaves a crossing: no sign means anything there.
         match self.path.at_fraction(self.problem, BEHIND_CROSSING)? {
@@ -205,4 +211,15 @@ impl<'a> Step<'a> {
         });
         Ok(root.map_or(Found::Lost, |root| Found::Root(Box::new(root))))
     }
+}
+
+/// A fold at a point that is known.
+fn corner(point: &PathPoint) -> Found {
+    Found::Root(Box::new(Root {
+        fraction: 0.0,
+        point: point.clone(),
+        survey: None,
+        value: 0.0,
+        bracket: (point.lambda, point.lambda),
+    }))
 }
