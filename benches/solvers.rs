@@ -1,10 +1,10 @@
-//! P1 (Galerkin branch with stability and events), P3 (exact flow), P4 (Newton step against length) and figure 9 inside one
+//! P1 (residual, branch with stability and events), P3 (exact flow), P4 (Newton step against length) and figure 9 inside one
 //! process: `cargo bench`.
 //!
 //! Whole processes: `/usr/bin/time -v target/release/gearlash run benches/problems/P1.yaml --jobs 1 --quiet`.
 
 use divan::Bencher;
-use gearlash::element::Backlash;
+use gearlash::element::{Backlash, Linear};
 use gearlash::numeric::factors::Factors;
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::family::FrequencyFamily;
@@ -35,8 +35,32 @@ fn p1_branch(bencher: Bencher) {
     bencher.bench(|| study.reports(&AtomicBool::new(false)).expect("P1 runs"));
 }
 
-/// P4: P2's chain of so many meshes with damping 0.05 kappa.
-fn chain(n: usize) -> System {
+/// Residual and Jacobian of P1 about a motion that crosses both gaps: forces sampled, and integrated in closed form.
+#[divan::bench(args = ["sampled", "exact"], sample_count = 100)]
+fn p1_residual(bencher: Bencher, quadrature: &str) {
+    let size = GalerkinOptions {
+        harmonics: 12,
+        samples: 256,
+    };
+    let system = load("P1.yaml").assembly.system;
+    let problem = Galerkin::new(FrequencyFamily::new(system), 0.8, size).expect("12 harmonics");
+    let mut problem = match quadrature {
+        "exact" => problem
+            .with_exact_quadrature(0.8)
+            .expect("backlash is piecewise affine"),
+        _ => problem,
+    };
+    let mut at = Linearisation::of(&problem);
+    let u = DVector::from_fn(problem.dim(), |k, _| match k % 25 {
+        0 => 0.8,
+        1 | 2 => 1.0,
+        order => 0.5 / (order * order) as f64,
+    });
+    bencher.bench_local(|| problem.linearise(&u, 0.8, &mut at).expect("finite"));
+}
+
+/// P4: P2's chain of so many connections with damping 0.05 kappa, meshes or linear.
+fn chain(n: usize, is_mesh: impl Fn(usize) -> bool) -> System {
     let kappa = DMatrix::from_fn(n, n, |i: usize, j| match i.abs_diff(j) {
         0 => 2.0,
         1 => -1.0,
@@ -59,20 +83,24 @@ fn chain(n: usize) -> System {
         },
         kind: LoadKind::Value,
     };
-    let mounts = (0..n).map(|_| Mount::new(Box::new(law))).collect();
+    let mount = |k: usize| match is_mesh(k) {
+        true => Mount::new(Box::new(law)),
+        false => Mount::new(Box::new(Linear {})),
+    };
+    let mounts = (0..n).map(mount).collect();
     let loads = (0..n).map(load).collect();
     System::new(&kappa * 0.05, kappa, DMatrix::identity(n, n), mounts, loads)
         .expect("the shapes fit")
 }
 
 /// P4: residual, Jacobian, factorisation and solution of one Newton step about a motion of this amplitude around 1.
-fn newton_step(bencher: Bencher, n: usize, amplitude: f64) {
+fn newton_step(bencher: Bencher, system: System, amplitude: f64) {
     let size = GalerkinOptions {
         harmonics: 7,
         samples: 128,
     };
     let mut problem =
-        Galerkin::new(FrequencyFamily::new(chain(n)), 1.0, size).expect("the chain has harmonics");
+        Galerkin::new(FrequencyFamily::new(system), 1.0, size).expect("the chain has harmonics");
     let mut at = Linearisation::of(&problem);
     let mut factors = Factors::new(&problem.structure());
     let value = |k: usize| match k % 15 {
@@ -91,13 +119,19 @@ fn newton_step(bencher: Bencher, n: usize, amplitude: f64) {
 
 #[divan::bench(args = [10, 20, 50, 100, 200], sample_count = 50)]
 fn p4_newton_step_in_contact(bencher: Bencher, n: usize) {
-    newton_step(bencher, n, 0.1);
+    newton_step(bencher, chain(n, |_| true), 0.1);
 }
 
 /// Every mesh lifts off: every block of the Jacobian is full.
 #[divan::bench(args = [10, 20, 50, 100, 200], sample_count = 50)]
 fn p4_newton_step_separating(bencher: Bencher, n: usize) {
-    newton_step(bencher, n, 1.0);
+    newton_step(bencher, chain(n, |_| true), 1.0);
+}
+
+/// Every tenth connection is a mesh that lifts off, the others are linear and condensed.
+#[divan::bench(args = [10, 20, 50, 100, 200], sample_count = 50)]
+fn p4_newton_step_few_meshes(bencher: Bencher, n: usize) {
+    newton_step(bencher, chain(n, |k| k % 10 == 5), 1.0);
 }
 
 /// A thousand excitation periods of P3.

@@ -1,8 +1,8 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
-use super::continuation::{
-    Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
-};
+mod refit;
+
+use super::continuation::{Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side};
 use super::events::{BifurcationEvent, EventKind, Look, Probe, Step};
 use super::newton::{NewtonOutcome, NewtonStatus};
 use super::orbit::Orbit;
@@ -77,6 +77,8 @@ pub struct TraceOptions {
 pub enum Begin {
     /// A guess at the first value of the range.
     Guess(DVector<f64>),
+    /// A guess at a value inside the range, left towards one side: forwards is the way to its last value.
+    Inside(DVector<f64>, f64, Side),
     /// A crossing on a known branch, left along the other one.
     Crossing(Box<PathPoint>, Side),
 }
@@ -113,17 +115,9 @@ pub fn trace(
     options: &TraceOptions,
     recorder: &mut dyn Recorder,
 ) -> Result<Result<Branch, NewtonOutcome>, SolveError> {
-    let path = match begin {
-        Begin::Guess(u) => match Continuation::start(problem, u, options.continuation)? {
-            Started::Path(path) => *path,
-            Started::Failed(outcome) => return Ok(Err(outcome)),
-        },
-        Begin::Crossing(point, side) => {
-            match Continuation::branch_off(problem, &point, side, options.continuation)? {
-                Some(path) => path,
-                None => return Ok(Err(singular(&point))),
-            }
-        }
+    let path = match refit::begin(problem, begin, options)? {
+        Ok(path) => path,
+        Err(outcome) => return Ok(Err(outcome)),
     };
     let branch = Branch {
         points: Vec::new(),
@@ -139,6 +133,7 @@ pub fn trace(
         branch,
         before: None,
         stride: 0.0,
+        exchanges: 0,
     };
     let first = tracer.path.point().clone();
     let mut last = tracer.probe(first, 1.0)?;
@@ -147,13 +142,12 @@ pub fn trace(
         return Ok(Ok(tracer.branch));
     }
     loop {
-        tracer.branch.exchanges = tracer.path.exchanges();
+        tracer.branch.exchanges = tracer.exchanges + tracer.path.exchanges();
         if let Advance::End(end) = tracer.path.advance(tracer.problem)? {
             tracer.branch.end = end;
             return Ok(Ok(tracer.branch));
         }
-        let point = tracer.path.point().clone();
-        let next = tracer.probe(point, 1.0)?;
+        let next = tracer.reached()?;
         last.look.fraction = 0.0;
         let mut events = tracer.events(&last, &next)?;
         if let Some(Joint { known, at }) = tracer.joint(&last, &next, &events)? {
@@ -168,6 +162,7 @@ pub fn trace(
         }
         tracer.insert_marks(&last, &next, &events)?;
         tracer.remember(last, &events);
+        let next = tracer.refit(next)?;
         if !tracer.push(&next)? {
             tracer.branch.end = PathEnd::Interrupted;
             return Ok(Ok(tracer.branch));
@@ -194,6 +189,8 @@ struct Tracer<'a> {
     before: Option<Look>,
     /// Length of the step before the present one.
     stride: f64,
+    /// Row exchanges in the sizes that the problem has left.
+    exchanges: usize,
 }
 
 /// Halves of an orbit at a branch point that differ by less than this, relative to its size, are one: the point is located to a

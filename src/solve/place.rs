@@ -65,6 +65,20 @@ impl Place {
         least / (1.0 + self.size())
     }
 
+    /// Excitation periods after which the orbit repeats itself, as far as states tell that differ by less than a tolerance,
+    /// relative to their size.
+    pub fn period(&self, tolerance: f64) -> usize {
+        let nu = self.states.len();
+        let repeats = |period: &usize| {
+            let gap = (0..nu).fold(0.0_f64, |gap, k| {
+                let later = &self.states[(k + period) % nu];
+                gap.max((later - &self.states[k]).amax())
+            });
+            nu.is_multiple_of(*period) && gap < tolerance * (1.0 + self.size())
+        };
+        (1..nu).find(repeats).unwrap_or(nu)
+    }
+
     /// How far the orbit is from repeating itself after half its period, relative to its size; infinite for odd nu.
     pub fn gap_of_halves(&self) -> f64 {
         let nu = self.states.len();

@@ -72,6 +72,42 @@ pub trait Residual {
         lambda: f64,
         out: &mut Linearisation,
     ) -> Result<(), SolveError>;
+
+    /// Unknowns, or a change of them, of any size that the problem has had, in the present one.
+    fn in_present_size(&self, u: &DVector<f64>) -> DVector<f64> {
+        u.clone()
+    }
+}
+
+/// The size of a problem that may change it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Size {
+    /// Harmonics of the excitation frequency.
+    pub harmonics: usize,
+    /// How often the samples are doubled.
+    pub doublings: u32,
+}
+
+/// How the size of a problem suits a solution; `size` is a better one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fit {
+    /// It does, or there is no better one.
+    Suits,
+    /// A smaller one would do.
+    Wastes {
+        /// The smaller one.
+        size: Size,
+    },
+    /// The error is as large as it should become.
+    Strains {
+        /// The larger one.
+        size: Size,
+    },
+    /// The error is too large.
+    Fails {
+        /// The larger one.
+        size: Size,
+    },
 }
 
 /// How much to find out about one solution.
@@ -121,6 +157,27 @@ pub trait PeriodicResidual: Residual {
         lambda: f64,
         extent: Extent,
     ) -> Result<Survey, SolveError>;
+
+    /// Its present size; zeros where there is one size only.
+    fn size(&self) -> Size {
+        Size::default()
+    }
+
+    /// Takes another size; solutions come in it through [`Residual::in_present_size`].
+    ///
+    /// # Errors
+    /// The problem cannot be made in this size.
+    fn resize(&mut self, _size: Size) -> Result<(), SolveError> {
+        Ok(())
+    }
+
+    /// How the present size suits a solution.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn fit(&mut self, _u: &DVector<f64>, _lambda: f64) -> Result<Fit, SolveError> {
+        Ok(Fit::Suits)
+    }
 
     /// Unknowns of an orbit that repeats itself after half the period, from those (or a change of those) in the problem with
     /// half the subharmonic index and as many samples an excitation period.

@@ -7,6 +7,7 @@ mod response_support;
 #[path = "../support/time_domain_support.rs"]
 mod time_domain_support;
 
+mod accuracy;
 mod attractor_labels;
 mod branches_all;
 mod crosscheck_methods;
@@ -14,6 +15,7 @@ mod effective_frequencies;
 mod floquet_estimate;
 mod parameter_response;
 mod parameter_response_mistakes;
+mod random_starts;
 mod rattle_metrics;
 mod reproduction_rook_singh;
 mod response_integration;

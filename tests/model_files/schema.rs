@@ -89,10 +89,14 @@ analyses:
   response:
     {type: frequency_response, from: 300 rpm, to: '25 Hz', harmonics: 12.0, marks: [10 Hz], orbits: marks, title: 3,
      caption: null, assumed: [a, 2], set: {bodies.A.inertia: 1}, samples: null, methods: [galerkin, shooting], start: rest}
+  known:
+    {type: parameter_response, at: 20 Hz, parameter: B.inertia, from: 2.0e-3, to: 3.0e-3, error_estimate: true,
+     harmonics: {tolerance: 1.0e-5, least: 4, most: 50}, convergence_check: true,
+     starts: {count: 3, seed: 1, at: [2.5e-3], box: 1}}
 ";
 
 /// Changes of EVERYTHING that are mistakes: what is replaced by what.
-const MISTAKES: [(&str, &str); 34] = [
+const MISTAKES: [(&str, &str); 37] = [
     ("schema: 1", "schema: 2"),
     ("x-anything", "y-anything"),
     ("{inertia: 1.0e-3}", "{inertia: -1.0e-3}"),
@@ -136,6 +140,9 @@ const MISTAKES: [(&str, &str); 34] = [
     ("harmonics: 12.0", "harmonics: 12.5"),
     ("orbits: marks", "orbits: all"),
     ("start: rest", "stat: rest"),
+    ("least: 4", "fewest: 4"),
+    ("seed: 1, ", ""),
+    ("at: [2.5e-3]", "at: [[2.5e-3]]"),
 ];
 
 #[test]

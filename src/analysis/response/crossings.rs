@@ -76,7 +76,7 @@ pub(super) const MOST_HARMONICS: usize = 4096;
 impl BranchSettings {
     /// Whether a subharmonic index is within what a problem can hold.
     fn holds(&self, subharmonic: usize) -> bool {
-        self.harmonics * subharmonic <= MOST_HARMONICS
+        self.harmonics.most() * subharmonic <= MOST_HARMONICS
     }
 }
 
@@ -236,6 +236,7 @@ impl Work<'_> {
             delivered.origin = Some(origin);
             let source = Source::Crossing {
                 point: Box::new(point.clone()),
+                subharmonic: self.delivered[origin.parent].subharmonic,
                 side: *side,
                 is_doubled: origin.kind == EventKind::PeriodDoubling,
             };

@@ -3,7 +3,9 @@
 use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::solve::orbit::Orbit;
-use crate::solve::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
+use crate::solve::residual::{
+    Extent, Fit, Linearisation, PeriodicResidual, Residual, Size, Survey,
+};
 use crate::system::System;
 use nalgebra::DVector;
 
@@ -35,6 +37,10 @@ impl Residual for Guarded<'_> {
             outcome => outcome,
         }
     }
+
+    fn in_present_size(&self, u: &DVector<f64>) -> DVector<f64> {
+        self.0.in_present_size(u)
+    }
 }
 
 impl PeriodicResidual for Guarded<'_> {
@@ -48,6 +54,18 @@ impl PeriodicResidual for Guarded<'_> {
 
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
         self.0.in_doubled_period(half)
+    }
+
+    fn size(&self) -> Size {
+        self.0.size()
+    }
+
+    fn resize(&mut self, size: Size) -> Result<(), SolveError> {
+        self.0.resize(size)
+    }
+
+    fn fit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Fit, SolveError> {
+        self.0.fit(u, lambda)
     }
 
     fn survey(

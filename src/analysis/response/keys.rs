@@ -29,9 +29,9 @@ macro_rules! response_keys {
             /// Integrator of shooting and integration.
             #[serde(default)]
             pub integrator: crate::solve::integrate::IntegratorChoice,
-            /// Harmonics of the excitation frequency.
-            #[serde(default = "crate::analysis::response::defaults::harmonics")]
-            pub harmonics: usize,
+            /// Harmonics of the excitation frequency: a number, or limits between which an error estimate chooses.
+            #[serde(default)]
+            pub harmonics: crate::analysis::response::Harmonics,
             /// Samples a response period, a power of two.
             #[serde(default)]
             pub samples: Option<usize>,
@@ -47,6 +47,9 @@ macro_rules! response_keys {
             /// Which branches to follow: the primary one, or those too that begin at its period doublings and branch points.
             #[serde(default)]
             pub branches: crate::analysis::response::Branches,
+            /// Random states that look for further branches, at values inside the range.
+            #[serde(default)]
+            pub starts: Option<crate::analysis::response::Starts>,
             /// Values to solve exactly, every time the branch passes them.
             #[serde(default)]
             pub marks: Vec<crate::quantity::Quantity>,
@@ -56,6 +59,12 @@ macro_rules! response_keys {
             /// Which points of Galerkin branches to take through the flow: none, all, or every k-th.
             #[serde(default)]
             pub verify: crate::analysis::response::Verify,
+            /// Whether to estimate the error of every point of Galerkin branches, from twice the harmonics.
+            #[serde(default)]
+            pub error_estimate: bool,
+            /// Whether to solve every point of Galerkin branches with twice the harmonics as well.
+            #[serde(default)]
+            pub convergence_check: bool,
             /// First step of the path, in arclength; 0.02, or max_step where that is smaller, when absent.
             #[serde(default)]
             pub step: Option<f64>,
@@ -108,9 +117,12 @@ macro_rules! branch_settings {
             stability: $keys.stability,
             subharmonic: $keys.subharmonic,
             branches: $keys.branches,
+            starts: $keys.starts.clone(),
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
             verify: $keys.verify,
+            error_estimate: $keys.error_estimate,
+            convergence_check: $keys.convergence_check,
             step: $keys.step,
             min_step: $keys.min_step,
             max_step: $keys.max_step,
@@ -126,9 +138,6 @@ macro_rules! branch_settings {
 pub(in crate::analysis) use branch_settings;
 
 pub(in crate::analysis) mod defaults {
-    pub fn harmonics() -> usize {
-        12
-    }
     pub fn stability() -> bool {
         true
     }

@@ -2,24 +2,33 @@
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
 //! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
-//! begin where one is crossed; `integration`: the method
-//! that follows attractors; `verify`: the same points by the flow; `report`: tables and figure.
+//! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `integration`: the method
+//! that follows attractors; `verify`: the same points by the flow; `accuracy`: what is known of their
+//! errors, and `harmonics` how many that takes; `outcome`: how branches ended; `report`: tables
+//! and figure.
 
+mod accuracy;
 mod crossings;
 mod guarded;
+mod harmonics;
+mod hunt;
 mod integration;
 mod keys;
 mod model_family;
 mod orbits;
+mod outcome;
 mod report;
 mod settings;
+mod starts;
 mod swept;
 mod trace;
 mod verify;
 
 pub use crossings::Branches;
+pub use harmonics::Harmonics;
 pub use keys::{BranchSettings, Method, Orbits, Quadrature};
 pub(super) use keys::{branch_settings, defaults, response_keys};
+pub use starts::Starts;
 pub(super) use swept::{Here, Swept};
 pub(super) use trace::{run, tables};
 pub use verify::Verify;

@@ -1,9 +1,10 @@
 //! What the methods delivered, as tables, a figure and a summary.
 
+use super::accuracy::Accuracies;
 use super::crossings::Origin;
 use super::orbits::OrbitTable;
 use super::verify::Verification;
-use super::{Method, Swept};
+use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_figure::{self, MAX_PANELS};
 use crate::analysis::branch_table::{self, Traced};
 use crate::analysis::columns::{float, integer, text};
@@ -22,6 +23,8 @@ pub(super) struct Delivered {
     pub subharmonic: usize,
     /// Where it begins; `None` for the primary branch.
     pub origin: Option<Origin>,
+    /// The random start that led to it, in words.
+    pub start: Option<String>,
     /// Names of the integrators that ran.
     integrators: Vec<&'static str>,
     pub points: Vec<BranchPoint>,
@@ -87,6 +90,7 @@ impl Delivered {
             method,
             subharmonic,
             origin: None,
+            start: None,
             integrators: Vec::new(),
             points: Vec::new(),
             events: Vec::new(),
@@ -105,11 +109,16 @@ impl Delivered {
     /// Why it ended early, with the method and the number of the branch in front where there are several.
     fn complaint(&self, number: usize, branches: usize) -> Option<String> {
         let (message, word) = (&self.end.message, self.method.word());
-        self.end.is_early.then(|| match self.origin {
-            Some(_) => format!("{word}, branch {number}: {message}"),
-            None if branches > 1 => format!("{word}: {message}"),
-            None => message.clone(),
+        self.end.is_early.then(|| match () {
+            _ if self.is_side() => format!("{word}, branch {number}: {message}"),
+            _ if branches > 1 => format!("{word}: {message}"),
+            _ => message.clone(),
         })
+    }
+
+    /// Whether it is another branch than the primary one.
+    pub fn is_side(&self) -> bool {
+        self.origin.is_some() || self.start.is_some()
     }
 
     /// Row of the events at which the branch begins.
@@ -126,6 +135,7 @@ impl Delivered {
             "branch": number,
             "method": self.method.word(),
             "subharmonic": self.subharmonic,
+            "origin": self.start,
             "parent": self.origin.map(|o| o.parent),
             "event": self.event_row(delivered),
             "integrator": integrator,
@@ -141,6 +151,7 @@ pub(super) fn assemble(
     delivered: &[Delivered],
     orbits: Option<OrbitTable>,
     verification: Option<&Verification>,
+    accuracies: Option<(&BranchSettings, &Accuracies)>,
 ) -> Report {
     let setting = swept.setting;
     let traced: Vec<Traced<'_>> = delivered
@@ -177,15 +188,21 @@ pub(super) fn assemble(
         let value = verification.as_value();
         report.summary.insert("verify".into(), value);
     }
+    if let Some((settings, accuracies)) = accuracies {
+        report.tables.push(accuracies.table(settings, swept));
+        let value = accuracies.as_value(settings, swept);
+        report.summary.insert("accuracy".into(), value);
+    }
     let count = setting.assembly.connections.len();
     if count > MAX_PANELS {
         report.caption = format!(
             "Shown are the first {MAX_PANELS} of {count} connections; the table has all of them."
         );
     }
-    if let Some(verification) = verification {
-        let parts = [std::mem::take(&mut report.caption), verification.message()];
-        report.caption = parts.join(" ").trim().to_owned();
+    let verified = verification.map(Verification::message);
+    let judged = accuracies.map(|(_, a)| a.message(swept));
+    for message in verified.into_iter().chain(judged) {
+        report.caption = format!("{} {message}", report.caption).trim().to_owned();
     }
     let complaints: Vec<String> = delivered
         .iter()
@@ -208,7 +225,11 @@ pub(super) fn branches(delivered: &[Delivered]) -> Table {
     let words = |f: &dyn Fn(&Delivered) -> &'static str| -> Vec<String> {
         delivered.iter().map(|d| f(d).to_owned()).collect()
     };
-    let kind = |d: &Delivered| d.origin.map_or("start", |o| o.kind.word());
+    let kind = |d: &Delivered| match d.origin {
+        Some(origin) => origin.kind.word(),
+        None if d.start.is_some() => "random_start",
+        None => "start",
+    };
     Table {
         name: "branches".into(),
         columns: vec![

@@ -1,13 +1,12 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
-use super::crossings::MOST_HARMONICS;
 use super::{BranchSettings, Method, Quadrature};
 use crate::analysis::{Fault, Setting, flow};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::{Family, FrequencyFamily};
-use crate::solve::galerkin::{Galerkin, GalerkinOptions};
+use crate::solve::galerkin::Galerkin;
 use crate::solve::jumps::refuse_hidden;
 use crate::solve::newton::NewtonOptions;
 use crate::system::System;
@@ -46,25 +45,8 @@ impl BranchSettings {
         }
     }
 
-    /// The size of the Galerkin approximation.
-    pub(super) fn size(&self) -> GalerkinOptions {
-        let samples = self.samples.unwrap_or(GalerkinOptions::default_samples(
-            self.harmonics,
-            self.subharmonic,
-        ));
-        GalerkinOptions {
-            harmonics: self.harmonics,
-            samples,
-        }
-    }
-
-    /// The same for another subharmonic index: as many samples an excitation period.
-    pub(super) fn size_for(&self, subharmonic: usize) -> GalerkinOptions {
-        let GalerkinOptions { harmonics, samples } = self.size();
-        GalerkinOptions {
-            harmonics,
-            samples: samples * subharmonic / self.subharmonic,
-        }
+    pub(super) fn has_galerkin(&self) -> bool {
+        self.methods().contains(&Method::Galerkin)
     }
 
     /// The same problem with the quadrature asked for.
@@ -124,20 +106,23 @@ impl BranchSettings {
         };
         let (from, to) = (read("from".into(), &self.from), read("to".into(), &self.to));
         let marks = self.marks.iter().enumerate();
-        let marks: Vec<Option<f64>> = marks
-            .map(|(k, mark)| read(format!("marks.{k}"), mark))
+        let marks = marks.map(|(k, mark)| (format!("marks.{k}"), mark));
+        let listed: Vec<(String, &Quantity)> = marks.chain(self.starts_at()).collect();
+        let values: Vec<Option<f64>> = listed
+            .iter()
+            .map(|(key, written)| read(key.clone(), written))
             .collect();
         let (Some(from), Some(to)) = (from, to) else {
             return faults;
         };
         let (low, high) = (from.min(to), from.max(to));
-        for (k, mark) in marks.iter().enumerate() {
-            if mark.is_some_and(|m| m < low || m > high) {
+        for ((key, written), value) in listed.into_iter().zip(values) {
+            if value.is_some_and(|m| m < low || m > high) {
                 let message = format!(
                     "{} lies outside the range from {} to {}",
-                    self.marks[k].text, self.from.text, self.to.text
+                    written.text, self.from.text, self.to.text
                 );
-                faults.push(Fault::new(format!("marks.{k}"), message));
+                faults.push(Fault::new(key, message));
             }
         }
         if let Err(error) = self.continuation((from, to), 1.0).validate() {
@@ -151,6 +136,7 @@ impl BranchSettings {
         let mut faults = self.check_methods(setting, system);
         faults.extend(self.check_integration());
         faults.extend(self.check_branches());
+        faults.extend(self.check_starts(setting));
         faults.extend(self.check_size(setting, system));
         faults
     }
@@ -166,11 +152,23 @@ impl BranchSettings {
         if methods.is_empty() || repeated {
             faults.push(Fault::new("methods", "wanted a list of different methods"));
         }
-        if self.verify.is_asked_for() && !methods.contains(&Method::Galerkin) {
+        if self.verify.is_asked_for() && !self.has_galerkin() {
             let message = "`verify` takes points of the method `galerkin` through the flow, which is not asked for";
             faults.push(Fault::new("verify", message));
         }
-        if self.verify.is_asked_for() || methods.iter().any(|m| *m != Method::Galerkin) {
+        for (key, is_asked_for) in [
+            ("error_estimate", self.error_estimate),
+            ("convergence_check", self.convergence_check),
+        ] {
+            if is_asked_for && !self.has_galerkin() {
+                let message = format!(
+                    "`{key}` judges points of the method `galerkin`, which is not asked for"
+                );
+                faults.push(Fault::new(key, message));
+            }
+        }
+        let needs_flow = self.verify.is_asked_for() || self.starts.is_some();
+        if needs_flow || methods.iter().any(|m| *m != Method::Galerkin) {
             faults.extend(flow::integrator(setting, system, self.integrator).err());
         }
         if methods.contains(&Method::Shooting)
@@ -241,16 +239,12 @@ impl BranchSettings {
             faults.push(Fault::new("subharmonic", "0 must be at least 1"));
             return faults;
         }
-        if self.harmonics == 0 || self.harmonics * self.subharmonic > MOST_HARMONICS {
-            let message = format!(
-                "{} must be at least 1, and at most {MOST_HARMONICS} with the subharmonic index",
-                self.harmonics
-            );
-            faults.push(Fault::new("harmonics", message));
+        faults.extend(self.check_harmonics());
+        if !faults.is_empty() {
             return faults;
         }
         if let Some(samples) = self.samples {
-            let least = 16 * self.harmonics * self.subharmonic;
+            let least = 16 * self.harmonics.most() * self.subharmonic;
             if !samples.is_power_of_two() || samples < least || samples > 1 << 22 {
                 let message = format!(
                     "{samples} must be a power of two, at least {least} (16 a harmonic), at most {}",
@@ -269,7 +263,10 @@ impl BranchSettings {
         if faults.is_empty() && is_periodic {
             let mut system = system.clone();
             system.set_subharmonic(self.subharmonic);
-            match Galerkin::new(FrequencyFamily::new(system), 1.0, self.size()) {
+            let fewest = self
+                .resolution()
+                .map_or(self.size(), |r| self.size_with(r.least, self.subharmonic));
+            match Galerkin::new(FrequencyFamily::new(system), 1.0, fewest) {
                 Err(error) => faults.push(fault_of(error)),
                 Ok(galerkin) => {
                     let refused = self.with_quadrature(galerkin, 1.0).err();

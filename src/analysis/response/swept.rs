@@ -21,8 +21,10 @@ pub(in crate::analysis) struct Swept<'a> {
     pub setting: &'a Setting<'a>,
     /// First and last lambda.
     pub range: (f64, f64),
-    /// Values of lambda to solve exactly.
+    /// Values of lambda to solve exactly: the marks, then those at which random starts are made.
     pub marks: Vec<f64>,
+    /// How many of these are starts.
+    starts: usize,
     /// Unit of the reported parameter.
     pub unit: String,
     subharmonic: usize,
@@ -92,6 +94,7 @@ impl<'a> Swept<'a> {
             setting,
             range,
             marks,
+            starts: settings.starts_at().len(),
             unit,
             subharmonic: settings.subharmonic,
             kind: Kind::Frequency { factor },
@@ -125,6 +128,7 @@ impl<'a> Swept<'a> {
             setting,
             range: (0.0, 1.0),
             marks: shares,
+            starts: settings.starts_at().len(),
             unit: unit(setting, settings, path),
             subharmonic: settings.subharmonic,
             kind: Kind::Number(track),
@@ -203,6 +207,11 @@ impl<'a> Swept<'a> {
         }
     }
 
+    /// Values of lambda at which random starts are made.
+    pub fn starts(&self) -> &[f64] {
+        &self.marks[self.marks.len() - self.starts..]
+    }
+
     /// The reported value of the parameter.
     pub fn value(&self, lambda: f64) -> f64 {
         match &self.kind {
@@ -234,7 +243,7 @@ impl<'a> Swept<'a> {
     }
 }
 
-/// The two ends and the marks.
+/// The two ends, and the marks with the places of random starts behind them.
 fn read(
     settings: &BranchSettings,
     value: &dyn Fn(&Quantity) -> Result<f64, String>,
@@ -243,9 +252,10 @@ fn read(
         value(written).map_err(|message| Fault::new(key, message))
     };
     let marks = settings.marks.iter().enumerate();
-    let marks: Result<Vec<f64>, Fault> = marks
-        .map(|(k, mark)| one(format!("marks.{k}"), mark))
-        .collect();
+    let marks = marks.map(|(k, mark)| one(format!("marks.{k}"), mark));
+    let starts = settings.starts_at().into_iter();
+    let starts = starts.map(|(key, written)| one(key, written));
+    let marks: Result<Vec<f64>, Fault> = marks.chain(starts).collect();
     let ends = (
         one("from".into(), &settings.from)?,
         one("to".into(), &settings.to)?,

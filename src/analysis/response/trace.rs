@@ -1,21 +1,24 @@
 //! Method by method from a first solution along the parameter.
 
+use super::accuracy::{self, Accuracies};
 use super::crossings::{self, Crossings};
 use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
+use super::starts::{self, Search};
 use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::Error;
 use crate::report::{Report, Table};
-use crate::solve::branch::{self, Begin, Branch, TraceOptions};
+use crate::solve::branch::{self, Begin, TraceOptions};
 use crate::solve::continuation::{PathEnd, PathPoint, Side};
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
 use crate::solve::floquet::Spectrum;
 use crate::solve::galerkin::Galerkin;
+use crate::solve::galerkin::adaptive::{Adaptive, Sizes};
 use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
 use crate::solve::start::{self, Start};
@@ -37,7 +40,9 @@ pub(in crate::analysis) fn run(
         delivered: Vec::new(),
         orbits: OrbitTable::new(swept.setting),
         verification: Verification::new(),
+        accuracies: Accuracies::default(),
         warnings: Vec::new(),
+        searches: Vec::new(),
         crossings: Crossings::default(),
     };
     work.trace_all()?;
@@ -45,16 +50,24 @@ pub(in crate::analysis) fn run(
         delivered,
         orbits,
         verification,
+        accuracies,
         warnings,
+        searches,
         ..
     } = work;
     let orbits = settings.orbits.are_kept().then_some(orbits);
     let verification = settings.verify.is_asked_for().then_some(&verification);
-    let mut report = report::assemble(swept, &delivered, orbits, verification);
-    if settings.branches.limits().is_some() {
+    let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
+    let mut report = report::assemble(swept, &delivered, orbits, verification, accuracies);
+    if settings.has_side_branches() {
         report.tables.push(report::branches(&delivered));
     }
+    if settings.starts.is_some() {
+        starts::report(&searches, swept, &mut report);
+    }
     report.warnings = warnings;
+    let insufficient = accuracies.and_then(|(_, a)| a.complaint(settings, swept));
+    report.warnings.extend(insufficient);
     let seconds = began.elapsed().as_secs_f64();
     for (key, value) in [
         ("options", options),
@@ -72,8 +85,11 @@ pub(in crate::analysis) fn tables(settings: &BranchSettings, swept: &Swept<'_>) 
     let orbits = OrbitTable::new(swept.setting);
     let orbits = settings.orbits.are_kept().then_some(orbits);
     let verification = settings.verify.is_asked_for().then(Verification::new);
-    let mut tables = report::assemble(swept, &delivered, orbits, verification.as_ref()).tables;
-    if settings.branches.limits().is_some() {
+    let accuracies = Accuracies::default();
+    let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
+    let verification = verification.as_ref();
+    let mut tables = report::assemble(swept, &delivered, orbits, verification, accuracies).tables;
+    if settings.has_side_branches() {
         tables.push(report::branches(&delivered));
     }
     tables
@@ -86,7 +102,10 @@ pub(super) struct Work<'a> {
     pub delivered: Vec<Delivered>,
     orbits: OrbitTable,
     verification: Verification,
+    accuracies: Accuracies,
     pub warnings: Vec<String>,
+    /// What random starts led to.
+    pub searches: Vec<Search>,
     /// Of the branches of the present method.
     pub crossings: Crossings,
 }
@@ -95,10 +114,14 @@ pub(super) struct Work<'a> {
 pub(super) enum Source {
     /// A guess at the first value of the range.
     Guess(DVector<f64>),
+    /// A solution inside the range, and the way to go.
+    Inside(DVector<f64>, f64, Side),
     /// An event of another branch.
     Crossing {
         /// The point of that branch.
         point: Box<PathPoint>,
+        /// nu of that branch.
+        subharmonic: usize,
         /// Which way the new branch is followed.
         side: Side,
         /// Whether the new branch has twice the period.
@@ -111,10 +134,12 @@ impl Source {
     fn begin(self, problem: &dyn PeriodicResidual) -> Begin {
         match self {
             Source::Guess(u) => Begin::Guess(u),
+            Source::Inside(u, lambda, side) => Begin::Inside(u, lambda, side),
             Source::Crossing {
                 mut point,
                 side,
                 is_doubled,
+                ..
             } => {
                 if is_doubled {
                     point.u = problem.in_doubled_period(&point.u);
@@ -132,9 +157,6 @@ struct First<'a> {
     found: Start,
 }
 
-/// Distance in which the end of a model explains the end of a branch.
-const BORDER: f64 = 1e-4;
-
 impl<'a> Work<'a> {
     fn trace_all(&mut self) -> Result<(), Error> {
         let mut first = None;
@@ -151,6 +173,7 @@ impl<'a> Work<'a> {
             let delivered = self.primary(method, first)?;
             self.delivered.push(delivered);
             self.follow_crossings(method, number)?;
+            self.follow_starts(method, number)?;
             self.crossings = Crossings::default();
         }
         Ok(())
@@ -205,28 +228,85 @@ impl<'a> Work<'a> {
         source: Source,
         delivered: &mut Delivered,
     ) -> Result<(), Error> {
-        let (settings, swept) = (self.settings, self.swept);
-        let from = swept.range.0;
-        let family = swept.family_for(delivered.subharmonic)?;
         if delivered.method == Method::Galerkin {
-            let galerkin = Galerkin::new(family, from, settings.size_for(delivered.subharmonic))?;
-            let mut galerkin = settings.with_quadrature(galerkin, from)?;
-            self.trace(&mut galerkin, source, delivered)?;
-            if settings.verify.is_asked_for() {
-                let given = (settings, swept);
-                let (number, newton) = (self.delivered.len(), settings.shooting_newton());
-                let points = &delivered.points;
-                self.verification
-                    .add(given, &mut galerkin, number, points, newton)?;
-            }
-            return Ok(());
+            return self.follow_series(source, delivered);
         }
+        let (settings, swept) = (self.settings, self.swept);
+        let family = swept.family_for(delivered.subharmonic)?;
+        let from = swept.range.0;
         let mut shooting = Shooting::new(family, from, settings.integrator)?;
         delivered.note_integrator(shooting.integrator());
         self.trace(&mut shooting, source, delivered)?;
         // Along some parameters the law stops being piecewise affine.
         delivered.note_integrator(shooting.integrator());
         Ok(())
+    }
+
+    /// The same with the Galerkin method, whose points are judged where that is asked for.
+    fn follow_series(&mut self, source: Source, delivered: &mut Delivered) -> Result<(), Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        let (from, nu) = (swept.range.0, delivered.subharmonic);
+        let options = |harmonics| settings.size_with(harmonics, nu);
+        let make = |size| {
+            let galerkin = Galerkin::new(swept.family_for(nu)?, from, size)?;
+            settings.with_quadrature(galerkin, from)
+        };
+        let sizes = Sizes {
+            options: &options,
+            problem: &make,
+        };
+        let first = self
+            .harmonics(&source)
+            .unwrap_or(settings.harmonics.first());
+        let newton = settings.newton();
+        let doublings = match settings.resolution() {
+            None => {
+                self.follow_verified(&mut make(options(first))?, source, delivered)?;
+                0
+            }
+            Some(resolution) => {
+                let mut galerkin = Adaptive::new(sizes, resolution, newton, (first, nu))?;
+                self.follow_verified(&mut galerkin, source, delivered)?;
+                galerkin.finest()
+            }
+        };
+        if accuracy::is_asked_for(settings) {
+            let (given, number) = ((settings, swept), self.delivered.len());
+            let points = &delivered.points;
+            self.accuracies
+                .add(given, sizes, (number, nu, doublings), points)?;
+        }
+        Ok(())
+    }
+
+    /// Follows one branch and takes its points through the flow where that is asked for.
+    fn follow_verified(
+        &mut self,
+        galerkin: &mut dyn PeriodicResidual,
+        source: Source,
+        delivered: &mut Delivered,
+    ) -> Result<(), Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        self.trace(galerkin, source, delivered)?;
+        if settings.verify.is_asked_for() {
+            let (number, newton) = (self.delivered.len(), settings.shooting_newton());
+            let points = &delivered.points;
+            self.verification
+                .add((settings, swept), galerkin, number, points, newton)?;
+        }
+        Ok(())
+    }
+
+    /// Harmonics of the excitation frequency of the orbit at which a branch begins.
+    fn harmonics(&self, source: &Source) -> Option<usize> {
+        let Source::Crossing {
+            point, subharmonic, ..
+        } = source
+        else {
+            return None;
+        };
+        let dof = self.swept.setting.assembly.system.dof();
+        Some(point.u.len() / dof / 2 / subharmonic)
     }
 
     /// Follows one branch.
@@ -268,7 +348,7 @@ impl<'a> Work<'a> {
                 return Ok(());
             }
         };
-        let side = delivered.origin.and_then(|_| crossings::ending(branch.end));
+        let side = crossings::ending(branch.end).filter(|_| delivered.is_side());
         delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));
         (delivered.points, delivered.events) = (branch.points, branch.events);
         self.warn(delivered, branch.end, &recorder.pulling);
@@ -289,37 +369,6 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Why a branch ended.
-    fn ending(&self, problem: &mut Guarded<'_>, branch: &Branch) -> Ending {
-        let (end, points) = (branch.end, branch.points.as_slice());
-        let (mut reason, mut message) = (end.reason(), end.message());
-        match end {
-            PathEnd::RangeReached | PathEnd::Closed | PathEnd::Joined { .. } => {
-                return Ending {
-                    reason,
-                    message,
-                    is_early: false,
-                };
-            }
-            PathEnd::StepTooSmall { .. } => {
-                // The steps may have ended where there is no model any more; difference quotients reach a little further.
-                if let [.., before, last] = points {
-                    let onwards = (last.lambda - before.lambda).signum();
-                    let beyond = [1.0, 1e3, 1e6].map(|k| k * self.settings.min_step);
-                    let lost = |step: &f64| {
-                        let there = last.lambda + onwards * step.min(BORDER);
-                        problem.system_at(there).err()
-                    };
-                    if let Some(error) = beyond.iter().find_map(lost) {
-                        (reason, message) = ("no_model", error.to_string());
-                    }
-                }
-            }
-            _ => {}
-        }
-        Ending::early(reason, report::early_message(self.swept, &message, points))
-    }
-
     /// The attractors along the range.
     fn integrate(&mut self) {
         let (settings, swept) = (self.settings, self.swept);
@@ -333,61 +382,6 @@ impl<'a> Work<'a> {
         self.warnings.extend(warnings);
         self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
         self.delivered.push(delivered);
-    }
-
-    /// What was computed in another way than for most systems.
-    fn explain(&mut self, method: Method, exchanges: usize) {
-        let dof = self.swept.setting.assembly.system.dof();
-        if self.settings.stability && self.swept.spectrum() == Spectrum::Leading {
-            let which = match method {
-                Method::Galerkin => format!(
-                    "of the {} multipliers those of largest modulus are computed, by Arnoldi's method, down to the inside of \
-                     the unit circle; ",
-                    2 * dof
-                ),
-                _ => String::new(),
-            };
-            self.warnings.push(format!(
-                "{dof} coordinates: {which}the averaged estimates (multiplier_estimates) are left out"
-            ));
-        }
-        if exchanges > 0 {
-            self.warnings.push(format!(
-                "{exchanges} linear systems were solved by dense elimination with row exchanges across all coordinates: \
-                 elimination by blocks lost too many digits"
-            ));
-        }
-    }
-
-    fn warn(&mut self, delivered: &Delivered, end: PathEnd, pulling: &[bool]) {
-        let (swept, list) = (self.swept, &mut self.warnings);
-        let connections = &swept.setting.assembly.connections;
-        for (name, _) in connections.iter().zip(pulling).filter(|(_, pulls)| **pulls) {
-            list.push(format!(
-                "{name}: the contact pulls somewhere on the branch (1 + beta v < 0): impact damping is beyond its range"
-            ));
-        }
-        for event in delivered.events.iter().filter(|e| !e.is_located()) {
-            let (low, high) = event.bracket;
-            list.push(format!(
-                "a {} between {} and {} could not be located",
-                event.kind.word(),
-                swept.place(low),
-                swept.place(high),
-            ));
-        }
-        // Side branches live on a part of the range.
-        if end != PathEnd::RangeReached || delivered.origin.is_some() {
-            return;
-        }
-        for (mark, written) in swept.marks.iter().zip(&self.settings.marks) {
-            let is_solved = |p: &branch::BranchPoint| {
-                p.is_mark && (p.lambda - mark).abs() <= 1e-12 * mark.abs()
-            };
-            if !delivered.points.iter().any(is_solved) {
-                list.push(format!("the mark {} could not be solved", written.text));
-            }
-        }
     }
 }
 

@@ -6,14 +6,16 @@ mod bordered;
 mod control;
 mod corner;
 mod crossing;
+mod inside;
 mod interpolant;
+mod resize;
 mod trail;
 mod types;
 
 pub use crossing::Side;
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
 
-use super::newton::{Newton, NewtonOutcome, NewtonStatus};
+use super::newton::{Newton, NewtonOutcome};
 use super::residual::{Linearisation, Residual};
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -70,31 +72,7 @@ impl Continuation {
         u: DVector<f64>,
         options: ContinuationOptions,
     ) -> Result<Started, SolveError> {
-        options.validate()?;
-        let dim = problem.dim();
-        let origin = PathPoint {
-            tangent_u: DVector::zeros(dim),
-            tangent_lambda: options.direction(),
-            lambda: options.range.0,
-            u,
-            orientation: 0,
-            newton: NewtonOutcome {
-                status: NewtonStatus::Stalled,
-                iterations: 0,
-                residual_norm: f64::NAN,
-            },
-        };
-        let mut this = Continuation::standing(problem, origin, options);
-        // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
-        let guess = this.origin.u.clone();
-        let point = this.correct(problem, &this.origin.clone(), 0.0, guess, options.range.0)?;
-        if !point.newton.is_converged() {
-            return Ok(Started::Failed(point.newton));
-        }
-        this.origin = point.clone();
-        this.first = point.clone();
-        this.point = point;
-        Ok(Started::Path(Box::new(this)))
+        Continuation::start_at(problem, (u, options.range.0), Side::Forward, options)
     }
 
     /// A path that stands at a point.

@@ -4,6 +4,8 @@
 //!
 //! Unknowns are coordinate-major: coefficient k of coordinate i stands at i (2H + 1) + k, in the order mean, sin 1, cos 1, ...
 
+pub mod accuracy;
+pub mod adaptive;
 mod aft;
 mod exact;
 mod hill;
@@ -111,7 +113,7 @@ impl<F: Family> Galerkin<F> {
         self.coefficients
     }
 
-    /// The orbit of a solution as Fourier series.
+    /// The orbit of a solution as Fourier series; solutions of any number of harmonics are taken.
     ///
     /// # Errors
     /// The system cannot be made at this parameter.
@@ -123,7 +125,7 @@ impl<F: Family> Galerkin<F> {
         let system = self.family.at(lambda)?;
         let coefficients = u
             .as_slice()
-            .chunks_exact(self.coefficients)
+            .chunks_exact(u.len() / system.dof())
             .map(<[f64]>::to_vec)
             .collect();
         Ok(FourierOrbit {

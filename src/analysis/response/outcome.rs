@@ -1,0 +1,101 @@
+//! How a branch ended, and what a reader of its results has to know.
+
+use super::Method;
+use super::guarded::Guarded;
+use super::report::{self, Delivered, Ending};
+use super::trace::Work;
+use crate::solve::branch::{self, Branch};
+use crate::solve::continuation::PathEnd;
+use crate::solve::floquet::Spectrum;
+use crate::solve::residual::PeriodicResidual;
+
+/// Distance in which the end of a model explains the end of a branch.
+const BORDER: f64 = 1e-4;
+
+impl Work<'_> {
+    /// Why a branch ended.
+    pub(super) fn ending(&self, problem: &mut Guarded<'_>, branch: &Branch) -> Ending {
+        let (end, points) = (branch.end, branch.points.as_slice());
+        let (mut reason, mut message) = (end.reason(), end.message());
+        match end {
+            PathEnd::RangeReached | PathEnd::Closed | PathEnd::Joined { .. } => {
+                return Ending {
+                    reason,
+                    message,
+                    is_early: false,
+                };
+            }
+            PathEnd::StepTooSmall { .. } => {
+                // The steps may have ended where there is no model any more; difference quotients reach a little further.
+                if let [.., before, last] = points {
+                    let onwards = (last.lambda - before.lambda).signum();
+                    let beyond = [1.0, 1e3, 1e6].map(|k| k * self.settings.min_step);
+                    let lost = |step: &f64| {
+                        let there = last.lambda + onwards * step.min(BORDER);
+                        problem.system_at(there).err()
+                    };
+                    if let Some(error) = beyond.iter().find_map(lost) {
+                        (reason, message) = ("no_model", error.to_string());
+                    }
+                }
+            }
+            _ => {}
+        }
+        Ending::early(reason, report::early_message(self.swept, &message, points))
+    }
+
+    /// What was computed in another way than for most systems.
+    pub(super) fn explain(&mut self, method: Method, exchanges: usize) {
+        let dof = self.swept.setting.assembly.system.dof();
+        if self.settings.stability && self.swept.spectrum() == Spectrum::Leading {
+            let which = match method {
+                Method::Galerkin => format!(
+                    "of the {} multipliers those of largest modulus are computed, by Arnoldi's method, down to the inside of \
+                     the unit circle; ",
+                    2 * dof
+                ),
+                _ => String::new(),
+            };
+            self.warnings.push(format!(
+                "{dof} coordinates: {which}the averaged estimates (multiplier_estimates) are left out"
+            ));
+        }
+        if exchanges > 0 {
+            self.warnings.push(format!(
+                "{exchanges} linear systems were solved by dense elimination with row exchanges across all coordinates: \
+                 elimination by blocks lost too many digits"
+            ));
+        }
+    }
+
+    pub(super) fn warn(&mut self, delivered: &Delivered, end: PathEnd, pulling: &[bool]) {
+        let (swept, list) = (self.swept, &mut self.warnings);
+        let connections = &swept.setting.assembly.connections;
+        for (name, _) in connections.iter().zip(pulling).filter(|(_, pulls)| **pulls) {
+            list.push(format!(
+                "{name}: the contact pulls somewhere on the branch (1 + beta v < 0): impact damping is beyond its range"
+            ));
+        }
+        for event in delivered.events.iter().filter(|e| !e.is_located()) {
+            let (low, high) = event.bracket;
+            list.push(format!(
+                "a {} between {} and {} could not be located",
+                event.kind.word(),
+                swept.place(low),
+                swept.place(high),
+            ));
+        }
+        // Side branches live on a part of the range.
+        if end != PathEnd::RangeReached || delivered.is_side() {
+            return;
+        }
+        for (mark, written) in swept.marks.iter().zip(&self.settings.marks) {
+            let is_solved = |p: &branch::BranchPoint| {
+                p.is_mark && (p.lambda - mark).abs() <= 1e-12 * mark.abs()
+            };
+            if !delivered.points.iter().any(is_solved) {
+                list.push(format!("the mark {} could not be solved", written.text));
+            }
+        }
+    }
+}

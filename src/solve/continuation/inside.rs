@@ -1,0 +1,49 @@
+//! Paths that begin inside the range.
+
+use super::{Continuation, ContinuationOptions, PathPoint, Side, Started};
+use crate::error::SolveError;
+use crate::solve::newton::{NewtonOutcome, NewtonStatus};
+use crate::solve::residual::Residual;
+use nalgebra::DVector;
+
+impl Continuation {
+    /// Corrects `u` at a parameter and finds the tangent there; forwards is the way from the first to the last value of the
+    /// range.
+    ///
+    /// # Errors
+    /// Contradictory options, or what the problem returns.
+    pub fn start_at(
+        problem: &mut dyn Residual,
+        (u, lambda): (DVector<f64>, f64),
+        side: Side,
+        options: ContinuationOptions,
+    ) -> Result<Started, SolveError> {
+        options.validate()?;
+        let sign = match side {
+            Side::Forward => 1.0,
+            Side::Backward => -1.0,
+        };
+        // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
+        let origin = PathPoint {
+            tangent_u: DVector::zeros(problem.dim()),
+            tangent_lambda: sign * options.direction(),
+            lambda,
+            u,
+            orientation: 0,
+            newton: NewtonOutcome {
+                status: NewtonStatus::Stalled,
+                iterations: 0,
+                residual_norm: f64::NAN,
+            },
+        };
+        let mut this = Continuation::standing(problem, origin.clone(), options);
+        let point = this.correct(problem, &origin, 0.0, origin.u.clone(), lambda)?;
+        if !point.newton.is_converged() {
+            return Ok(Started::Failed(point.newton));
+        }
+        this.origin = point.clone();
+        this.first = point.clone();
+        this.point = point;
+        Ok(Started::Path(Box::new(this)))
+    }
+}
