@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::model::ReportUnits;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::solve::galerkin::stored_blocks;
-use crate::solve::support::{self, Reach};
+use crate::solve::support::{self, Reach, Support};
 use crate::study::Study;
 use comfy_table::{Table, presets};
 use nalgebra::DMatrix;
@@ -150,12 +150,6 @@ fn solvers(study: &Study) -> String {
             let solvers = list.iter().map(|s| s.solver);
             table.set_header(std::iter::once("solvers").chain(solvers));
         }
-        let word = |s: &support::Support| match s.reach {
-            Reach::Yes if s.solver == "multipliers" => s.how,
-            Reach::Yes => "yes",
-            Reach::Limited => "limited",
-            Reach::No => "no",
-        };
         table.add_row(std::iter::once(name.as_str()).chain(list.iter().map(word)));
         for s in list.iter().filter(|s| s.reach != Reach::Yes) {
             let note = format!("{}, {}: {}", s.solver, word(s), s.how);
@@ -174,6 +168,15 @@ fn solvers(study: &Study) -> String {
     }
     text.push('\n');
     text
+}
+
+fn word(support: &Support) -> &str {
+    match support.reach {
+        Reach::Yes if support.solver == "multipliers" => &support.how,
+        Reach::Yes => "yes",
+        Reach::Limited => "limited",
+        Reach::No => "no",
+    }
 }
 
 /// One line a connection: scale, law, where it rests.

@@ -4,6 +4,7 @@ pub mod assignment;
 pub mod bernstein;
 pub mod block;
 mod condensation;
+pub mod corners;
 pub mod dense;
 pub mod exponential;
 pub mod factors;

@@ -74,14 +74,18 @@ fn visible_kinds(series: &Series, kinds: &[String]) -> Vec<String> {
         .collect()
 }
 
+/// Adds an entry; one that says the same in another colour, as panels do, becomes neutral instead.
 fn push(list: &mut Vec<Entry>, sample: Sample, color: &'static str, text: &str) {
-    let entry = Entry {
-        sample,
-        color,
-        text: text.to_string(),
-    };
-    if !entry.text.is_empty() && !list.contains(&entry) {
-        list.push(entry);
+    let same = |e: &&mut Entry| e.sample == sample && e.text == text;
+    match list.iter_mut().find(same) {
+        Some(entry) if entry.color != color => entry.color = NEUTRAL,
+        Some(_) => {}
+        None if text.is_empty() => {}
+        None => list.push(Entry {
+            sample,
+            color,
+            text: text.to_string(),
+        }),
     }
 }
 

@@ -131,7 +131,7 @@
       const suffix = axes.suffix(i);
       for (const curve of panel.curves) {
         for (const trace of curveTraces(data, panel, curve)) {
-          const group = curve.style + "|" + trace.name + "|" + (curve.style === "events" ? "" : curve.color);
+          const group = curve.style + "|" + trace.name;
           const { first, ...rest } = trace;
           const showlegend = first && trace.name !== "" && !named.has(group);
           if (showlegend) named.add(group);

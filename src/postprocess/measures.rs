@@ -4,6 +4,7 @@ use super::contacts::Contacts;
 use super::{effective_stiffness, segment_measures};
 use crate::element::{Element, ResponseSeries};
 use crate::numeric::fourier::Fourier;
+use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
 use crate::solve::galerkin::jumps::{self, Edge};
 use crate::solve::orbit::{Deformation, FourierOrbit, Orbit};
@@ -72,6 +73,8 @@ pub struct Meter {
     coefficients: Vec<f64>,
     force_coefficients: Vec<f64>,
     edges: Vec<Edge>,
+    /// What a stiffness that steps between two samples adds to the mean square of the force.
+    step_square: f64,
 }
 
 impl Meter {
@@ -89,6 +92,7 @@ impl Meter {
             coefficients: Vec::new(),
             force_coefficients: Vec::new(),
             edges: Vec::new(),
+            step_square: 0.0,
         }
     }
 
@@ -124,15 +128,20 @@ impl Meter {
         let squares: Vec<f64> = self.force.iter().map(square).collect();
         let jumps = self.edges.iter();
         let jumps = jumps.map(|e| e.shift / TAU * (square(&e.after) - square(&e.before)));
-        let variance = (mean_of(&squares) + jumps.sum::<f64>()).max(0.0);
-        let derivative_square = trigonometric::mean_square_of_derivative(a);
+        let jumps = jumps.sum::<f64>() + self.step_square;
+        let variance = (mean_of(&squares) + jumps).max(0.0);
+        let [beyond, beyond_rate] = squares_beyond(&system.mounts()[e], orbit);
+        let mean_square = trigonometric::mean_square(a) + beyond;
+        let derivative_square = trigonometric::mean_square_of_derivative(a) + beyond_rate;
+        let at_steps = forces_at_steps(&system.mounts()[e], orbit, &deformation);
         let extreme = |sign: f64| {
             let force = |tau: f64| sign * force_at(system, orbit, e, &deformation, tau);
-            self.largest_force(&system.mounts()[e], sign, &force, &extrema)
+            let largest = self.largest_force(&system.mounts()[e], sign, &force, &extrema);
+            at_steps.iter().map(|f| sign * f).fold(largest, f64::max)
         };
         Measures {
             mean: a[0],
-            rms: trigonometric::mean_square(a).sqrt(),
+            rms: mean_square.sqrt(),
             min: values().fold(f64::INFINITY, f64::min).min(a[0]),
             max: values().fold(f64::NEG_INFINITY, f64::max).max(a[0]),
             rms_velocity: orbit.omega * derivative_square.sqrt(),
@@ -169,13 +178,15 @@ impl Meter {
         derivative.iter_mut().for_each(|d| *d *= orbit.omega);
         self.fourier.to_samples(&derivative, &mut self.rate);
         if let Some(error) = &mount.transmission_error {
-            let frequency = system.excitation_frequency();
+            let (nu, frequency) = (orbit.subharmonic, system.excitation_frequency());
+            let slopes = error.derivative_weights(nu, self.phase.len());
             for (j, phase) in self.phase.iter().enumerate() {
                 self.deformation[j] -= error.value(*phase);
-                self.rate[j] -= frequency * error.derivative(*phase);
+                self.rate[j] -= frequency * slopes[j];
             }
-            self.fourier
-                .to_coefficients(&self.deformation, &mut self.coefficients);
+            error.coefficients(nu, &mut derivative);
+            let terms = self.coefficients.iter_mut().zip(&derivative);
+            terms.for_each(|(a, e)| *a -= e);
         }
         let out = ResponseSeries {
             f: &mut self.force,
@@ -185,20 +196,30 @@ impl Meter {
         mount
             .element
             .eval_many(&self.deformation, &self.rate, &self.phase, out);
-        if let Some(variation) = &mount.stiffness_variation {
-            for (j, phase) in self.phase.iter().enumerate() {
-                let s = variation.value(*phase);
-                self.force[j] *= s;
-                self.slope[j] *= s;
-                self.damping[j] *= s;
-            }
-        }
+        self.vary(mount, orbit.subharmonic);
         self.fourier
             .to_coefficients(&self.force, &mut self.force_coefficients);
         let (x, at) = (&self.deformation, |tau| deformation.at(tau));
         let rates = (orbit.omega, nu_of(orbit));
         jumps::edges(mount, x, at, rates, &mut self.edges);
         jumps::correct(&self.edges, &mut self.force_coefficients);
+    }
+
+    /// Multiplies the samples by the stiffness variation; steps become weights of the samples next to them.
+    fn vary(&mut self, mount: &Mount, nu: usize) {
+        self.step_square = 0.0;
+        let Some(variation) = &mount.stiffness_variation else {
+            return;
+        };
+        let count = self.force.len();
+        let weights = variation.weights(nu, count, |s| s);
+        let squares = variation.weights(nu, count, |s| s * s);
+        for (j, (s, square)) in weights.iter().zip(&squares).enumerate() {
+            self.step_square += (square - s * s) * self.force[j].powi(2) / count as f64;
+            self.force[j] *= s;
+            self.slope[j] *= s;
+            self.damping[j] *= s;
+        }
     }
 
     /// Largest of sign times the force: the largest sample, refined between its neighbours, and the values at the extrema of
@@ -248,6 +269,16 @@ pub fn is_clearance(element: &dyn Element) -> bool {
     })
 }
 
+/// Mean squares that a transmission error adds to a deformation and its derivative beyond the orbit's harmonics.
+fn squares_beyond(mount: &Mount, orbit: &FourierOrbit) -> [f64; 2] {
+    let Some(error) = &mount.transmission_error else {
+        return [0.0; 2];
+    };
+    let nu = orbit.subharmonic;
+    let [square, derivative] = error.squares_above(orbit.harmonics() / nu);
+    [square, derivative * (nu * nu) as f64]
+}
+
 fn nu_of(orbit: &FourierOrbit) -> f64 {
     orbit.subharmonic as f64
 }
@@ -267,4 +298,22 @@ fn force_at(
         .as_ref()
         .map_or(1.0, |s| s.value(phase));
     s * mount.element.eval(x, orbit.omega * slope, phase).f
+}
+
+/// Forces on both sides of every step of a rectangular stiffness variation.
+fn forces_at_steps(mount: &Mount, orbit: &FourierOrbit, deformation: &Deformation<'_>) -> Vec<f64> {
+    let Some(variation @ Periodic::Rectangular { high, low, .. }) = &mount.stiffness_variation
+    else {
+        return Vec::new();
+    };
+    let pieces = variation.pieces();
+    let nu = nu_of(orbit);
+    let copies = (0..orbit.subharmonic).flat_map(|m| pieces.iter().map(move |p| (m, p.begin)));
+    let forces = copies.flat_map(|(m, begin)| {
+        let tau = (begin + TAU * m as f64) / nu;
+        let [x, slope] = deformation.at(tau);
+        let force = mount.element.eval(x, orbit.omega * slope, nu * tau).f;
+        [high * force, low * force]
+    });
+    forces.collect()
 }

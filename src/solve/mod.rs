@@ -5,6 +5,7 @@
 
 mod affine;
 pub mod branch;
+pub mod closed_form;
 pub mod continuation;
 pub mod equilibrium;
 pub mod events;

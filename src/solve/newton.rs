@@ -9,7 +9,8 @@ use nalgebra::DVector;
 /// Settings of the iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonOptions {
-    /// Largest residual allowed, relative to the size of the terms that cancel in it.
+    /// Largest residual allowed, relative to the size of the terms that cancel in it; where rounding keeps it above, the largest
+    /// Newton step relative to the unknowns.
     pub tolerance: f64,
     /// Iterations at most.
     pub max_iterations: usize,
@@ -30,7 +31,8 @@ impl Default for NewtonOptions {
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
-    /// The residual is below the tolerance.
+    /// The residual is below the tolerance; or it cannot be made smaller and the Newton step is below the tolerance, relative to
+    /// the unknowns: the residual is rounding then.
     Converged,
     /// Too many iterations.
     MaxIterations,
@@ -66,7 +68,16 @@ pub struct NewtonOutcome {
 }
 
 impl NewtonOutcome {
-    /// Whether the residual is below the tolerance.
+    /// Of a guess that nothing has corrected.
+    pub(super) fn unsolved() -> NewtonOutcome {
+        NewtonOutcome {
+            status: NewtonStatus::Stalled,
+            iterations: 0,
+            residual_norm: f64::NAN,
+        }
+    }
+
+    /// Whether the solution is as good as the tolerance asks or rounding allows.
     pub fn is_converged(&self) -> bool {
         self.status == NewtonStatus::Converged
     }
@@ -118,6 +129,7 @@ impl Newton {
                         norm = smaller;
                         continue;
                     }
+                    None if self.is_at_rounding(u) => NewtonStatus::Converged,
                     None => NewtonStatus::Stalled,
                 },
             };
@@ -160,6 +172,12 @@ impl Newton {
             && self.factors.solve(&self.work.dr_du, &mut self.step)
     }
 
+    /// Whether the whole Newton step would change `u` by less than the tolerance, relative to its largest part: the residual has
+    /// reached the rounding of the problem, and no step can make it smaller.
+    fn is_at_rounding(&self, u: &DVector<f64>) -> bool {
+        self.step.amax() <= self.options.tolerance * u.amax()
+    }
+
     /// Moves `u` by a share of the Newton step that reduces the residual, and returns the new norm.
     fn damped_step(
         &mut self,
@@ -169,8 +187,13 @@ impl Newton {
         norm: f64,
     ) -> Result<Option<f64>, SolveError> {
         self.base.copy_from(u);
+        // At rounding the residual falls by chance: only the whole step is worth a trial.
+        let smallest = match self.is_at_rounding(u) {
+            true => 1.0,
+            false => self.options.min_damping,
+        };
         let mut share = 1.0;
-        while share >= self.options.min_damping {
+        while share >= smallest {
             u.copy_from(&self.base);
             u.axpy(-share, &self.step, 1.0);
             problem.linearise(u, lambda, &mut self.work)?;

@@ -113,12 +113,12 @@ impl Deformation<'_> {
             }
             let slope = |x: f64| {
                 let [_, first, second] = trigonometric::evaluate(&self.coefficients, x);
-                // With a transmission error the second derivative is a secant's business: bisection does it.
-                if self.error.is_some() {
-                    (self.at(x)[1], 0.0)
-                } else {
-                    (first, second)
-                }
+                let Some(e) = self.error else {
+                    return (first, second);
+                };
+                let (nu, phase) = (self.subharmonic, self.subharmonic * x);
+                let error = [e.derivative(phase), e.second_derivative(phase)];
+                (first - nu * error[0], second - nu * nu * error[1])
             };
             let x = roots::newton_bracketed(slope, (tau(j), slopes[j]), tau(j + 1));
             list.push((x, self.at(x)[0]));

@@ -52,8 +52,12 @@ impl Stretch {
     }
 }
 
-/// Abscissae between which an extremum is sought where a transmission error forbids the roots of polynomials.
+/// Cells of a stretch in which an extremum is sought where a transmission error forbids the roots of polynomials: of a table.
 const CELLS: usize = 16;
+/// The same for harmonics: as many for the motion alone, which turns once or twice within a stretch,
+const FEWEST_CELLS: usize = 4;
+/// and so many for every wave of the highest order.
+const CELLS_PER_WAVE: f64 = 8.0;
 
 /// Deformation of one connection on one stretch: W q - e, W q a polynomial in x = (tau - begin) / width.
 #[derive(Debug, Clone)]
@@ -92,21 +96,41 @@ impl StretchDeformation<'_> {
 
     /// Abscissae inside the stretch where the deformation is extremal.
     pub fn extrema(&self) -> Vec<f64> {
-        if self.error.is_some() {
-            let slope = |x: f64| (self.at(x).1, 0.0);
-            let at = |k: usize| k as f64 / CELLS as f64;
-            let cells =
-                (0..CELLS).filter(|k| (slope(at(*k)).0 > 0.0) != (slope(at(*k + 1)).0 > 0.0));
-            return cells
-                .map(|k| newton_bracketed(slope, (at(k), slope(at(k)).0), at(k + 1)))
-                .collect();
-        }
         let mut derivative = [0.0; bernstein::SIZE];
         let terms = self.polynomial.iter().enumerate().skip(1);
         for (d, (k, c)) in derivative.iter_mut().zip(terms) {
             *d = k as f64 * c;
         }
-        bernstein::sign_changes(&derivative)
+        match self.error {
+            None => bernstein::sign_changes(&derivative),
+            Some(error) => self.extrema_with(error, &derivative[..self.polynomial.len()]),
+        }
+    }
+
+    /// The same with a transmission error, cell by cell; `derivative`: of the polynomial.
+    fn extrema_with(&self, error: &Periodic, derivative: &[f64]) -> Vec<f64> {
+        let per_x = self.nu * self.stretch.width;
+        let slope = |x: f64| {
+            let (slope, second) = evaluate(derivative, x);
+            let phase = self.phase(x);
+            let error = [error.derivative(phase), error.second_derivative(phase)];
+            (slope - per_x * error[0], second - per_x * per_x * error[1])
+        };
+        let cells = match error.highest_order() {
+            Some(order) => FEWEST_CELLS + (CELLS_PER_WAVE * order as f64 * per_x / TAU) as usize,
+            None => CELLS,
+        };
+        let at = |k: usize| k as f64 / cells as f64;
+        let mut list = Vec::new();
+        let mut before = slope(0.0).0;
+        for k in 0..cells {
+            let behind = slope(at(k + 1)).0;
+            if (before > 0.0) != (behind > 0.0) {
+                list.push(newton_bracketed(slope, (at(k), before), at(k + 1)));
+            }
+            before = behind;
+        }
+        list
     }
 }
 

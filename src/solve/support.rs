@@ -1,7 +1,7 @@
 //! What each solver can do with a connection: its law, its stiffness variation, its transmission error.
 
+use super::closed_form::ClosedForm;
 use super::floquet;
-use super::integrate::exact_flow_needs;
 use crate::system::Mount;
 
 /// How far a solver goes.
@@ -17,65 +17,59 @@ pub enum Reach {
 }
 
 /// What one solver does with one connection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Support {
     /// Name of the solver.
     pub solver: &'static str,
     /// How far it goes.
     pub reach: Reach,
     /// How, or why not.
-    pub how: &'static str,
+    pub how: String,
 }
 
 /// What every solver does with a connection, always in the same order.
-pub fn of(mount: &Mount) -> [Support; 5] {
+pub fn of(mount: &Mount) -> [Support; 6] {
     let law = mount.element.as_ref();
     let (is_hidden, is_jumping) = (law.has_hidden_jumps(), law.is_discontinuous());
+    let yes = |how: &str| (Reach::Yes, how.to_string());
+    let limited = |how: &str| (Reach::Limited, how.to_string());
     let no_transition = "no transition matrix: the force may jump where no breakpoint is known";
-    let exact = match exact_flow_needs(mount) {
-        None if is_jumping => (
-            Reach::Yes,
-            "jumps located; a joint that sticks on one ends it",
-        ),
-        None => (Reach::Yes, "closed form between switches"),
-        Some(need) => (Reach::No, need),
+    let flow = match ClosedForm::Flow.refusal(mount) {
+        None if is_jumping => yes("jumps located; a joint that sticks on one ends it"),
+        None => yes("closed form between switches"),
+        Some(reason) => (Reach::No, reason),
+    };
+    let quadrature = match ClosedForm::Quadrature.refusal(mount) {
+        None => yes("closed form between switches"),
+        Some(reason) => (Reach::No, reason),
     };
     let dopri5 = match (is_hidden, is_jumping) {
-        (true, _) => (
-            Reach::Limited,
-            "jumps passed under error control, not located; sticking costs many steps",
-        ),
-        (_, true) => (
-            Reach::Yes,
-            "jumps located; a joint that sticks on one ends it",
-        ),
-        _ => (Reach::Yes, "breakpoints located"),
+        (true, _) => {
+            limited("jumps passed under error control, not located; sticking costs many steps")
+        }
+        (_, true) => yes("jumps located; a joint that sticks on one ends it"),
+        _ => yes("breakpoints located"),
     };
     let galerkin = match (is_hidden, is_jumping) {
-        (true, _) => (
-            Reach::Limited,
-            "samples miss the instants of jumps: the iteration may stall",
-        ),
-        (_, true) => (Reach::Yes, "sampled, with the instants of jumps as roots"),
-        _ => (Reach::Yes, "sampled"),
+        (true, _) => limited("samples miss the instants of jumps: the iteration may stall"),
+        (_, true) => yes("sampled, with the instants of jumps as roots"),
+        _ => yes("sampled"),
     };
-    let shooting = match (is_hidden, exact.0) {
-        (true, _) => (Reach::No, no_transition),
-        (_, Reach::Yes) => (
-            Reach::Yes,
-            "by the exact flow, if every connection admits it",
-        ),
-        _ => (Reach::Yes, "by DOPRI5"),
+    let shooting = match (is_hidden, flow.0) {
+        (true, _) => (Reach::No, no_transition.to_string()),
+        (_, Reach::Yes) => yes("by the exact flow, if every connection admits it"),
+        _ => yes("by DOPRI5"),
     };
     let multipliers = match is_hidden {
-        true => (Reach::No, no_transition),
-        false if floquet::is_piecewise_constant(mount) => (Reach::Yes, "exact exponentials"),
-        false => (Reach::Yes, "Magnus panels"),
+        true => (Reach::No, no_transition.to_string()),
+        false if floquet::is_piecewise_constant(mount) => yes("exact exponentials"),
+        false => yes("Magnus panels"),
     };
     [
-        ("exact flow", exact),
+        ("exact flow", flow),
         ("DOPRI5", dopri5),
         ("Galerkin", galerkin),
+        ("exact quadrature", quadrature),
         ("shooting", shooting),
         ("multipliers", multipliers),
     ]

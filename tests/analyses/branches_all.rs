@@ -65,6 +65,103 @@ fn limits_are_kept_and_said() {
     assert!(primary.tables.iter().all(|t| t.name != "branches"));
 }
 
+/// Parameters of the period doublings of every branch, by branch.
+fn doublings(report: &Report) -> Vec<(f64, f64)> {
+    let events = table(report, "events");
+    let (kinds, branch) = (texts(events, "kind"), floats(events, "branch"));
+    let value = floats(events, "parameter");
+    (0..kinds.len())
+        .filter(|k| kinds[*k] == "period_doubling")
+        .map(|k| (branch[k], value[k]))
+        .collect()
+}
+
+/// Figure 7's cascade: the doubled branch is doubled again, along a number of the model.
+#[test]
+fn a_doubled_branch_is_doubled_again_by_both_methods() {
+    let model = PAIR.replace("half_gap: 0.1", "half_gap: 1.0");
+    let respond = |method: &str| {
+        let range = "at: 0.2, parameter: cos.0, from: 0.274, to: 0.2816";
+        let text = format!(
+            "{{type: parameter_response, {range}, method: {method}, branches: {{depth: 2}}}}"
+        );
+        let report = run(&model, &text);
+        let branches = table(&report, "branches");
+        assert_eq!(floats(branches, "subharmonic"), [1.0, 2.0, 4.0], "{method}");
+        assert_eq!(floats(branches, "parent")[1..], [0.0, 1.0], "{method}");
+        let events = table(&report, "events");
+        for (branch, event) in floats(branches, "event").iter().enumerate().skip(1) {
+            let row = *event as usize;
+            assert_eq!(texts(events, "kind")[row], "period_doubling");
+            assert_eq!(floats(events, "branch")[row], (branch - 1) as f64);
+        }
+        doublings(&report)
+    };
+    let shooting = respond("shooting");
+    assert!(shooting.len() >= 3 && shooting[1].0 == 1.0);
+    assert!((shooting[0].1 - 0.2754).abs() < 1e-4 && (shooting[1].1 - 0.2810).abs() < 1e-4);
+    let galerkin = respond("galerkin, harmonics: 40, quadrature: exact");
+    assert_eq!(galerkin.len(), shooting.len());
+    for (g, s) in galerkin.iter().zip(&shooting) {
+        assert_eq!(g.0, s.0);
+        // Truncation: 1.2e-5 with 48 harmonics, 1.5e-6 with 80.
+        assert!((g.1 - s.1).abs() < 5e-5, "{g:?} {s:?}");
+    }
+}
+
+/// p x + x^2 + x^3 with x = q - shift: rest at x = 0 for every p crosses the parabola p = -x - x^2 at p = 0, and both arms of the
+/// parabola are there on both sides: one turns at x = -1/2.
+#[test]
+fn both_arms_leave_a_transcritical_crossing() {
+    for (shift, load) in [(0.0, 0.0), (0.5, 1.0)] {
+        let model = format!(
+            "\nschema: 1\nreduced:\n  stiffness: [[1]]\n  damping: {{matrix: [[0.2]]}}\n  elements: {{spring: {{type: expression, \
+             force: {load} + p*(q - {shift}) + (q - {shift})^2 + (q - {shift})^3, parameters: {{p: 0.3}}}}}}\n  loads: {{mean: [{load}]}}\n"
+        );
+        for method in ["shooting", "galerkin, harmonics: 3"] {
+            let report = run(
+                &model,
+                &format!(
+                    "{{type: parameter_response, at: 1.3, parameter: elements.spring.parameters.p, from: 0.3, to: -0.3, \
+                     marks: [0.1, -0.1], method: {method}, branches: all}}"
+                ),
+            );
+            let events = table(&report, "events");
+            let crossing = texts(events, "kind")
+                .iter()
+                .position(|k| k == "branch_point");
+            let parameter = floats(events, "parameter")[crossing.expect("a crossing")];
+            assert!(parameter.abs() < 1e-7, "{method}: {parameter:e}");
+            let points = table(&report, "");
+            let (branch, p) = (floats(points, "branch"), floats(points, "parameter"));
+            let mean = floats(points, "mean.spring");
+            let x_at = |number: f64, mark: f64| -> Vec<f64> {
+                let rows = (0..branch.len()).filter(|r| branch[*r] == number && p[*r] == mark);
+                rows.map(|r| mean[r] - shift).collect()
+            };
+            let root = |mark: f64, sign: f64| 0.5 * (-1.0 + sign * (1.0 - 4.0 * mark).sqrt());
+            // Forward: x > 0, to the end of the range. Backward: round the turn and through both marks.
+            for (number, expected) in [
+                (1.0, vec![(-0.1, root(-0.1, 1.0))]),
+                (
+                    2.0,
+                    vec![
+                        (0.1, root(0.1, 1.0)),
+                        (0.1, root(0.1, -1.0)),
+                        (-0.1, root(-0.1, -1.0)),
+                    ],
+                ),
+            ] {
+                let found = [0.1, -0.1].map(|mark| x_at(number, mark)).concat();
+                assert_eq!(found.len(), expected.len(), "{method}, {number}: {found:?}");
+                for (x, (_, wanted)) in found.iter().zip(&expected) {
+                    assert!((x - wanted).abs() < 1e-8, "{method}: {x} {wanted}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn mistakes() {
     for (extra, wanted) in [

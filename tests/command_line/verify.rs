@@ -63,6 +63,49 @@ fn the_flow_gives_the_reference_and_the_digits_grow_with_the_harmonics() {
     assert!(least[0] > 2.0 && least[1] > least[0] + 1.0 && least[2] > least[1] + 1.5);
 }
 
+/// Few harmonics place a fold beside the exact one: between the two the flow has no orbit, which is said and is no failure.
+#[test]
+fn points_beyond_a_fold_of_the_exact_branch_are_told_apart() {
+    let model = figure_11("harmonics: 8, max_step: 0.01, verify: true");
+    let place = Place::with(&model.replace(
+        "from: 1.9, to: 1.5, marks: [1.8, 1.7, 1.6]",
+        "from: 0.9, to: 0.6",
+    ));
+    let ended = place.run(&["run", "m.yaml", "--out", "o"]).ends_with(0);
+    let column = |name: &str| place.column("o/r.verify.csv", name);
+    let (converged, fold) = (column("converged"), column("exact_fold"));
+    let (omega, point) = (column("omega"), column("point"));
+    let beyond: Vec<usize> = (0..fold.len()).filter(|k| fold[*k].is_finite()).collect();
+    assert!(!beyond.is_empty() && beyond.iter().all(|k| converged[*k] == 0.0));
+    assert_eq!(
+        place.json("o/r.json")["verify"]["beyond_fold"],
+        beyond.len()
+    );
+    assert!(
+        ended.out.contains("beyond a fold of the exact branch"),
+        "{}",
+        ended.out
+    );
+    // The same folds, on the exact branch itself.
+    let exact = Place::with(&model.replace(
+        "from: 1.9, to: 1.5, marks: [1.8, 1.7, 1.6], harmonics: 8, max_step: 0.01, verify: true",
+        "from: 0.9, to: 0.6, method: shooting",
+    ));
+    exact.run(&["run", "m.yaml", "--out", "o"]).ends_with(0);
+    let events = exact.json("o/r.json")["events"].clone();
+    let of_folds = events
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|e| e["kind"] == "fold");
+    let folds: Vec<f64> = of_folds.map(|e| e["omega"].as_f64().unwrap()).collect();
+    for k in beyond {
+        let gaps = folds.iter().map(|f| (f - fold[k]).abs());
+        let gap = gaps.fold(f64::INFINITY, f64::min);
+        assert!(gap < 1e-8, "point {} at {}: {gap:e}", point[k], omega[k]);
+    }
+}
+
 #[test]
 fn every_third_point_and_refusals() {
     let place = Place::with(&figure_11("verify: 3"));

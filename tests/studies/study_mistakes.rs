@@ -60,7 +60,7 @@ fn paths_and_values() {
         ("grid: {analysis.type: [modes]}", &["cannot vary"]),
         (
             "grid: {analysis.harmonics: [3, many]}",
-            &["the text `many`", "a whole number"],
+            &["the text `many`", "a number of harmonics"],
         ),
         (
             "grid: {analyses.lines.points: [3]}",

@@ -2,10 +2,9 @@
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
 //! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
-//! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `integration`: the method
-//! that follows attractors; `verify`: the same points by the flow; `accuracy`: what is known of their
-//! errors, and `harmonics` how many that takes; `outcome`: how branches ended; `report`: tables
-//! and figure.
+//! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `integration`: the method that follows
+//! attractors; `verify`: the same points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
+//! takes; `outcome`: how branches ended; `report`: tables and figure.
 
 mod accuracy;
 mod crossings;

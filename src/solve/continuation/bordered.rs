@@ -35,10 +35,14 @@ impl Residual for Bordered<'_> {
         self.u.copy_from(&x.rows(0, dim));
         self.problem.linearise(self.u, lambda, self.inner)?;
         let (base, inner) = (self.base, &mut *self.inner);
-        out.magnitude = inner.magnitude;
+        // At rest without load every term vanishes: any unit will do.
+        let scale = match inner.magnitude {
+            0.0 => 1.0,
+            magnitude => magnitude,
+        };
+        out.magnitude = scale;
         out.r.rows_mut(0, dim).copy_from(&inner.r);
         // The row is measured in units of the residual, so that one tolerance serves both.
-        let scale = inner.magnitude;
         let row = |k: usize| scale * self.weight * base.tangent_u[k];
         let corner = scale * base.tangent_lambda;
         let along: f64 = (0..dim).map(|k| row(k) * (x[k] - base.u[k])).sum();

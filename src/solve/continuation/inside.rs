@@ -2,7 +2,7 @@
 
 use super::{Continuation, ContinuationOptions, PathPoint, Side, Started};
 use crate::error::SolveError;
-use crate::solve::newton::{NewtonOutcome, NewtonStatus};
+use crate::solve::newton::NewtonOutcome;
 use crate::solve::residual::Residual;
 use nalgebra::DVector;
 
@@ -30,11 +30,7 @@ impl Continuation {
             lambda,
             u,
             orientation: 0,
-            newton: NewtonOutcome {
-                status: NewtonStatus::Stalled,
-                iterations: 0,
-                residual_norm: f64::NAN,
-            },
+            newton: NewtonOutcome::unsolved(),
         };
         let mut this = Continuation::standing(problem, origin.clone(), options);
         let point = this.correct(problem, &origin, 0.0, origin.u.clone(), lambda)?;

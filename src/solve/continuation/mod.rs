@@ -9,10 +9,12 @@ mod crossing;
 mod inside;
 mod interpolant;
 mod resize;
+mod section;
 mod trail;
 mod types;
 
 pub use crossing::Side;
+pub use section::Section;
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
 
 use super::newton::{Newton, NewtonOutcome};

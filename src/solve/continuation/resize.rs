@@ -35,6 +35,7 @@ impl Continuation {
     pub fn halve_step(&mut self, problem: &mut dyn Residual) -> Result<bool, SolveError> {
         match self.at_fraction(problem, 0.5)? {
             Some(point) if point.orientation != 0 => {
+                self.take_back_waymark();
                 self.stride *= 0.5;
                 self.step = self.stride.max(self.options.min_step);
                 (self.point, self.end) = (point, None);

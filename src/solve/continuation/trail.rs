@@ -21,6 +21,13 @@ impl Continuation {
         }
     }
 
+    /// Removes a waymark at the present point, which the path is going to leave out.
+    pub(super) fn take_back_waymark(&mut self) {
+        let is_here =
+            |mark: &mut PathPoint| mark.lambda == self.point.lambda && mark.u == self.point.u;
+        self.trail.pop_if(is_here);
+    }
+
     /// How the path ends if the last step came back to a place where the path has been.
     pub(super) fn returned(
         &mut self,
@@ -66,6 +73,10 @@ impl Continuation {
             self.dot(&mark.tangent_u, mark.tangent_lambda, &u, lambda)
         };
         let (from, to) = (along(&self.origin), along(&self.point));
+        // The step that leaves a waymark does not come back to it, whatever a new size of the problem makes of its place.
+        if from.abs() < SAME {
+            return None;
+        }
         let is_onwards = from < 0.0 && to >= 0.0;
         let is_backwards = from > 0.0 && to <= 0.0;
         (is_onwards || is_backwards).then(|| Passage {

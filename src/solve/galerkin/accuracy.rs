@@ -204,7 +204,7 @@ fn rms(system: &System, orbit: &FourierOrbit) -> Vec<Rms> {
         let mut a = orbit.deformation(system, connection).coefficients;
         if let Some(error) = &mount.transmission_error {
             let mut series = vec![0.0; a.len()];
-            error.coefficients(orbit.subharmonic, false, &mut series);
+            error.coefficients(orbit.subharmonic, &mut series);
             a.iter_mut().zip(&series).for_each(|(a, e)| *a -= e);
         }
         Rms {

@@ -4,6 +4,7 @@ use super::hill::{self, Hill};
 use super::jumps::{self, Edge};
 use crate::element::{Response, ResponseSeries};
 use crate::numeric::fourier::Fourier;
+use crate::numeric::periodic::Periodic;
 use crate::numeric::trigonometric;
 use crate::solve::residual::Linearisation;
 use crate::system::System;
@@ -75,33 +76,24 @@ impl Sampling {
         }
     }
 
-    /// Samples the transmission errors and stiffness variations of a system.
+    /// Samples the transmission errors and stiffness variations of a system; steps become weights of the samples next to them.
     pub fn prepare(&mut self, system: &System) {
-        let phase = &self.phase;
-        self.error = system
-            .mounts()
-            .iter()
-            .map(|m| m.transmission_error.as_ref())
-            .map(|e| {
-                e.map(|e| {
-                    [
-                        phase.iter().map(|x| e.value(*x)).collect(),
-                        phase.iter().map(|x| e.derivative(*x)).collect(),
-                    ]
-                })
-            })
-            .collect();
-        self.variation = system
-            .mounts()
-            .iter()
-            .map(|m| m.stiffness_variation.as_ref())
-            .map(|s| s.map(|s| phase.iter().map(|x| s.value(*x)).collect()))
-            .collect();
+        let (phase, nu) = (&self.phase, system.subharmonic());
+        let mounts = system.mounts().iter();
+        let errors = mounts.clone().map(|m| m.transmission_error.as_ref());
+        let sampled = |e: &Periodic| {
+            let values = phase.iter().map(|x| e.value(*x)).collect();
+            [values, e.derivative_weights(nu, phase.len())]
+        };
+        self.error = errors.map(|e| e.map(sampled)).collect();
+        let variations = mounts.map(|m| m.stiffness_variation.as_ref());
+        let weights = |s: &Periodic| s.weights(nu, phase.len(), |s| s);
+        self.variation = variations.map(|s| s.map(weights)).collect();
         let count = system.element_count();
         self.affine = (0..count).map(|e| self.affine(system, e)).collect();
     }
 
-    fn affine(&mut self, system: &System, e: usize) -> Option<Affine> {
+    fn affine(&self, system: &System, e: usize) -> Option<Affine> {
         let mount = &system.mounts()[e];
         let law = &mount.element;
         let is_affine = law.is_piecewise_affine() && law.breakpoints().is_empty();
@@ -110,9 +102,9 @@ impl Sampling {
         }
         let Response { f, df_dq, .. } = law.eval(0.0, 0.0, 0.0);
         let mut error = Vec::new();
-        if let Some([samples, _]) = &self.error[e] {
+        if let Some(series) = &mount.transmission_error {
             error.resize(self.a.len(), 0.0);
-            self.fourier.to_coefficients(samples, &mut error);
+            series.coefficients(system.subharmonic(), &mut error);
         }
         Some(Affine {
             slope: df_dq,

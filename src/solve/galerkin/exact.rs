@@ -14,10 +14,12 @@ use super::hill::Hill;
 use super::jumps::{self, Edge};
 use super::switching::Switching;
 use crate::error::SolveError;
+use crate::numeric::corners::Piece;
 use crate::numeric::periodic::{Harmonic, Periodic};
 use crate::solve::affine::AffineLaw;
+use crate::solve::closed_form::ClosedForm;
 use crate::solve::residual::Linearisation;
-use crate::system::{Mount, System};
+use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::TAU;
@@ -89,7 +91,7 @@ impl ExactQuadrature {
     pub fn prepare(&mut self, system: &System) -> Result<(), SolveError> {
         let nu = system.subharmonic();
         for (connection, mount) in system.mounts().iter().enumerate() {
-            if let Some(reason) = refusal(mount) {
+            if let Some(reason) = ClosedForm::Quadrature.refusal(mount) {
                 return Err(SolveError::Unsupported { connection, reason });
             }
         }
@@ -105,7 +107,7 @@ impl ExactQuadrature {
             .filter_map(Periodic::highest_order)
             .fold(self.harmonics, |l, order| l.max(nu * order));
         self.errors = errors
-            .map(|e| e.map(|e| real_coefficients(e, nu, highest)))
+            .map(|e| e.map(|e| spectrum(e, nu, highest)))
             .collect();
         let varies = self.variations.iter().map(Variation::highest).max();
         let length = self.harmonics + highest + 1 + varies.unwrap_or(0);
@@ -283,14 +285,11 @@ impl Variation {
                 Variation::Harmonics(*mean, harmonics.iter().map(one).collect())
             }
             _ => {
-                let kinks = series.kinks();
-                let copies = (0..nu).flat_map(|m| kinks.iter().map(move |x| x + TAU * m as f64));
-                let mut instants: Vec<f64> = copies.map(|x| x / nu as f64).collect();
-                instants.sort_by(f64::total_cmp);
-                let ends = instants.iter().skip(1).copied();
-                let ends = ends.chain(instants.first().map(|x| x + TAU));
-                let factor = |(a, b): (&f64, f64)| (*a, series.value(0.5 * nu as f64 * (a + b)));
-                Variation::Steps(instants.iter().zip(ends).map(factor).collect())
+                let pieces = series.pieces();
+                let copies = (0..nu).flat_map(|m| pieces.iter().map(move |p| (m, p)));
+                let step =
+                    |(m, p): (usize, &Piece)| ((p.begin + TAU * m as f64) / nu as f64, p.value);
+                Variation::Steps(copies.map(step).collect())
             }
         }
     }
@@ -312,27 +311,6 @@ impl Variation {
             |(order, z): &(usize, Complex<f64>)| 2.0 * (z * Complex::cis(*order as f64 * tau)).re;
         mean + list.iter().map(wave).sum::<f64>()
     }
-}
-
-/// Why a connection does not allow closed-form integrals; `None` when it does.
-fn refusal(mount: &Mount) -> Option<String> {
-    let is_table =
-        |s: &Option<Periodic>| matches!(s, Some(s @ Periodic::Table { .. }) if !s.is_constant());
-    let reason = match () {
-        _ if !mount.element.is_piecewise_affine() || mount.element.depends_on_velocity() => {
-            "a law that is piecewise affine in the deformation alone (and impact_damping 0)"
-        }
-        _ if matches!(&mount.transmission_error, Some(e) if !matches!(e, Periodic::Fourier { .. })) => {
-            "a transmission error made of harmonics, not of a table"
-        }
-        _ if is_table(&mount.stiffness_variation) => {
-            "a stiffness variation made of harmonics or rectangular, not of a table"
-        }
-        _ => return None,
-    };
-    Some(format!(
-        "exact quadrature needs {reason}; use `quadrature: sampled`"
-    ))
 }
 
 /// J / |x'| of a law at a breakpoint.
@@ -360,15 +338,9 @@ fn at(spectrum: &[Complex<f64>], k: isize) -> Complex<f64> {
     if k < 0 { z.conj() } else { z }
 }
 
-/// Mean, sin 1, cos 1, ... in tau of a Fourier series in the phase nu tau.
-fn real_coefficients(series: &Periodic, nu: usize, highest: usize) -> Vec<f64> {
+/// Mean, sin 1, cos 1, ... in tau of a function of the phase nu tau.
+fn spectrum(series: &Periodic, nu: usize, highest: usize) -> Vec<f64> {
     let mut list = vec![0.0; 2 * highest + 1];
-    if let Periodic::Fourier { mean, harmonics } = series {
-        list[0] = *mean;
-        for h in harmonics {
-            list[2 * nu * h.order - 1] += h.sin;
-            list[2 * nu * h.order] += h.cos;
-        }
-    }
+    series.coefficients(nu, &mut list);
     list
 }

@@ -17,7 +17,6 @@ use super::floquet::Floquet;
 use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use crate::error::SolveError;
-use crate::numeric::fourier::Fourier;
 use crate::numeric::jacobian::Structure;
 use crate::numeric::pattern::{Elimination, Pattern};
 use crate::numeric::trigonometric;
@@ -364,14 +363,16 @@ fn load_coefficients(system: &System, c: usize, values: &mut [f64], rates: &mut 
     rates.fill(0.0);
     let mut series = vec![0.0; c];
     for load in system.loads() {
-        load.series.coefficients(
-            system.subharmonic(),
-            load.kind == LoadKind::Rate,
-            &mut series,
-        );
+        let nu = system.subharmonic();
         let target = match load.kind {
-            LoadKind::Value => &mut *values,
-            LoadKind::Rate => &mut *rates,
+            LoadKind::Value => {
+                load.series.coefficients(nu, &mut series);
+                &mut *values
+            }
+            LoadKind::Rate => {
+                load.series.derivative_coefficients(nu, &mut series);
+                &mut *rates
+            }
         };
         for (block, direction) in target.chunks_exact_mut(c).zip(load.direction.iter()) {
             block
@@ -379,49 +380,5 @@ fn load_coefficients(system: &System, c: usize, values: &mut [f64], rates: &mut 
                 .zip(&series)
                 .for_each(|(d, s)| *d += direction * s);
         }
-    }
-}
-
-/// Samples at which tables and steps are projected on harmonics; their kinks alias like 1/samples.
-const PROJECTION_SAMPLES: usize = 8192;
-
-impl crate::numeric::periodic::Periodic {
-    /// Highest order of a Fourier series; `None` for tables and steps, which have no highest order.
-    pub(crate) fn highest_order(&self) -> Option<usize> {
-        match self {
-            Self::Fourier { harmonics, .. } => harmonics.iter().map(|h| h.order).max(),
-            Self::Table { .. } | Self::Rectangular { .. } => None,
-        }
-    }
-
-    /// Fourier coefficients in tau of the function (or of its derivative with respect to the phase) at phase nu tau.
-    fn coefficients(&self, nu: usize, derivative: bool, out: &mut [f64]) {
-        out.fill(0.0);
-        if let Self::Fourier { mean, harmonics } = self {
-            out[0] = if derivative { 0.0 } else { *mean };
-            let length = out.len();
-            for h in harmonics.iter().filter(|h| 2 * nu * h.order < length) {
-                let order = h.order as f64;
-                let (sin, cos) = if derivative {
-                    (-order * h.cos, order * h.sin)
-                } else {
-                    (h.sin, h.cos)
-                };
-                out[2 * nu * h.order - 1] += sin;
-                out[2 * nu * h.order] += cos;
-            }
-            return;
-        }
-        let samples = PROJECTION_SAMPLES.max((8 * out.len()).next_power_of_two());
-        let phase = |j: usize| std::f64::consts::TAU * (nu * j) as f64 / samples as f64;
-        let value = |j: usize| {
-            if derivative {
-                self.derivative(phase(j))
-            } else {
-                self.value(phase(j))
-            }
-        };
-        let values: Vec<f64> = (0..samples).map(value).collect();
-        Fourier::new(samples).to_coefficients(&values, out);
     }
 }

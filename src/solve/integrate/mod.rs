@@ -4,7 +4,7 @@ mod dopri5;
 mod exact;
 
 pub use dopri5::{Dopri5, Dopri5Options};
-pub use exact::{Exact, needs as exact_flow_needs};
+pub use exact::Exact;
 
 use crate::error::SolveError;
 use crate::system::System;

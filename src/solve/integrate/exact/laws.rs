@@ -1,24 +1,9 @@
 //! The laws of a system that the exact flow can take.
 
 use crate::error::SolveError;
-use crate::numeric::periodic::Periodic;
 use crate::solve::affine::AffineLaw;
-use crate::system::{Mount, System};
-
-/// What keeps the exact flow from a connection, if anything does.
-pub fn needs(mount: &Mount) -> Option<&'static str> {
-    let is_fourier = |e: &Periodic| matches!(e, Periodic::Fourier { .. });
-    let is_stepwise = |s: &Periodic| s.is_constant() || matches!(s, Periodic::Rectangular { .. });
-    if !mount.element.is_piecewise_affine() {
-        Some("exact integration needs a piecewise-affine law (and impact_damping 0)")
-    } else if !mount.transmission_error.iter().all(is_fourier) {
-        Some("exact integration needs a transmission error made of harmonics, not of a table")
-    } else if !mount.stiffness_variation.iter().all(is_stepwise) {
-        Some("exact integration needs a constant or rectangular stiffness variation")
-    } else {
-        None
-    }
-}
+use crate::solve::closed_form::ClosedForm;
+use crate::system::System;
 
 /// The tables of every connection.
 ///
@@ -27,11 +12,8 @@ pub fn needs(mount: &Mount) -> Option<&'static str> {
 /// constant nor rectangular; the connection is named by its number.
 pub fn read(system: &System) -> Result<Vec<AffineLaw>, SolveError> {
     for (connection, mount) in system.mounts().iter().enumerate() {
-        if let Some(need) = needs(mount) {
-            return Err(SolveError::Unsupported {
-                connection,
-                reason: need.into(),
-            });
+        if let Some(reason) = ClosedForm::Flow.refusal(mount) {
+            return Err(SolveError::Unsupported { connection, reason });
         }
     }
     Ok(system

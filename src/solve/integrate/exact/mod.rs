@@ -18,7 +18,6 @@ use crate::numeric::bernstein::{Direction, evaluate};
 use crate::numeric::periodic::Periodic;
 use crate::solve::jumps;
 use crate::system::System;
-pub use laws::needs;
 use nalgebra::DMatrix;
 use regions::Regions;
 use series::{COUNT, Polynomial, Series};

@@ -1,0 +1,50 @@
+//! What piecewise-affine methods need of a connection: one list for the exact flow and for the exact quadrature.
+
+use crate::numeric::periodic::Periodic;
+use crate::system::Mount;
+
+/// A method that takes forces in closed form between two switches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ClosedForm {
+    /// The motion, by the exact flow.
+    Flow,
+    /// The Fourier integrals of the force, by the exact quadrature.
+    Quadrature,
+}
+
+impl ClosedForm {
+    /// What keeps the method from a connection; `None` when it can take it.
+    pub fn refusal(self, mount: &Mount) -> Option<String> {
+        let need = self.need(mount)?;
+        Some(match self {
+            ClosedForm::Flow => format!("exact integration needs {need}"),
+            ClosedForm::Quadrature => {
+                format!("exact quadrature needs {need}; use `quadrature: sampled`")
+            }
+        })
+    }
+
+    fn need(self, mount: &Mount) -> Option<&'static str> {
+        let error = &mount.transmission_error;
+        let variation = &mount.stiffness_variation;
+        if !mount.element.is_piecewise_affine() || mount.element.depends_on_velocity() {
+            return Some("a piecewise-affine law (and impact_damping 0)");
+        }
+        if !error.iter().all(|e| matches!(e, Periodic::Fourier { .. })) {
+            return Some("a transmission error made of harmonics, not of a table");
+        }
+        let is_allowed = |s: &Periodic| match s {
+            _ if s.is_constant() => true,
+            Periodic::Rectangular { .. } => true,
+            Periodic::Fourier { .. } => self == ClosedForm::Quadrature,
+            Periodic::Table { .. } => false,
+        };
+        match self {
+            _ if variation.iter().all(is_allowed) => None,
+            ClosedForm::Flow => Some("a constant or rectangular stiffness variation"),
+            ClosedForm::Quadrature => {
+                Some("a stiffness variation made of harmonics or rectangular, not of a table")
+            }
+        }
+    }
+}
