@@ -9,9 +9,10 @@ use nalgebra::DVector;
 /// Settings of the iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonOptions {
-    /// Largest residual allowed, relative to the size of the terms that cancel in it; where rounding keeps it above, the largest
-    /// Newton step relative to the unknowns.
+    /// Largest residual allowed, relative to the size of the terms that cancel in it.
     pub tolerance: f64,
+    /// Where rounding keeps the residual above: largest Newton step, relative to the unknowns.
+    pub step_tolerance: f64,
     /// Iterations at most.
     pub max_iterations: usize,
     /// Smallest share of a step that is tried.
@@ -22,6 +23,7 @@ impl Default for NewtonOptions {
     fn default() -> Self {
         NewtonOptions {
             tolerance: 1e-10,
+            step_tolerance: 1e-10,
             max_iterations: 20,
             min_damping: 1.0 / 64.0,
         }
@@ -31,8 +33,8 @@ impl Default for NewtonOptions {
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
-    /// The residual is below the tolerance; or it cannot be made smaller and the Newton step is below the tolerance, relative to
-    /// the unknowns: the residual is rounding then.
+    /// The residual is below the tolerance; or it cannot be made smaller and the Newton step is below its own tolerance: the
+    /// residual is rounding then.
     Converged,
     /// Too many iterations.
     MaxIterations,
@@ -172,10 +174,10 @@ impl Newton {
             && self.factors.solve(&self.work.dr_du, &mut self.step)
     }
 
-    /// Whether the whole Newton step would change `u` by less than the tolerance, relative to its largest part: the residual has
-    /// reached the rounding of the problem, and no step can make it smaller.
+    /// Whether the whole Newton step would change `u` by less than the tolerance of steps, relative to its largest part. A residual
+    /// that no such step makes smaller is the rounding of the problem.
     fn is_at_rounding(&self, u: &DVector<f64>) -> bool {
-        self.step.amax() <= self.options.tolerance * u.amax()
+        self.step.amax() <= self.options.step_tolerance * u.amax()
     }
 
     /// Moves `u` by a share of the Newton step that reduces the residual, and returns the new norm.

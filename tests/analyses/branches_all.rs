@@ -113,12 +113,16 @@ fn a_doubled_branch_is_doubled_again_by_both_methods() {
 /// parabola are there on both sides: one turns at x = -1/2.
 #[test]
 fn both_arms_leave_a_transcritical_crossing() {
-    for (shift, load) in [(0.0, 0.0), (0.5, 1.0)] {
+    // The second rests without load, where every term of the equation vanishes.
+    for (shift, load, methods) in [
+        (0.8, 1.0, &["shooting", "galerkin, harmonics: 3"][..]),
+        (0.0, 0.0, &["shooting"]),
+    ] {
         let model = format!(
             "\nschema: 1\nreduced:\n  stiffness: [[1]]\n  damping: {{matrix: [[0.2]]}}\n  elements: {{spring: {{type: expression, \
              force: {load} + p*(q - {shift}) + (q - {shift})^2 + (q - {shift})^3, parameters: {{p: 0.3}}}}}}\n  loads: {{mean: [{load}]}}\n"
         );
-        for method in ["shooting", "galerkin, harmonics: 3"] {
+        for method in methods {
             let report = run(
                 &model,
                 &format!(

@@ -7,7 +7,7 @@ use gearlash::error::Error;
 use gearlash::output::{
     FigureFormat, Input, RunOptions, html, manifest, svg, write_report, write_run,
 };
-use gearlash::report::{Report, Values};
+use gearlash::report::{Curve, CurveStyle, Report, Values};
 use serde_json::Value;
 
 fn options() -> RunOptions {
@@ -234,4 +234,20 @@ fn a_figure_that_wants_a_missing_column_says_so() {
     report.figure.as_mut().unwrap().panels[1].curves[0].y = "rms.mesh_9".into();
     let error = svg::render(report.figure.as_ref().unwrap(), &report).unwrap_err();
     assert!(error.to_string().contains("rms.mesh_9"), "{error}");
+}
+
+/// A sweep is drawn once a panel, each panel in the colour of its connection.
+#[test]
+fn what_several_panels_show_stands_once_in_the_legend() {
+    let mut report = crate::synthetic::resonance();
+    let panels = &mut report.figure.as_mut().unwrap().panels;
+    for (panel, connection) in panels.iter_mut().zip(["mesh_1", "mesh_2"]) {
+        let of_connection = |c: &Curve| c.y.ends_with(connection);
+        panel.curves.retain(of_connection);
+        panel.curves.truncate(1);
+        panel.curves[0].label = "down".into();
+        panel.curves[0].style = CurveStyle::Dots;
+    }
+    let text = figure(&report);
+    assert_eq!(text.matches(">down<").count(), 1, "{text}");
 }

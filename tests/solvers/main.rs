@@ -26,5 +26,6 @@ mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;
 mod residual_derivatives;
+mod stiff_trains;
 mod trains_si;
 mod trains_topology;

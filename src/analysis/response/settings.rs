@@ -67,6 +67,7 @@ impl BranchSettings {
     pub(super) fn newton(&self) -> NewtonOptions {
         NewtonOptions {
             tolerance: self.tolerance,
+            step_tolerance: self.tolerance,
             ..NewtonOptions::default()
         }
     }
