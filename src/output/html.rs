@@ -6,7 +6,6 @@
 use std::fmt::Write as _;
 use std::io::Write;
 
-use memchr::memmem;
 use serde_json::Value;
 
 use super::legend::kind_text;
@@ -21,6 +20,8 @@ const SCRIPTS: [&str; 3] = [
     include_str!("page_orbit.js"),
     include_str!("page.js"),
 ];
+/// plotly.min.js.
+const PLOTTING: &str = include_str!(concat!(env!("OUT_DIR"), "/plotting.js"));
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; \
                       style-src 'unsafe-inline'; img-src data: blob:";
 /// Rows of events shown; the file has them all.
@@ -42,9 +43,8 @@ impl Page {
     pub fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
         out.write_all(self.text.as_bytes())?;
         if self.has_plots {
-            let sources = plotly::Plot::offline_js_sources();
             out.write_all(b"<script>")?;
-            out.write_all(plotting_script(&sources).as_bytes())?;
+            out.write_all(PLOTTING.as_bytes())?;
             out.write_all(b"</script>\n")?;
             for script in SCRIPTS {
                 write!(out, "<script>\n{script}</script>\n")?;
@@ -85,13 +85,6 @@ pub fn render(reports: &[Report], options: &RunOptions) -> Result<Page, Error> {
         text: page,
         has_plots: reports.iter().any(|r| r.figure.is_some()),
     })
-}
-
-/// plotly.min.js alone: the crate hands it out as the first of two script elements.
-fn plotting_script(both: &str) -> &str {
-    let script = both.split_once('>').map_or("", |(_, rest)| rest);
-    let end = memmem::find(script.as_bytes(), b"</script>").unwrap_or(script.len());
-    &script[..end]
 }
 
 fn contents(page: &mut String, reports: &[Report]) {
@@ -370,11 +363,9 @@ mod tests {
 
     #[test]
     fn the_plotting_script_is_whole_and_alone() {
-        let sources = plotly::Plot::offline_js_sources();
-        let script = plotting_script(&sources);
-        assert!(script.len() > 3_000_000, "{}", script.len());
-        assert!(script.contains("newPlot") && !script.contains("</script"));
-        assert!(!script.contains("MathJax.startup = "));
+        assert!(PLOTTING.len() > 3_000_000, "{}", PLOTTING.len());
+        assert!(PLOTTING.contains("newPlot") && !PLOTTING.contains("</script"));
+        assert!(!PLOTTING.contains("MathJax.startup = "));
     }
 
     #[test]

@@ -213,7 +213,21 @@ fn other_parameters_transmission_errors_and_doubled_periods() {
     let number = "type: parameter_response, at: 1.1, parameter: modal_ratio, from: 0.05, to: 0.2";
     let doubled = "type: frequency_response, from: 2.2, to: 1.5, branches: {depth: 1}";
     let chosen = "harmonics: {tolerance: 1.0e-5}, quadrature: exact";
-    for (model, analysis) in [(ERROR, response), (PAIR, number), (PAIR, doubled)] {
+    let table = ERROR.replace(
+        "harmonics: [{order: 3, amplitude: 0.1}]",
+        "table: [0.1, 0, -0.1]",
+    );
+    for (model, analysis) in [
+        (ERROR, response),
+        (&table, response),
+        (PAIR, number),
+        (PAIR, doubled),
+    ] {
+        // The table with sampled forces, whose number of samples is chosen too.
+        let chosen = match model == table {
+            true => "harmonics: {tolerance: 1.0e-5}",
+            false => chosen,
+        };
         let report = run(model, &format!("{{{analysis}, {chosen}, verify: 3}}"));
         assert_eq!(report.ended_early, None);
         let (points, verify) = (main_table(&report), report.table("verify").unwrap());

@@ -46,6 +46,16 @@ fn options(from: f64, to: f64) -> ContinuationOptions {
 }
 
 fn follow(problem: &mut Scalar, u: f64, options: ContinuationOptions) -> (Vec<PathPoint>, PathEnd) {
+    let (points, end, _) = follow_counting(problem, u, options);
+    (points, end)
+}
+
+/// The same with the number of refused steps.
+fn follow_counting(
+    problem: &mut Scalar,
+    u: f64,
+    options: ContinuationOptions,
+) -> (Vec<PathPoint>, PathEnd, usize) {
     let start = Continuation::start(problem, DVector::from_element(1, u), options).unwrap();
     let Started::Path(mut path) = start else {
         panic!("no start")
@@ -54,7 +64,7 @@ fn follow(problem: &mut Scalar, u: f64, options: ContinuationOptions) -> (Vec<Pa
     loop {
         match path.advance(problem).unwrap() {
             Advance::Point(point) => points.push(point.clone()),
-            Advance::End(end) => return (points, end),
+            Advance::End(end) => return (points, end, path.rejections()),
         }
     }
 }
@@ -226,8 +236,10 @@ fn leaves_a_corner_at_which_it_turns_back() {
         let x = u - 1.0;
         [3.0 * x.abs() - lambda, 3.0 * x.signum(), -1.0]
     };
-    let (points, end) = follow(&mut Scalar(corner), 0.0, options(3.0, -1.0));
+    let (points, end, refused) = follow_counting(&mut Scalar(corner), 0.0, options(3.0, -1.0));
     assert_eq!(end, PathEnd::ReturnedToStart);
+    // One bisection from 0.1 down to 1e-8.
+    assert!(refused < 30, "{refused}");
     let last = points.last().unwrap();
     assert!((last.u[0] - 2.0).abs() < 1e-9, "{}", last.u[0]);
     assert!(
@@ -246,8 +258,9 @@ fn passes_a_corner_without_approaching_it_in_ever_shorter_steps() {
         let x = lambda - 1.0;
         [u - 0.6 * x.abs(), 1.0, -0.6 * x.signum()]
     };
-    let (points, end) = follow(&mut Scalar(corner), 0.6, options(0.0, 2.0));
+    let (points, end, refused) = follow_counting(&mut Scalar(corner), 0.6, options(0.0, 2.0));
     assert_eq!(end, PathEnd::RangeReached);
+    assert!(refused <= 4, "{refused}");
     // The last step ends at the border.
     let steps = points[..points.len() - 1].windows(2);
     let shortest = steps.map(|w| w[1].lambda - w[0].lambda).fold(1.0, f64::min);

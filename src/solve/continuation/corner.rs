@@ -8,7 +8,8 @@
 //! Allgower & Georg (1990), Numerical continuation methods, chapter 15.
 
 use super::bordered::Bordered;
-use super::{Continuation, MAX_SHIFT, MAX_TURN, PathPoint};
+use super::control::{MAX_SHIFT, MAX_TURN};
+use super::{Continuation, PathPoint};
 use crate::error::SolveError;
 use crate::solve::residual::Residual;
 
@@ -142,5 +143,17 @@ impl Continuation {
             tangent_lambda: tangent_lambda * sign,
             ..base.clone()
         }))
+    }
+
+    /// The point a step on along the tangent of `base`, whatever became of its correction.
+    fn attempt(
+        &mut self,
+        problem: &mut dyn Residual,
+        base: &PathPoint,
+        step: f64,
+    ) -> Result<PathPoint, SolveError> {
+        let guess = &base.u + &base.tangent_u * step;
+        let lambda = base.lambda + base.tangent_lambda * step;
+        self.correct(problem, base, step, guess, lambda)
     }
 }

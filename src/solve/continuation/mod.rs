@@ -3,6 +3,7 @@
 //! The problem is lent to each call, not held, so that the caller may ask it for orbits and multipliers between steps.
 
 mod bordered;
+mod control;
 mod corner;
 mod crossing;
 mod inside;
@@ -41,18 +42,6 @@ pub enum Started {
     /// The first point cannot be corrected.
     Failed(NewtonOutcome),
 }
-
-/// Largest angle between successive tangents; a step that turns further is halved [rad].
-const MAX_TURN: f64 = 0.5;
-/// Largest distance of a point from its prediction, in lengths of the step: a smooth path that turns by the largest angle stays
-/// nearer, and what lies farther may be another path.
-const MAX_SHIFT: f64 = 0.3;
-/// Largest angle between tangents where another path is crossed.
-const MAX_TURN_CROSSING: f64 = 0.1;
-/// Angle between successive tangents that the step length aims for [rad].
-const TURN_AIM: f64 = 0.15;
-/// Steps below this share of the first one may turn as they like: the path has a corner there.
-const CORNER_STEP: f64 = 1e-3;
 
 /// Pseudo-arclength continuation.
 #[derive(Debug)]
@@ -146,7 +135,8 @@ impl Continuation {
         let base = self.point.clone();
         let mut is_first_try = true;
         loop {
-            let next = self.attempt(problem, &base, self.step)?;
+            let (guess, lambda) = self.predict(self.step);
+            let next = self.correct(problem, &base, self.step, guess, lambda)?;
             let turn = self.turn(&base, &next);
             if self.is_acceptable(&base, &next, turn) {
                 self.stride = self.step;
@@ -160,11 +150,17 @@ impl Continuation {
             self.rejections += 1;
             self.suspect(&base, &next, turn);
             is_first_try = false;
-            if self.step <= self.options.min_step {
+            let is_crossing = self.is_crossing(&base, &next);
+            if is_crossing || self.step <= self.options.min_step {
                 if let Some((corner, next, step)) = self.turn_corner(problem, &base)? {
                     (self.stride, self.step) = (step, step);
                     (self.origin, self.point) = (corner, next);
                     self.suspect = None;
+                    break;
+                }
+                if is_crossing {
+                    self.stride = self.step;
+                    (self.origin, self.point) = (base, next);
                     break;
                 }
                 let end = PathEnd::StepTooSmall {
@@ -279,64 +275,6 @@ impl Continuation {
 
     fn dot(&self, u: &DVector<f64>, lambda: f64, v: &DVector<f64>, mu: f64) -> f64 {
         self.options.weight * u.dot(v) + lambda * mu
-    }
-
-    fn turn(&self, a: &PathPoint, b: &PathPoint) -> f64 {
-        self.dot(
-            &a.tangent_u,
-            a.tangent_lambda,
-            &b.tangent_u,
-            b.tangent_lambda,
-        )
-        .clamp(-1.0, 1.0)
-        .acos()
-    }
-
-    /// Distance of a corrected point from its prediction, in lengths of the step.
-    fn shift(&self, base: &PathPoint, next: &PathPoint, step: f64) -> f64 {
-        let u = &next.u - &base.u - &base.tangent_u * step;
-        let lambda = next.lambda - base.lambda - base.tangent_lambda * step;
-        self.dot(&u, lambda, &u, lambda).sqrt() / step
-    }
-
-    /// Step length for the next step: few iterations and small turns lengthen it.
-    fn adapt(&mut self, iterations: usize, turn: f64, longest: f64) {
-        let by_iterations = match iterations {
-            0..=2 => 2.0,
-            3 => 1.5,
-            4 | 5 => 1.0,
-            _ => 0.5,
-        };
-        let by_turn = (TURN_AIM / turn.max(1e-12)).clamp(0.3, longest);
-        let step = self.step * f64::min(by_iterations, by_turn);
-        self.step = step.clamp(self.options.min_step, self.options.max_step);
-    }
-
-    /// The point a step away along the tangent of `base`, whatever became of its correction.
-    fn attempt(
-        &mut self,
-        problem: &mut dyn Residual,
-        base: &PathPoint,
-        step: f64,
-    ) -> Result<PathPoint, SolveError> {
-        let guess = &base.u + &base.tangent_u * step;
-        let lambda = base.lambda + base.tangent_lambda * step;
-        self.correct(problem, base, step, guess, lambda)
-    }
-
-    /// Whether the path goes on at a corrected point.
-    fn is_acceptable(&self, base: &PathPoint, next: &PathPoint, turn: f64) -> bool {
-        if !next.newton.is_converged() || next.orientation == 0 {
-            return false;
-        }
-        // Where the orientation changes without another path that crosses, the path has come to lie the wrong way round.
-        let is_kept = base.orientation == 0 || base.orientation == next.orientation;
-        if !is_kept && turn > MAX_TURN_CROSSING {
-            return false;
-        }
-        let is_near = turn < MAX_TURN && self.shift(base, next, self.step) < MAX_SHIFT;
-        let is_tiny = self.step < CORNER_STEP * self.options.step;
-        is_near || is_tiny || (is_kept && self.is_corner(base, next, turn))
     }
 
     /// Corrects a guess onto the path and the plane <tangent of `base`, x - base> = s, and finds the tangent.

@@ -110,7 +110,8 @@ impl<F: Family> Accuracy<F> {
         let padded = in_coefficients(u, self.coefficients, self.fine.coefficients());
         self.fine.linearise(&padded, lambda, &mut self.work)?;
         let truncation = self.beyond() / self.work.magnitude.max(f64::MIN_POSITIVE);
-        let rms = self.rms(u, lambda)?;
+        // Padded, for a transmission error moves the connections in the harmonics beyond as well.
+        let rms = self.rms(&padded, lambda)?;
         let (mut fixed, mut slope) = (self.work.r.clone(), self.work.dr_dlambda.clone());
         // The harmonics that the solution has leave no residual but what finer samples see.
         let mut sampled = in_coefficients(&fixed, self.fine.coefficients(), self.coefficients);
@@ -165,10 +166,11 @@ impl<F: Family> Accuracy<F> {
         let (few, many) = (self.coefficients, self.fine.coefficients());
         let mut solution = in_coefficients(u, few, many);
         let outcome = self.newton.solve(&mut self.fine, &mut solution, lambda)?;
+        let first = in_coefficients(&in_coefficients(&solution, many, few), few, many);
         Ok(Check {
             outcome,
             rms: self.rms(&solution, lambda)?,
-            first: self.rms(&in_coefficients(&solution, many, few), lambda)?,
+            first: self.rms(&first, lambda)?,
         })
     }
 

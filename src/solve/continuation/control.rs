@@ -1,0 +1,96 @@
+//! Step control: where the next point is expected, whether it is the right one, how long the step after it is.
+
+use super::{Continuation, PathPoint};
+use nalgebra::DVector;
+
+/// Largest angle between successive tangents; a step that turns further is halved [rad].
+pub(super) const MAX_TURN: f64 = 0.5;
+/// Largest distance of a point from the end of the tangent, in lengths of the step: a smooth path that turns by the largest angle stays
+/// nearer, and what lies farther may be another path.
+pub(super) const MAX_SHIFT: f64 = 0.3;
+/// Largest angle between tangents where another path is crossed.
+const MAX_TURN_CROSSING: f64 = 0.1;
+/// Angle between successive tangents that the step length aims for [rad].
+const TURN_AIM: f64 = 0.15;
+/// Least share of a step that the next one keeps: a corner that was passed says nothing of the path behind it.
+const SHORTEST: f64 = 0.5;
+/// Shortest last step, in lengths of the next one, that tells how the path bends.
+const SHORTEST_BEND: f64 = 0.1;
+/// Steps below this share of the first one may turn as they like: the path has a corner there.
+const CORNER_STEP: f64 = 1e-3;
+
+impl Continuation {
+    /// Step length for the next step: few iterations and small turns lengthen it.
+    pub(super) fn adapt(&mut self, iterations: usize, turn: f64, longest: f64) {
+        let by_iterations = match iterations {
+            0..=2 => 2.0,
+            3 => 1.5,
+            4 | 5 => 1.0,
+            _ => 0.5,
+        };
+        let by_turn = (TURN_AIM / turn.max(1e-12)).clamp(SHORTEST, longest);
+        let step = self.step * f64::min(by_iterations, by_turn);
+        self.step = step.clamp(self.options.min_step, self.options.max_step);
+    }
+
+    /// Where the path is expected a step on from the present point: along the parabola that the last two tangents make, or along
+    /// the tangent where the last step turned too far, or was too short, to tell how the path bends.
+    pub(super) fn predict(&self, step: f64) -> (DVector<f64>, f64) {
+        let (from, base) = (&self.origin, &self.point);
+        let is_bend_known =
+            self.stride > SHORTEST_BEND * step && self.turn(from, base) < 2.0 * TURN_AIM;
+        let bend = match is_bend_known {
+            true => 0.5 * step * step / self.stride,
+            false => 0.0,
+        };
+        let along = step + bend;
+        (
+            &base.u + &base.tangent_u * along - &from.tangent_u * bend,
+            base.lambda + base.tangent_lambda * along - from.tangent_lambda * bend,
+        )
+    }
+
+    /// Whether the path goes on at a corrected point.
+    pub(super) fn is_acceptable(&self, base: &PathPoint, next: &PathPoint, turn: f64) -> bool {
+        if !next.newton.is_converged() || next.orientation == 0 {
+            return false;
+        }
+        // Where the path turns sharply, a change of orientation says that it lies the wrong way round.
+        let is_kept = base.orientation == 0 || base.orientation == next.orientation;
+        if !is_kept && turn > MAX_TURN_CROSSING {
+            return false;
+        }
+        let is_near = turn < MAX_TURN && self.shift(base, next, self.step) < MAX_SHIFT;
+        is_near || self.is_tiny() || (is_kept && self.is_corner(base, next, turn))
+    }
+
+    /// Whether the path may turn as it likes in the step.
+    fn is_tiny(&self) -> bool {
+        self.step < CORNER_STEP * self.options.step
+    }
+
+    /// Whether the orientation changes in a step so short that another path crosses, unless this one has a corner: at a
+    /// crossing the tangents lie anywhere.
+    pub(super) fn is_crossing(&self, base: &PathPoint, next: &PathPoint) -> bool {
+        self.is_tiny() && base.orientation * next.orientation < 0
+    }
+
+    /// Angle between two tangents [rad].
+    pub(super) fn turn(&self, a: &PathPoint, b: &PathPoint) -> f64 {
+        self.dot(
+            &a.tangent_u,
+            a.tangent_lambda,
+            &b.tangent_u,
+            b.tangent_lambda,
+        )
+        .clamp(-1.0, 1.0)
+        .acos()
+    }
+
+    /// Distance of a corrected point from the end of the tangent, in lengths of the step.
+    pub(super) fn shift(&self, base: &PathPoint, next: &PathPoint, step: f64) -> f64 {
+        let u = &next.u - &base.u - &base.tangent_u * step;
+        let lambda = next.lambda - base.lambda - base.tangent_lambda * step;
+        self.dot(&u, lambda, &u, lambda).sqrt() / step
+    }
+}
