@@ -61,7 +61,7 @@ impl Continuation {
             return false;
         }
         let is_near = turn < MAX_TURN && self.shift(base, next, self.step) < MAX_SHIFT;
-        is_near || self.is_tiny() || (is_kept && self.is_corner(base, next, turn))
+        is_near || self.is_tiny()
     }
 
     /// Whether the path may turn as it likes in the step.

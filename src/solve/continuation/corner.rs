@@ -23,68 +23,7 @@ const SHORTER: f64 = 0.125;
 /// Shortest length behind a corner, in distances of the Jacobian.
 const CLEAR: f64 = 4.0;
 
-/// Two turns of one corner differ by less than this share: a smooth path turns half as far in half the step.
-const SAME_TURN: f64 = 0.2;
-/// Widest corner that is passed like any other step.
-const MAX_CORNER: f64 = 1.2;
-/// Smallest distance of the two straight pieces of a corner, in lengths of the step.
-const MEETING: f64 = 0.05;
-
-/// A corner that may lie ahead: a step was refused because the path turns too far in it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Suspect {
-    turn: f64,
-    /// The length in which it lies.
-    ahead: f64,
-}
-
 impl Continuation {
-    /// Notes what a refused step says of a corner.
-    pub(super) fn suspect(&mut self, base: &PathPoint, next: &PathPoint, turn: f64) {
-        if next.newton.is_converged() && next.orientation == base.orientation {
-            let ahead = self.step;
-            self.suspect = Some(Suspect { turn, ahead });
-        }
-    }
-
-    /// Takes an accepted step off the length in which a corner is suspected.
-    pub(super) fn pass_suspect(&mut self, turn: f64) {
-        let step = self.stride;
-        self.suspect = self.suspect.and_then(|s| {
-            let ahead = s.ahead - step;
-            (ahead > 0.0 && turn < 0.5 * s.turn).then_some(Suspect { ahead, ..s })
-        });
-    }
-
-    /// Whether the step passes a corner: the path turns as far as in a longer step before, and consists of two straight pieces
-    /// that meet.
-    pub(super) fn is_corner(&self, base: &PathPoint, next: &PathPoint, turn: f64) -> bool {
-        let Some(suspect) = self.suspect else {
-            return false;
-        };
-        let is_same = (turn - suspect.turn).abs() < SAME_TURN * suspect.turn;
-        is_same && turn < MAX_CORNER && self.gap(base, next) < MEETING * self.step
-    }
-
-    /// Distance between the straight lines along the tangents at two points; infinite unless they meet between the points.
-    fn gap(&self, a: &PathPoint, b: &PathPoint) -> f64 {
-        let (u, lambda) = (&b.u - &a.u, b.lambda - a.lambda);
-        let along = |p: &PathPoint| self.dot(&u, lambda, &p.tangent_u, p.tangent_lambda);
-        let cosine = self.dot(
-            &a.tangent_u,
-            a.tangent_lambda,
-            &b.tangent_u,
-            b.tangent_lambda,
-        );
-        let (at_a, at_b, sine) = (along(a), along(b), 1.0 - cosine * cosine);
-        let (from, to) = ((at_a - cosine * at_b) / sine, (at_b - cosine * at_a) / sine);
-        if from < 0.0 || to < 0.0 {
-            return f64::INFINITY;
-        }
-        let square = self.dot(&u, lambda, &u, lambda) - from * at_a - to * at_b;
-        square.max(0.0).sqrt()
-    }
-
     /// The first point behind a corner that lies within a smallest step of `base`, with `base` in its new direction and the
     /// length between them; `None` where the path does not leave.
     pub(super) fn turn_corner(

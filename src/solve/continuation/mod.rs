@@ -22,7 +22,6 @@ use super::residual::{Linearisation, Residual};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use bordered::Bordered;
-use corner::Suspect;
 use nalgebra::DVector;
 
 /// What one call of `advance` brought.
@@ -57,7 +56,6 @@ pub struct Continuation {
     step: f64,
     points: usize,
     rejections: usize,
-    suspect: Option<Suspect>,
     first: PathPoint,
     /// Some of the points behind.
     trail: Vec<PathPoint>,
@@ -95,7 +93,6 @@ impl Continuation {
             step: options.step,
             points: 1,
             rejections: 0,
-            suspect: None,
             end: None,
             options,
         }
@@ -143,19 +140,16 @@ impl Continuation {
                 // Where a longer step has just failed, the next one is no longer than this.
                 let longest = if is_first_try { 2.0 } else { 1.0 };
                 self.adapt(next.newton.iterations, turn, longest);
-                self.pass_suspect(turn);
                 (self.origin, self.point) = (base, next);
                 break;
             }
             self.rejections += 1;
-            self.suspect(&base, &next, turn);
             is_first_try = false;
             let is_crossing = self.is_crossing(&base, &next);
             if is_crossing || self.step <= self.options.min_step {
                 if let Some((corner, next, step)) = self.turn_corner(problem, &base)? {
                     (self.stride, self.step) = (step, step);
                     (self.origin, self.point) = (corner, next);
-                    self.suspect = None;
                     break;
                 }
                 if is_crossing {
