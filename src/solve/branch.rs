@@ -141,6 +141,7 @@ pub fn trace(
         tracer.branch.end = PathEnd::Interrupted;
         return Ok(Ok(tracer.branch));
     }
+    let mut repairs = 0;
     loop {
         tracer.branch.exchanges = tracer.exchanges + tracer.path.exchanges();
         if let Advance::End(end) = tracer.path.advance(tracer.problem)? {
@@ -149,15 +150,18 @@ pub fn trace(
         }
         let next = tracer.reached()?;
         last.look.fraction = 0.0;
-        let mut events = tracer.events(&last, &next)?;
-        if let Some(Joint { known, at }) = tracer.joint(&last, &next, &events)? {
-            let end = at.as_ref().unwrap_or(&last);
-            events.retain(|e| e.fraction <= end.look.fraction);
-            tracer.insert_marks(&last, end, &events)?;
-            if let Some(joint) = &at {
-                tracer.push(joint)?;
-            }
-            tracer.branch.end = PathEnd::Joined { known };
+        let events = tracer.events(&last, &next)?;
+        // An event that cannot be located may tell of folds that the step has jumped over.
+        if !events.iter().all(BifurcationEvent::is_located)
+            && repairs < REPAIRS
+            && tracer.path.retreat()
+        {
+            repairs += 1;
+            continue;
+        }
+        repairs = 0;
+        if let Some(joint) = tracer.joint(&last, &next, &events)? {
+            tracer.end_at(joint, &last, events)?;
             return Ok(Ok(tracer.branch));
         }
         tracer.insert_marks(&last, &next, &events)?;
@@ -170,6 +174,9 @@ pub fn trace(
         last = next;
     }
 }
+
+/// How often a step whose events cannot be located is taken anew, shorter.
+const REPAIRS: usize = 4;
 
 /// What is said of a crossing that has no second direction.
 fn singular(point: &PathPoint) -> NewtonOutcome {
@@ -233,6 +240,23 @@ impl Tracer<'_> {
         let extent = self.options.extent();
         let step = Step::new(&mut self.path, self.problem, extent, after_point);
         step.events(self.before.as_ref(), a, b)
+    }
+
+    /// Ends the branch in the last step, where it meets a known one.
+    fn end_at(
+        &mut self,
+        Joint { known, at }: Joint,
+        last: &Probe,
+        mut events: Vec<BifurcationEvent>,
+    ) -> Result<(), SolveError> {
+        let end = at.as_ref().unwrap_or(last);
+        events.retain(|e| e.fraction <= end.look.fraction);
+        self.insert_marks(last, end, &events)?;
+        if let Some(joint) = &at {
+            self.push(joint)?;
+        }
+        self.branch.end = PathEnd::Joined { known };
+        Ok(())
     }
 
     /// Where the step meets a known branch.

@@ -109,6 +109,32 @@ fn a_doubled_branch_is_doubled_again_by_both_methods() {
     }
 }
 
+#[test]
+fn a_narrow_s_of_a_doubled_branch_is_followed_through() {
+    // Its folds are 2e-4 apart, between grazings at which the branch bends sharply.
+    let model = PAIR.replace("half_gap: 0.1", "half_gap: 1.0");
+    let folds = |more: &str| -> Vec<f64> {
+        let report = run(
+            &model,
+            &format!(
+                "{{type: parameter_response, at: 0.2, parameter: cos.0, from: 0.274, to: 0.2811, method: shooting, \
+                 branches: {{depth: 1}}{more}}}"
+            ),
+        );
+        let events = table(&report, "events");
+        let all = floats(events, "parameter").into_iter();
+        let kinds = texts(events, "kind").into_iter();
+        let folds = all.zip(kinds).filter(|(_, kind)| kind == "fold");
+        folds.map(|(parameter, _)| parameter).collect()
+    };
+    let (found, slowly) = (folds(""), folds(", max_step: 0.002"));
+    assert_eq!(found.len(), 3);
+    assert!((found[1] - 0.280_436_9).abs() < 1e-7 && (found[2] - 0.280_248_5).abs() < 1e-7);
+    for (a, b) in found.iter().zip(&slowly) {
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+}
+
 /// p x + x^2 + x^3 with x = q - shift: rest at x = 0 for every p crosses the parabola p = -x - x^2 at p = 0, and both arms of the
 /// parabola are there on both sides: one turns at x = -1/2.
 #[test]
