@@ -1,8 +1,9 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
 mod refit;
+mod steps;
 
-use super::continuation::{Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side};
+use super::continuation::{Continuation, ContinuationOptions, PathEnd, PathPoint, Side};
 use super::events::{BifurcationEvent, EventKind, Look, Probe, Step};
 use super::newton::{NewtonOutcome, NewtonStatus};
 use super::orbit::Orbit;
@@ -141,25 +142,15 @@ pub fn trace(
         tracer.branch.end = PathEnd::Interrupted;
         return Ok(Ok(tracer.branch));
     }
-    let mut repairs = 0;
     loop {
-        tracer.branch.exchanges = tracer.exchanges + tracer.path.exchanges();
-        if let Advance::End(end) = tracer.path.advance(tracer.problem)? {
-            tracer.branch.end = end;
-            return Ok(Ok(tracer.branch));
-        }
-        let next = tracer.reached()?;
         last.look.fraction = 0.0;
-        let events = tracer.events(&last, &next)?;
-        // An event that cannot be located may tell of folds that the step has jumped over.
-        if !events.iter().all(BifurcationEvent::is_located)
-            && repairs < REPAIRS
-            && tracer.path.retreat()
-        {
-            repairs += 1;
-            continue;
-        }
-        repairs = 0;
+        let (next, events) = match tracer.take_step(&last)? {
+            Ok(step) => step,
+            Err(end) => {
+                tracer.branch.end = end;
+                return Ok(Ok(tracer.branch));
+            }
+        };
         if let Some(joint) = tracer.joint(&last, &next, &events)? {
             tracer.end_at(joint, &last, events)?;
             return Ok(Ok(tracer.branch));
@@ -174,9 +165,6 @@ pub fn trace(
         last = next;
     }
 }
-
-/// How often a step whose events cannot be located is taken anew, shorter.
-const REPAIRS: usize = 4;
 
 /// What is said of a crossing that has no second direction.
 fn singular(point: &PathPoint) -> NewtonOutcome {

@@ -9,6 +9,7 @@ mod crossing;
 mod inside;
 mod interpolant;
 mod resize;
+mod retreat;
 mod section;
 mod trail;
 mod types;
@@ -41,9 +42,6 @@ pub enum Started {
     /// The first point cannot be corrected.
     Failed(NewtonOutcome),
 }
-
-/// Share of a step that is tried instead of it after a retreat.
-const RETREAT: f64 = 0.25;
 
 /// Pseudo-arclength continuation.
 #[derive(Debug)]
@@ -119,20 +117,6 @@ impl Continuation {
     /// Steps that were tried and shortened.
     pub fn rejections(&self) -> usize {
         self.rejections
-    }
-
-    /// Goes back to where the last step began, for a shorter one; false, and nothing changes, where that would be too short.
-    pub fn retreat(&mut self) -> bool {
-        let step = RETREAT * self.stride;
-        if step < self.options.min_step {
-            return false;
-        }
-        self.take_back_waymark();
-        self.point = self.origin.clone();
-        (self.step, self.end) = (step, None);
-        self.points -= 1;
-        self.rejections += 1;
-        true
     }
 
     /// Takes the next step.

@@ -1,0 +1,43 @@
+//! Steps that are taken anew.
+
+use super::{Continuation, PathEnd, PathPoint};
+
+/// Share of a step that is tried instead of it.
+const SHARE: f64 = 0.25;
+
+/// A step that was taken back.
+#[derive(Debug)]
+pub struct Taken {
+    point: PathPoint,
+    origin: PathPoint,
+    stride: f64,
+    step: f64,
+    end: Option<PathEnd>,
+}
+
+impl Continuation {
+    /// Goes back to where the last step began, for a shorter one; `None`, and nothing changes, where that would be too short.
+    pub fn retreat(&mut self) -> Option<Taken> {
+        let step = SHARE * self.stride;
+        if step < self.options.min_step {
+            return None;
+        }
+        self.take_back_waymark();
+        self.points -= 1;
+        self.rejections += 1;
+        Some(Taken {
+            point: std::mem::replace(&mut self.point, self.origin.clone()),
+            origin: self.origin.clone(),
+            stride: self.stride,
+            step: std::mem::replace(&mut self.step, step),
+            end: self.end.take(),
+        })
+    }
+
+    /// Takes the step after all.
+    pub fn restore(&mut self, taken: Taken) {
+        (self.point, self.origin) = (taken.point, taken.origin);
+        (self.stride, self.step, self.end) = (taken.stride, taken.step, taken.end);
+        self.points += 1;
+    }
+}
