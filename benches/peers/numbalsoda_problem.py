@@ -3,8 +3,6 @@
     numbalsoda_problem.py MODEL OUT --rtol 1e-8 --periods 10000
 """
 
-import argparse
-import json
 import math
 import time
 
@@ -33,15 +31,12 @@ def main():
     if not success:
         raise SystemExit("numbalsoda: LSODA gave up")
     result = {"solver_cpu": seconds, "points": arguments.periods, "states": states[1 : STATES_KEPT + 1].tolist()}
-    with open(arguments.out, "w", encoding="utf-8") as file:
-        json.dump(result, file)
+    problem.write(arguments.out, result)
 
 
 def parse():
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("model")
-    parser.add_argument("out")
+    parser = problem.parser(__doc__)
     parser.add_argument("--rtol", type=float, required=True, help="relative and absolute tolerance")
     parser.add_argument("--periods", type=int, required=True)
     return parser.parse_args()

@@ -5,6 +5,8 @@
 The other programs solve what stands in the files `gearlash` reads: there is no second copy to drift away.
 """
 
+import argparse
+import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,3 +78,17 @@ def scalars(system):
         raise ValueError(f"the right-hand sides of P3 are written for 2 coordinates, not {system.dof}")
     arrays = (system.stiffness, system.damping, system.half_gap, system.mean, system.amplitude)
     return (*(tuple(a.ravel().tolist()) for a in arrays), float(system.analysis["at"]))
+
+
+def parser(text):
+    """Command line of a program's script: the model, and where its result goes; `text` describes the script."""
+    made = argparse.ArgumentParser(description=text.splitlines()[0])
+    made.add_argument("model")
+    made.add_argument("out")
+    return made
+
+
+def write(path, result):
+    """Writes what a script has measured as JSON."""
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump(result, file)

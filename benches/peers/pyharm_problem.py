@@ -10,8 +10,6 @@ coordinates. Multiplied by the inverse of kappa the equation has the form pyHarm
 so that every f_i is a stock `PenaltyBilateralGap` of stiffness 1 and gap b_i between coordinate i and the ground.
 """
 
-import argparse
-import json
 import time
 import warnings
 
@@ -36,15 +34,12 @@ def main():
     seconds = time.process_time() - begin
     omega, amplitude = curves(maestro, system)
     result = {"solver_cpu": seconds, "points": len(omega), "omega": omega, "half_peak_to_peak": amplitude}
-    with open(arguments.out, "w", encoding="utf-8") as file:
-        json.dump(result, file)
+    problem.write(arguments.out, result)
 
 
 def parse():
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("model")
-    parser.add_argument("out")
+    parser = problem.parser(__doc__)
     parser.add_argument("--step-max", type=float, required=True, help="longest step along the branch")
     parser.add_argument("--time-limit", type=int, default=3600, metavar="SECONDS")
     return parser.parse_args()

@@ -3,8 +3,6 @@
     scipy_problem.py MODEL OUT --method DOP853 --rtol 1e-8 --periods 30
 """
 
-import argparse
-import json
 import math
 import time
 
@@ -32,15 +30,12 @@ def main():
         raise SystemExit(f"solve_ivp: {solution.message}")
     states = solution.y.T[:STATES_KEPT].tolist()
     result = {"solver_cpu": seconds, "points": arguments.periods, "states": states}
-    with open(arguments.out, "w", encoding="utf-8") as file:
-        json.dump(result, file)
+    problem.write(arguments.out, result)
 
 
 def parse():
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("model")
-    parser.add_argument("out")
+    parser = problem.parser(__doc__)
     parser.add_argument("--method", required=True, help="a method of solve_ivp")
     parser.add_argument("--rtol", type=float, required=True, help="relative and absolute tolerance")
     parser.add_argument("--periods", type=int, required=True)
