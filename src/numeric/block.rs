@@ -9,19 +9,13 @@
 //! the path; the last coordinate is one that moves along it, so that every block before the last one stays regular.
 
 use super::dense::{Lu, subtract_product};
-use super::jacobian::{Blocks, Border, add_product, dot};
+use super::jacobian::{Blocks, add_product, dot};
 use super::pattern::{Elimination, Pattern};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// Share of the largest block of the border's row below which another coordinate becomes the last one.
 pub(super) const TOO_STILL: f64 = 0.1;
-
-/// Largest entry of one coordinate's part of the border's row.
-pub(super) fn motion(border: &Border, j: usize, size: usize) -> f64 {
-    let block = &border.row.as_slice()[j * size..(j + 1) * size];
-    block.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
-}
 
 /// Factors of a matrix of blocks.
 #[derive(Debug)]
@@ -175,15 +169,10 @@ impl BlockLu {
     /// Keeps a coordinate that moves along the border's row, the tangent of a path, for the end.
     fn choose_last(&mut self, matrix: &Blocks) {
         let Some(border) = &matrix.border else { return };
-        let motion = |j: usize| motion(border, j, self.pattern.size());
-        let (mut best, mut largest) = (0, 0.0);
-        for j in 0..self.pattern.blocks() {
-            if motion(j) > largest {
-                (best, largest) = (j, motion(j));
-            }
-        }
+        let size = self.pattern.size();
+        let (best, largest) = border.fastest(size);
         let last = self.elimination.order[self.fronts.len() - 1];
-        if motion(last) < TOO_STILL * largest {
+        if border.motion(last, size) < TOO_STILL * largest {
             let elimination = Elimination::new(&self.pattern, best);
             *self = BlockLu::ordered(matrix, elimination);
         }

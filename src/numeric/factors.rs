@@ -1,6 +1,6 @@
 //! Factors of a Jacobian of either shape, with a check of every solution by blocks.
 
-use super::block::{BlockLu, TOO_STILL, motion};
+use super::block::{BlockLu, TOO_STILL};
 use super::condensation::Condensation;
 use super::dense::Lu;
 use super::jacobian::{Blocks, Jacobian, Structure};
@@ -286,16 +286,9 @@ impl Watch {
                 .then_some(count - 1);
         };
         let size = matrix.pattern.size();
-        let motions = || (0..count).map(|j| motion(border, j, size));
-        let (mut best, mut largest, mut stays) = (0, 0.0, 0.0_f64);
-        for (j, motion) in motions().enumerate() {
-            if motion > largest {
-                (best, largest) = (j, motion);
-            }
-            if self.since[j] <= PATIENCE {
-                stays = stays.max(motion);
-            }
-        }
+        let (best, largest) = border.fastest(size);
+        let rest = (0..count).filter(|j| self.since[*j] <= PATIENCE);
+        let stays = rest.map(|j| border.motion(j, size)).fold(0.0, f64::max);
         (stays <= TOO_STILL * largest).then_some(best)
     }
 }

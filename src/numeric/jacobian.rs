@@ -86,6 +86,26 @@ pub struct Border {
     pub(super) corner: f64,
 }
 
+impl Border {
+    /// Largest entry of one coordinate's part of the row.
+    pub(super) fn motion(&self, j: usize, size: usize) -> f64 {
+        let block = &self.row.as_slice()[j * size..(j + 1) * size];
+        block.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
+    }
+
+    /// The coordinate that moves most along the row, and how far.
+    pub(super) fn fastest(&self, size: usize) -> (usize, f64) {
+        let (mut best, mut largest) = (0, 0.0);
+        for j in 0..self.row.len() / size {
+            let motion = self.motion(j, size);
+            if motion > largest {
+                (best, largest) = (j, motion);
+            }
+        }
+        (best, largest)
+    }
+}
+
 impl Jacobian {
     /// Zero matrix of this shape.
     pub fn new(structure: &Structure) -> Jacobian {

@@ -184,9 +184,7 @@ impl Meter {
                 self.deformation[j] -= error.value(*phase);
                 self.rate[j] -= frequency * slopes[j];
             }
-            error.coefficients(nu, &mut derivative);
-            let terms = self.coefficients.iter_mut().zip(&derivative);
-            terms.for_each(|(a, e)| *a -= e);
+            self.coefficients = deformation.series();
         }
         let out = ResponseSeries {
             f: &mut self.force,
@@ -213,9 +211,13 @@ impl Meter {
         };
         let count = self.force.len();
         let weights = variation.weights(nu, count, |s| s);
-        let squares = variation.weights(nu, count, |s| s * s);
-        for (j, (s, square)) in weights.iter().zip(&squares).enumerate() {
-            self.step_square += (square - s * s) * self.force[j].powi(2) / count as f64;
+        if matches!(variation, Periodic::Rectangular { .. }) {
+            let squares = variation.weights(nu, count, |s| s * s);
+            for (force, (s, square)) in self.force.iter().zip(weights.iter().zip(&squares)) {
+                self.step_square += (square - s * s) * force.powi(2) / count as f64;
+            }
+        }
+        for (j, s) in weights.iter().enumerate() {
             self.force[j] *= s;
             self.slope[j] *= s;
             self.damping[j] *= s;

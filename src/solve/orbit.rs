@@ -92,6 +92,17 @@ impl Deformation<'_> {
         }
     }
 
+    /// Coefficients of W q - e, as many as W q has.
+    pub fn series(&self) -> Vec<f64> {
+        let mut series = self.coefficients.clone();
+        if let Some(error) = self.error {
+            let mut terms = vec![0.0; series.len()];
+            error.coefficients(self.subharmonic as usize, &mut terms);
+            series.iter_mut().zip(&terms).for_each(|(a, e)| *a -= e);
+        }
+        series
+    }
+
     /// Extrema in the order of time over one period, the first one repeated a period later; empty when nothing moves but
     /// rounding.
     pub fn extrema(&self) -> Vec<(f64, f64)> {

@@ -15,39 +15,40 @@ impl Tracer<'_> {
         &mut self,
         last: &Probe,
     ) -> Result<Result<(Probe, Vec<BifurcationEvent>), PathEnd>, SolveError> {
-        let mut refused = None;
-        for repairs in 0.. {
+        let (mut refused, mut repairs) = (None, 0);
+        loop {
             let end = match self.path.advance(self.problem)? {
                 Advance::End(end) => Some(end),
                 Advance::Point(_) => None,
             };
             self.branch.exchanges = self.exchanges + self.path.exchanges();
-            match (end, refused.take()) {
-                (Some(end), None) => return Ok(Err(end)),
-                (Some(_), Some((taken, found))) => {
-                    self.path.restore(taken);
-                    return Ok(Ok(found));
-                }
-                (None, before) => refused = before,
+            if let Some(end) = end {
+                return Ok(match refused {
+                    None => Err(end),
+                    Some((taken, found)) => {
+                        self.path.restore(taken);
+                        Ok(found)
+                    }
+                });
             }
             let next = self.reached()?;
             let events = self.events(last, &next)?;
-            let found = (next, events);
-            let is_clear = found.1.iter().all(BifurcationEvent::is_located);
-            if is_clear || self.may_break(&found.0)? {
-                return Ok(Ok(found));
+            let is_clear = events.iter().all(BifurcationEvent::is_located);
+            if is_clear || self.may_break(&next)? {
+                return Ok(Ok((next, events)));
             }
             let Some(taken) = self.path.retreat() else {
-                return Ok(Ok(found));
+                return Ok(Ok((next, events)));
             };
-            let (taken, found) = refused.take().unwrap_or((taken, found));
+            // The first of them is the step as it was.
+            let (taken, found) = refused.unwrap_or((taken, (next, events)));
             if repairs == REPAIRS {
                 self.path.restore(taken);
                 return Ok(Ok(found));
             }
             refused = Some((taken, found));
+            repairs += 1;
         }
-        unreachable!("the last repair returns")
     }
 
     /// Whether a force jumps: orbits do so too where they graze, and shorter steps do not cross the break of the branch.

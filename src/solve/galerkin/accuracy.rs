@@ -201,20 +201,14 @@ pub fn in_coefficients(u: &DVector<f64>, from: usize, to: usize) -> DVector<f64>
 
 /// R.m.s. values of every connection.
 fn rms(system: &System, orbit: &FourierOrbit) -> Vec<Rms> {
-    let mounts = system.mounts().iter().enumerate();
-    let one = |(connection, mount): (usize, &crate::system::Mount)| {
-        let mut a = orbit.deformation(system, connection).coefficients;
-        if let Some(error) = &mount.transmission_error {
-            let mut series = vec![0.0; a.len()];
-            error.coefficients(orbit.subharmonic, &mut series);
-            a.iter_mut().zip(&series).for_each(|(a, e)| *a -= e);
-        }
+    let one = |connection: usize| {
+        let a = orbit.deformation(system, connection).series();
         Rms {
             displacement: trigonometric::mean_square(&a).sqrt(),
             velocity: orbit.omega * trigonometric::mean_square_of_derivative(&a).sqrt(),
         }
     };
-    mounts.map(one).collect()
+    (0..system.element_count()).map(one).collect()
 }
 
 fn differences(a: &[Rms], b: &[Rms]) -> Vec<Rms> {

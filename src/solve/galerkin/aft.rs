@@ -1,5 +1,6 @@
 //! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
 
+use super::connection::{add_column, add_diagonal, add_force, add_jacobian, gather};
 use super::hill::{self, Hill};
 use super::jumps::{self, Edge};
 use crate::element::{Response, ResponseSeries};
@@ -116,10 +117,10 @@ impl Sampling {
     /// Adds (I (x) kappa) c to the residual, its Jacobian (12) and its derivative with respect to omega.
     pub fn add_forces(&mut self, system: &System, u: &DVector<f64>, out: &mut Linearisation) {
         for e in 0..system.element_count() {
-            self.gather(system, e, u);
+            gather(system, e, u, self.c.len(), &mut self.a);
             if let Some(affine) = &self.affine[e] {
                 affine.respond(&self.a, &mut self.c);
-                self.add_force(system, e, out);
+                add_force(system, e, &self.c, out);
                 add_diagonal(system, e, affine.slope, self.c.len(), out);
                 continue;
             }
@@ -128,7 +129,7 @@ impl Sampling {
             self.find_jumps(system, e);
             self.fourier.to_coefficients(&self.force, &mut self.c);
             jumps::correct(&self.edges, &mut self.c);
-            self.add_force(system, e, out);
+            add_force(system, e, &self.c, out);
             let slope = self.slope[0];
             let is_constant = self.edges.is_empty() && self.slope.iter().all(|s| *s == slope);
             if is_constant && !is_rate_dependent {
@@ -141,21 +142,7 @@ impl Sampling {
             if is_rate_dependent {
                 self.add_damping(system, e, out);
             }
-            self.add_jacobian(system, e, out);
-        }
-    }
-
-    /// Coefficients of W q.
-    fn gather(&mut self, system: &System, e: usize, u: &DVector<f64>) {
-        let c = self.a.len();
-        if system.is_tree() {
-            self.a.copy_from_slice(&u.as_slice()[e * c..(e + 1) * c]);
-        } else {
-            self.a.fill(0.0);
-            for (j, w) in system.element_map_row(e) {
-                let block = &u.as_slice()[j * c..(j + 1) * c];
-                self.a.iter_mut().zip(block).for_each(|(a, b)| *a += w * b);
-            }
+            add_jacobian(system, e, &self.hill, out);
         }
     }
 
@@ -221,16 +208,6 @@ impl Sampling {
         jumps::edges(mount, &self.deformation, at, rates, &mut self.edges);
     }
 
-    fn add_force(&self, system: &System, e: usize, out: &mut Linearisation) {
-        let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        for (i, kappa) in system.stiffness_column(e) {
-            let block = block_mut(&mut out.r, *i, self.c.len());
-            let terms = block.iter_mut().zip(&self.c);
-            terms.for_each(|(r, c)| *r += kappa * c);
-            out.magnitude = out.magnitude.max(kappa.abs() * largest);
-        }
-    }
-
     /// F+ diag(df/dv) F D, and the part of dR/domega that comes through the velocity: v is proportional to Om.
     fn add_damping(&mut self, system: &System, e: usize, out: &mut Linearisation) {
         self.fourier.to_coefficients(&self.damping, &mut self.g);
@@ -242,21 +219,7 @@ impl Sampling {
             .zip(&self.damping)
             .for_each(|(v, d)| *v *= d / frequency);
         self.fourier.to_coefficients(&self.rate, &mut self.c);
-        for (i, kappa) in system.stiffness_column(e) {
-            let block = block_mut(&mut out.dr_dlambda, *i, self.c.len());
-            let terms = block.iter_mut().zip(&self.c);
-            terms.for_each(|(r, c)| *r += kappa * c);
-        }
-    }
-
-    fn add_jacobian(&self, system: &System, e: usize, out: &mut Linearisation) {
-        let c = self.c.len();
-        for (i, kappa) in system.stiffness_column(e) {
-            for (j, w) in system.element_map_row(e) {
-                let hill = self.hill.as_slice();
-                out.dr_du.block_mut(c, (*i, *j)).add(kappa * w, hill);
-            }
-        }
+        add_column(system, e, &self.c, &mut out.dr_dlambda);
     }
 }
 
@@ -271,27 +234,4 @@ impl Affine {
         }
         c[0] += self.offset;
     }
-}
-
-/// Jacobian of a connection whose slope is the same all the time: F+ diag(g) F = g I.
-pub(super) fn add_diagonal(
-    system: &System,
-    e: usize,
-    slope: f64,
-    c: usize,
-    out: &mut Linearisation,
-) {
-    for (i, kappa) in system.stiffness_column(e) {
-        for (j, w) in system.element_map_row(e) {
-            let mut block = out.dr_du.block_mut(c, (*i, *j));
-            for k in 0..c {
-                block.column(k)[k] += kappa * w * slope;
-            }
-        }
-    }
-}
-
-/// One coordinate's block of a coordinate-major vector.
-fn block_mut(vector: &mut DVector<f64>, i: usize, c: usize) -> &mut [f64] {
-    &mut vector.as_mut_slice()[i * c..(i + 1) * c]
 }

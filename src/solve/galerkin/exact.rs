@@ -9,7 +9,7 @@
 //! Jacobian, for a continuous force does not notice that its switches move. A stiffness variation steps (more jumps) or
 //! multiplies G and H.
 
-use super::aft::add_diagonal;
+use super::connection::{add_diagonal, add_force, add_jacobian, gather};
 use super::hill::Hill;
 use super::jumps::{self, Edge};
 use super::switching::Switching;
@@ -127,7 +127,7 @@ impl ExactQuadrature {
             self.transform(system, e);
             self.vary(e);
             self.convolve();
-            self.add_force(system, e, out);
+            add_force(system, e, &self.c, out);
             if self.edges.is_empty() && self.slope[1..].iter().all(|z| *z == Complex::default()) {
                 add_diagonal(system, e, self.slope[0].re, self.c.len(), out);
                 continue;
@@ -138,18 +138,13 @@ impl ExactQuadrature {
             }
             self.filler.fill(&self.g, &mut self.hill);
             jumps::add_slopes(&self.edges, &mut self.hill);
-            self.add_jacobian(system, e, out);
+            add_jacobian(system, e, &self.hill, out);
         }
     }
 
     /// Coefficients of the deformation W q - e.
     fn deform(&mut self, system: &System, e: usize, u: &DVector<f64>) {
-        let c = self.c.len();
-        self.a.fill(0.0);
-        for (j, w) in system.element_map_row(e) {
-            let block = &u.as_slice()[j * c..(j + 1) * c];
-            self.a.iter_mut().zip(block).for_each(|(a, b)| *a += w * b);
-        }
+        gather(system, e, u, self.c.len(), &mut self.a);
         if let Some(error) = &self.errors[e] {
             self.a.iter_mut().zip(error).for_each(|(a, e)| *a -= e);
         }
@@ -248,27 +243,6 @@ impl ExactQuadrature {
                 self.c[0] = sum.re;
             } else {
                 (self.c[2 * k - 1], self.c[2 * k]) = (-2.0 * sum.im, 2.0 * sum.re);
-            }
-        }
-    }
-
-    fn add_force(&self, system: &System, e: usize, out: &mut Linearisation) {
-        let c = self.c.len();
-        let largest = self.c.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        for (i, kappa) in system.stiffness_column(e) {
-            let block = &mut out.r.as_mut_slice()[i * c..(i + 1) * c];
-            let terms = block.iter_mut().zip(&self.c);
-            terms.for_each(|(r, c)| *r += kappa * c);
-            out.magnitude = out.magnitude.max(kappa.abs() * largest);
-        }
-    }
-
-    fn add_jacobian(&self, system: &System, e: usize, out: &mut Linearisation) {
-        let c = self.c.len();
-        for (i, kappa) in system.stiffness_column(e) {
-            for (j, w) in system.element_map_row(e) {
-                let hill = self.hill.as_slice();
-                out.dr_du.block_mut(c, (*i, *j)).add(kappa * w, hill);
             }
         }
     }

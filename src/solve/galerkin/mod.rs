@@ -7,6 +7,7 @@
 pub mod accuracy;
 pub mod adaptive;
 mod aft;
+mod connection;
 mod exact;
 mod hill;
 pub mod jumps;
