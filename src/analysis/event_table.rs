@@ -48,6 +48,10 @@ pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
             "connection",
             rows.iter().map(|(_, e)| touched(setting, e)).collect(),
         ),
+        integer(
+            "multiplicity",
+            rows.iter().map(|(_, e)| e.multiplicity as i64).collect(),
+        ),
     ];
     for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
         if name.starts_with("rms.") {

@@ -33,6 +33,8 @@ pub enum EventKind {
         /// Breakpoint of its law, counted from below.
         breakpoint: usize,
     },
+    /// The number of multipliers outside the unit circle changes, and no located event explains it.
+    Unresolved,
 }
 
 impl EventKind {
@@ -44,6 +46,7 @@ impl EventKind {
             EventKind::PeriodDoubling => "period_doubling",
             EventKind::NeimarkSacker => "neimark_sacker",
             EventKind::Grazing { .. } => "grazing",
+            EventKind::Unresolved => "unresolved",
         }
     }
 
@@ -62,6 +65,10 @@ pub struct BifurcationEvent {
     pub lambda: f64,
     /// Parameters that enclose it; for a fold the neighbouring points', which may not.
     pub bracket: (f64, f64),
+    /// Equal multipliers that pass together: 1 for a single one or a single pair, m for those of m equal parts.
+    pub multiplicity: usize,
+    /// Multipliers outside the unit circle just before and just behind the event; `None` where they are not known.
+    pub unstable: Option<(usize, usize)>,
     /// Point of the branch before the event.
     pub after_point: usize,
     /// Fraction of the step at which it stands.
