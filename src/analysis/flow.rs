@@ -70,7 +70,7 @@ impl Motion {
         choice: IntegratorChoice,
     ) -> Result<Motion, Fault> {
         let mut system = setting.assembly.system.clone();
-        system.set_excitation_frequency(frequency(setting, "at", at)?);
+        system.set_reference_frequency(frequency(setting, "at", at)?);
         let integrator = integrator(setting, &system, choice)?;
         let (state, warning) = initial.state(setting, &system, key)?;
         Ok(Motion {

@@ -105,12 +105,12 @@ impl Parameter {
         match self {
             Parameter::Frequency => {
                 let mut system = setting.assembly.system.clone();
-                system.set_excitation_frequency(value);
+                system.set_reference_frequency(value);
                 Ok(system)
             }
             Parameter::Path(path) => {
                 let mut system = rebuilt(setting, path, Node::number(value))?;
-                system.set_excitation_frequency(at);
+                system.set_reference_frequency(at);
                 Ok(system)
             }
         }

@@ -13,6 +13,7 @@
 mod anchor;
 mod coupling;
 mod damping;
+mod kinematics;
 mod modes;
 mod reduced;
 mod scaling;
@@ -104,7 +105,8 @@ fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
     refuse_damped_rigid_body(&c, &inertia, &coupling.rigid_body, &bodies)?;
     let rates = damping::rate_map(train, &coupling, &modes, ratios.as_deref());
     let scales = scaling::scales(train, &modes)?;
-    let system = scaling::system(train, &coupling, &rates, &scales).map_err(refused)?;
+    let mut system = scaling::system(train, &coupling, &rates, &scales).map_err(refused)?;
+    system.set_revolutions(train.revolutions);
     let natural_frequencies = modes.eigenvalues.map(|x| x.sqrt() / scales.frequency);
     let connections: Vec<String> = train.connections.keys().cloned().collect();
     let coordinates = (coupling.coordinates.iter())

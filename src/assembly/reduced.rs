@@ -49,7 +49,7 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
         stiffness_variation: law.stiffness_variation.clone(),
         transmission_error: law.transmission_error.clone(),
     });
-    let system = System::new(
+    let mut system = System::new(
         gamma,
         reduced.stiffness.clone(),
         reduced.element_map.clone(),
@@ -57,6 +57,7 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
         loads(&reduced.loads),
     )
     .map_err(refused)?;
+    system.set_revolutions(reduced.revolutions);
     let connections: Vec<String> = reduced.elements.keys().cloned().collect();
     Ok(Assembly {
         system,

@@ -25,7 +25,7 @@ pub fn summary(model: &Model, assembly: &Assembly) -> Value {
         || system.dof() - frequencies.len().min(system.dof()),
         |c| c.rigid_body.ncols(),
     );
-    json!({
+    let mut summary = json!({
         "name": model.name,
         "bodies": bodies,
         "inertias": train.map(|t| t.bodies.values().map(|b| b.inertia).collect::<Vec<_>>()),
@@ -44,7 +44,11 @@ pub fn summary(model: &Model, assembly: &Assembly) -> Value {
         "static_displacement": null,
         "mean_load": system.mean_load().as_slice(),
         "warnings": assembly.warnings,
-    })
+    });
+    if let (Some(map), Some(train)) = (summary.as_object_mut(), train) {
+        map.extend(super::kinematics::kinematics(train));
+    }
+    summary
 }
 
 fn unit(unit: DeformationUnit) -> &'static str {

@@ -1,6 +1,6 @@
 //! `gearlash check`.
 
-use super::{CheckArguments, print};
+use super::{CheckArguments, kinematics, print};
 use crate::assembly::summary;
 use crate::error::Error;
 use crate::model::ReportUnits;
@@ -113,6 +113,7 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
     };
     let _ = writeln!(text, "Galerkin Jacobian:     {jacobian}\n");
     let _ = writeln!(text, "{}\n", connections(study, rest));
+    text.push_str(&kinematics::text(model));
     text.push_str(&solvers(study));
     let _ = writeln!(text, "{}\n", frequencies(study));
     for (name, matrix) in [
@@ -246,7 +247,7 @@ fn as_rows(matrix: &DMatrix<f64>) -> String {
 }
 
 /// Seven significant digits, without trailing zeros.
-fn number(x: f64) -> String {
+pub(super) fn number(x: f64) -> String {
     if x == 0.0 {
         return "0".into();
     }

@@ -2,6 +2,7 @@
 
 mod check;
 mod elements;
+mod kinematics;
 mod merge;
 mod new;
 mod progress;

@@ -204,13 +204,6 @@ impl<'n> Fields<'n> {
         mistakes.note(number(node, &self.path_of(key), measure, range))
     }
 
-    /// The whole number of a key, from 1; 1 when it is absent.
-    pub(super) fn count(&self, key: &str, most: usize, mistakes: &mut Mistakes) -> usize {
-        let node = self.get(key);
-        node.and_then(|node| mistakes.note(count(node, &self.path_of(key), most)))
-            .unwrap_or(1)
-    }
-
     /// The one of several keys that is given; none or more than one is a mistake.
     pub(super) fn exactly_one(
         &self,
@@ -241,11 +234,21 @@ impl<'n> Fields<'n> {
 const LONGEST: usize = 60;
 
 /// What stands at keys whose values are often written in another shape.
-const SHAPES: [(&str, &str); 13] = [
+const SHAPES: [(&str, &str); 17] = [
     ("element", "{type: backlash, half_gap: 50 um}"),
     ("gear", "{A: 50 mm, B: 40 mm}"),
     ("internal_gear", "{A: 50 mm, B: 80 mm}"),
     ("acts_on", "{A: 0.05, B: -0.04}"),
+    (
+        "planet_gear",
+        "{sun: S, planet: P, carrier: C, teeth: {S: 30, P: 21}, module: 2 mm}",
+    ),
+    (
+        "planet_ring",
+        "{ring: R, planet: P, carrier: C, teeth: {R: 72, P: 21}, module: 2 mm}",
+    ),
+    ("reference", "{body: crank, speed: 800 rpm}"),
+    ("backlash", "{circumferential: 80 um}"),
     ("shaft", "[A, B]"),
     ("harmonics", "[{order: 1, amplitude: 20}]"),
     ("table", "[0.9, 1.0, 1.1, 1.0]"),

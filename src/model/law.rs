@@ -11,6 +11,11 @@ use crate::quantity::UnitDimension;
 use crate::yaml::{Entry, Node, Value, join};
 use indexmap::IndexMap;
 
+/// The parameter that the backlash of a drawing stands for.
+pub(super) const HALF_GAP: &str = "half_gap";
+/// Key of the backlash of a drawing.
+pub(super) const BACKLASH: &str = "backlash";
+
 /// Units of a law's parameters.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum LawUnits {
@@ -83,7 +88,7 @@ pub(super) fn law(
                 key,
                 &path,
                 info.tag,
-                info.parameters,
+                (info.parameters, units),
             ));
             None
         };
@@ -111,9 +116,12 @@ fn unknown_parameter(
     key: &str,
     path: &str,
     tag: &str,
-    parameters: &[ParameterInfo],
+    (parameters, units): (&[ParameterInfo], LawUnits),
 ) -> Diagnostic {
-    let known: Vec<&str> = parameters.iter().map(|p| p.name).collect();
+    let mut known: Vec<&str> = parameters.iter().map(|p| p.name).collect();
+    if matches!(units, LawUnits::Si(_)) && known.contains(&HALF_GAP) {
+        known.push(BACKLASH);
+    }
     let list = match known.as_slice() {
         [] => "none".to_owned(),
         list => list.join(", "),

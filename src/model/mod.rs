@@ -1,16 +1,24 @@
 //! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
 
 mod connection;
+mod drawing;
 mod fields;
+mod geometry;
+pub mod kinematics;
 mod law;
+mod mean_motion;
+mod orders;
 mod read;
 mod reduced;
 mod series;
+mod teeth;
 mod train;
 
-pub use connection::GEOMETRY;
 pub use fields::check_name;
+pub use geometry::GEOMETRY;
+pub use mean_motion::MeanMotion;
 pub use read::{SCHEMA, locate, read};
+pub use teeth::Teeth;
 
 use crate::element::Element;
 use crate::numeric::periodic::Periodic;
@@ -77,6 +85,12 @@ pub struct Train {
     pub loads: IndexMap<String, Load>,
     /// Characteristic values.
     pub scaling: Scaling,
+    /// Speeds of all bodies; `None` without a reference shaft.
+    pub mean_motion: Option<MeanMotion>,
+    /// Bodies whose mean torque \[N m\] balances all others.
+    pub balanced: Vec<(usize, f64)>,
+    /// Revolutions of the reference (periods of the excitation frequency) in one period of everything that excites.
+    pub revolutions: usize,
 }
 
 /// An inertia.
@@ -86,6 +100,29 @@ pub struct Body {
     pub inertia: f64,
     /// Whether the body turns or slides.
     pub motion: Motion,
+    /// What opposes its mean rotation.
+    pub drag: Drag,
+}
+
+/// A torque that opposes the mean rotation of a body.
+///
+///     T = -sign(w) (constant + viscous |w|)
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Drag {
+    /// N m (N for a translating mass), >= 0.
+    pub constant: f64,
+    /// N m s/rad, >= 0, at the mean speed.
+    pub viscous: f64,
+}
+
+impl Drag {
+    /// The torque at a mean speed \[rad/s\].
+    pub fn torque(&self, speed: f64) -> f64 {
+        match speed == 0.0 {
+            true => 0.0,
+            false => -speed.signum() * (self.constant + self.viscous * speed.abs()),
+        }
+    }
 }
 
 /// Motion of a body.
@@ -147,6 +184,8 @@ pub struct Connection {
     pub arms: Vec<(usize, f64)>,
     /// Unit of the deformation.
     pub unit: DeformationUnit,
+    /// The wheels of a mesh that is given by tooth numbers.
+    pub teeth: Option<Teeth>,
     /// Reference stiffness K [N/m or N m/rad], > 0.
     pub stiffness: f64,
     /// Viscous damper parallel to the law [N s/m or N m s/rad], >= 0.
@@ -219,6 +258,8 @@ pub struct Reduced {
     pub elements: IndexMap<String, ReducedElement>,
     /// Loads by coordinate, n of them; `Periodic::Fourier`.
     pub loads: Vec<Periodic>,
+    /// Periods of the excitation frequency in one period of everything that excites.
+    pub revolutions: usize,
 }
 
 /// A law of a reduced system.

@@ -11,7 +11,7 @@ use crate::yaml::Node;
 /// Version of the model file that this reader understands.
 pub const SCHEMA: usize = 1;
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 12] = [
     "schema",
     "name",
     "bodies",
@@ -19,6 +19,8 @@ const KEYS: [&str; 10] = [
     "damping",
     "loads",
     "scaling",
+    "reference",
+    "balance",
     "reduced",
     "report",
     "analyses",

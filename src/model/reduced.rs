@@ -1,8 +1,12 @@
 //! Reduced, nondimensional systems in a model file.
 
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, number};
+use super::geometry::Bodies;
 use super::law::{LawUnits, law};
-use super::series::{base_order, stiffness_variation, transmission_error};
+use super::orders::{Orders, on_common_base};
+use super::series::{
+    UNIT_KEYS, Unit, harmonic_order, stiffness_variation, transmission_error, unit,
+};
 use super::train::MOST_CONNECTIONS;
 use super::{Reduced, ReducedDamping, ReducedElement};
 use crate::error::Diagnostic;
@@ -12,7 +16,12 @@ use indexmap::IndexMap;
 use nalgebra::DMatrix;
 
 const PATH: &str = "reduced";
-const ASIDE: [&str; 3] = ["stiffness_variation", "transmission_error", "base_order"];
+const ASIDE: [&str; 4] = [
+    "stiffness_variation",
+    "transmission_error",
+    UNIT_KEYS[0],
+    UNIT_KEYS[1],
+];
 
 /// The reduced system of a node.
 pub(super) fn reduced(node: &Node, mistakes: &mut Mistakes) -> Option<Reduced> {
@@ -20,7 +29,14 @@ pub(super) fn reduced(node: &Node, mistakes: &mut Mistakes) -> Option<Reduced> {
     let fields = Fields::known(node, PATH, &keys, mistakes)?;
     let stiffness = fields.required("stiffness", "kappa as a list of rows, n x e", mistakes);
     let stiffness = stiffness.and_then(|node| matrix(node, "reduced.stiffness", mistakes));
-    let elements = elements(&fields, mistakes);
+    let shape = stiffness.as_ref().map(|kappa| kappa.shape());
+    let n = shape.map(|(n, _)| n);
+    let nobody = Bodies::new();
+    let read = |orders: &mut Orders<'_>, mistakes: &mut Mistakes| {
+        let elements = elements(&fields, orders, mistakes);
+        (elements, loads(&fields, n, orders, mistakes))
+    };
+    let ((elements, loads), revolutions) = on_common_base((&nobody, None), node, mistakes, read);
     if let (Some(kappa), Some(elements)) = (&stiffness, &elements)
         && kappa.ncols() != elements.len()
     {
@@ -32,20 +48,18 @@ pub(super) fn reduced(node: &Node, mistakes: &mut Mistakes) -> Option<Reduced> {
         );
         mistakes.add(at(&fields, "stiffness", message));
     }
-    let shape = stiffness.as_ref().map(|kappa| kappa.shape());
     let element_map = element_map(&fields, shape, mistakes);
-    let n = shape.map(|(n, _)| n);
     let damping = match fields.get("damping") {
         Some(node) => damping(node, n, mistakes),
         None => Some(ReducedDamping::StiffnessProportional(0.0)),
     };
-    let loads = loads(&fields, n, mistakes);
     Some(Reduced {
         stiffness: stiffness?,
         element_map: element_map?,
         damping: damping?,
         elements: elements?,
         loads,
+        revolutions,
     })
 }
 
@@ -151,6 +165,7 @@ fn damping(node: &Node, n: Option<usize>, mistakes: &mut Mistakes) -> Option<Red
 
 fn elements(
     fields: &Fields<'_>,
+    orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
 ) -> Option<IndexMap<String, ReducedElement>> {
     let wanted = "a law an element, such as mesh_1: {type: backlash, half_gap: 1}";
@@ -168,27 +183,33 @@ fn elements(
     for (name, entry) in list.entries() {
         let path = list.path_of(name);
         mistakes.note(check_name(entry, name, &path));
-        let one = element(&entry.node, &path, mistakes);
+        let one = element(&entry.node, &path, orders, mistakes);
         read.push(one.map(|element| (name.to_owned(), element)));
     }
     // The number of columns of kappa is judged against all elements: a wrong one has been reported already.
     read.into_iter().collect()
 }
 
-fn element(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<ReducedElement> {
+fn element(
+    node: &Node,
+    path: &str,
+    orders: &mut Orders<'_>,
+    mistakes: &mut Mistakes,
+) -> Option<ReducedElement> {
     let units = LawUnits::Bare;
     let element = law(Some(node), path, units, &ASIDE, mistakes);
     let Ok(_) = node.as_map(path) else {
         return None;
     };
     let fields = Fields::open(node, path, mistakes)?;
-    let base = base_order(&fields, mistakes);
-    let stiffness_variation = fields
-        .get(ASIDE[0])
-        .and_then(|node| stiffness_variation(node, &fields.path_of(ASIDE[0]), base, mistakes));
+    let base = unit(&fields, None, orders, mistakes);
+    let stiffness_variation = fields.get(ASIDE[0]).and_then(|node| {
+        let path = fields.path_of(ASIDE[0]);
+        stiffness_variation(node, &path, (&base, orders), mistakes)
+    });
     let transmission_error = fields.get(ASIDE[1]).and_then(|node| {
         let path = fields.path_of(ASIDE[1]);
-        transmission_error(node, &path, units.displacement(), base, mistakes)
+        transmission_error(node, &path, units.displacement(), (&base, orders), mistakes)
     });
     Some(ReducedElement {
         element: element?,
@@ -198,7 +219,12 @@ fn element(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<ReducedEl
 }
 
 /// One series a coordinate: mean + sum of cos cos(order phase) + sin sin(order phase).
-fn loads(fields: &Fields<'_>, n: Option<usize>, mistakes: &mut Mistakes) -> Vec<Periodic> {
+fn loads(
+    fields: &Fields<'_>,
+    n: Option<usize>,
+    orders: &mut Orders<'_>,
+    mistakes: &mut Mistakes,
+) -> Vec<Periodic> {
     let count = n.unwrap_or(0);
     let mut mean = vec![0.0; count];
     let mut harmonics: Vec<Vec<Harmonic>> = vec![Vec::new(); count];
@@ -216,12 +242,9 @@ fn loads(fields: &Fields<'_>, n: Option<usize>, mistakes: &mut Mistakes) -> Vec<
             let Some(one) = Fields::known(node, &path, &["order", "cos", "sin"], mistakes) else {
                 continue;
             };
-            one.required(
-                "order",
-                "a whole number, 1 for the excitation frequency",
-                mistakes,
-            );
-            let order = one.count("order", 100_000, mistakes);
+            let written = one.required("order", "1 for the excitation frequency", mistakes);
+            let unit = Unit::reference();
+            let order = harmonic_order(written, &one.path_of("order"), (&unit, orders), mistakes);
             let cos = part(&one, "cos", n, mistakes);
             let sin = part(&one, "sin", n, mistakes);
             let entry = |part: &Option<Vec<f64>>, i: usize| {

@@ -1,13 +1,36 @@
 //! Periodic functions in a model file: loads, stiffness variation, transmission error.
 
 use super::fields::{Fields, Measure, Mistakes, Range, entries, number};
+use super::orders::Orders;
 use crate::error::Diagnostic;
+use crate::numeric::fraction::{Fraction, gcd};
 use crate::numeric::periodic::{Harmonic, Periodic};
 use crate::quantity::UnitDimension;
 use crate::yaml::Node;
+use num_traits::One;
 
-/// Highest order and base order: enough for any gear, and far from where sampling is hopeless.
-const HIGHEST_ORDER: usize = 100_000;
+/// Unit of the orders in a connection, and the name that it had before.
+pub(super) const UNIT_KEYS: [&str; 2] = ["order_unit", "base_order"];
+
+/// What the orders of one series are multiples of.
+#[derive(Debug, Clone)]
+pub(super) struct Unit {
+    /// Order 1 of the series, in orders of the reference.
+    pub order: Fraction,
+    /// Tooth passing order of the connection.
+    pub mesh: Option<Fraction>,
+}
+
+impl Unit {
+    /// Orders of the reference.
+    pub(super) fn reference() -> Unit {
+        Unit {
+            order: Fraction::one(),
+            mesh: None,
+        }
+    }
+}
+
 /// A stiffness variation whose mean misses 1 by more is a mistake.
 const MEAN_ONE: f64 = 1e-9;
 
@@ -18,10 +41,12 @@ pub(super) fn load(
     node: &Node,
     path: &str,
     measure: Measure,
+    orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
     let fields = Fields::known(node, path, &["mean", "harmonics"], mistakes)?;
-    Some(fourier(&fields, measure, 0.0, 1, mistakes))
+    let unit = Unit::reference();
+    Some(fourier(&fields, measure, 0.0, (&unit, orders), mistakes))
 }
 
 /// A transmission error: harmonics or a table.
@@ -29,15 +54,15 @@ pub(super) fn transmission_error(
     node: &Node,
     path: &str,
     measure: Measure,
-    base_order: usize,
+    (unit, orders): (&Unit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
-    let keys = ["mean", "harmonics", "table", "base_order"];
-    let fields = Fields::known(node, path, &keys, mistakes)?;
-    let base = own_base(&fields, base_order, mistakes);
+    let keys = ["mean", "harmonics", "table"].into_iter().chain(UNIT_KEYS);
+    let fields = Fields::known(node, path, &keys.collect::<Vec<_>>(), mistakes)?;
+    let unit = &own_unit(&fields, unit, orders, mistakes);
     match fields.get("table") {
-        Some(_) => table(&fields, measure, base, mistakes),
-        None => Some(fourier(&fields, measure, 0.0, base, mistakes)),
+        Some(_) => table(&fields, measure, (unit, orders), mistakes),
+        None => Some(fourier(&fields, measure, 0.0, (unit, orders), mistakes)),
     }
 }
 
@@ -45,12 +70,13 @@ pub(super) fn transmission_error(
 pub(super) fn stiffness_variation(
     node: &Node,
     path: &str,
-    base_order: usize,
+    (unit, orders): (&Unit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
-    let keys = ["mean", "harmonics", "table", "rectangular", "base_order"];
+    let keys = ["mean", "harmonics", "table", "rectangular"];
+    let keys: Vec<&str> = keys.into_iter().chain(UNIT_KEYS).collect();
     let fields = Fields::known(node, path, &keys, mistakes)?;
-    let base = own_base(&fields, base_order, mistakes);
+    let unit = &own_unit(&fields, unit, orders, mistakes);
     let before = mistakes.count();
     let ratio = Measure::Si(UnitDimension::NUMBER);
     let series = match (fields.get("table"), fields.get("rectangular")) {
@@ -59,9 +85,9 @@ pub(super) fn stiffness_variation(
             mistakes.add(Diagnostic::at(node, path, message));
             return None;
         }
-        (Some(_), None) => table(&fields, ratio, base, mistakes),
-        (None, Some(node)) => rectangular(node, &fields, base, mistakes),
-        (None, None) => Some(fourier(&fields, ratio, 1.0, base, mistakes)),
+        (Some(_), None) => table(&fields, ratio, (unit, orders), mistakes),
+        (None, Some(node)) => rectangular(node, &fields, (unit, orders), mistakes),
+        (None, None) => Some(fourier(&fields, ratio, 1.0, (unit, orders), mistakes)),
     }?;
     if mistakes.count() == before {
         if (series.mean() - 1.0).abs() > MEAN_ONE {
@@ -71,7 +97,7 @@ pub(super) fn stiffness_variation(
             );
             mistakes.add(Diagnostic::at(node, path, message));
         }
-        if is_negative(&series, base) {
+        if is_negative(&series) {
             let message = "becomes negative: the connection would push where it must pull";
             mistakes.add(Diagnostic::at(node, path, message));
         }
@@ -79,37 +105,81 @@ pub(super) fn stiffness_variation(
     Some(series)
 }
 
-fn is_negative(series: &Periodic, base: usize) -> bool {
+fn is_negative(series: &Periodic) -> bool {
     const SAMPLES: usize = 4096;
     match series {
         Periodic::Table { values, .. } => values.iter().any(|v| *v < 0.0),
         Periodic::Rectangular { high, low, .. } => high.min(*low) < 0.0,
         Periodic::Fourier { mean, harmonics } => {
             let swing: f64 = harmonics.iter().map(|h| h.cos.hypot(h.sin)).sum();
-            let step = std::f64::consts::TAU / (SAMPLES * base) as f64;
+            let common = harmonics.iter().fold(0, |common, h| gcd(h.order, common));
+            let step = std::f64::consts::TAU / (SAMPLES * common.max(1)) as f64;
             swing > *mean && (0..SAMPLES).any(|k| series.value(k as f64 * step) < 0.0)
         }
     }
 }
 
-fn own_base(fields: &Fields<'_>, base_order: usize, mistakes: &mut Mistakes) -> usize {
-    match fields.get("base_order") {
-        Some(_) => fields.count("base_order", HIGHEST_ORDER, mistakes),
-        None => base_order,
+/// The unit of a series, its own or that of its connection.
+fn own_unit(
+    fields: &Fields<'_>,
+    outer: &Unit,
+    orders: &Orders<'_>,
+    mistakes: &mut Mistakes,
+) -> Unit {
+    let order = written_unit(fields, outer.mesh.as_ref(), orders, mistakes);
+    Unit {
+        order: order.unwrap_or_else(|| outer.order.clone()),
+        mesh: outer.mesh.clone(),
     }
 }
 
-/// The `base_order` of a connection.
-pub(super) fn base_order(fields: &Fields<'_>, mistakes: &mut Mistakes) -> usize {
-    fields.count("base_order", HIGHEST_ORDER, mistakes)
+/// The unit of a connection's series.
+pub(super) fn unit(
+    fields: &Fields<'_>,
+    mesh: Option<&Fraction>,
+    orders: &Orders<'_>,
+    mistakes: &mut Mistakes,
+) -> Unit {
+    Unit {
+        order: written_unit(fields, mesh, orders, mistakes).unwrap_or_else(Fraction::one),
+        mesh: mesh.cloned(),
+    }
 }
 
-/// mean + sum amplitude cos(order base_order phase + phase_0): cos part amplitude cos(phase_0), sin part -amplitude sin(phase_0).
+fn written_unit(
+    fields: &Fields<'_>,
+    mesh: Option<&Fraction>,
+    orders: &Orders<'_>,
+    mistakes: &mut Mistakes,
+) -> Option<Fraction> {
+    let given: Vec<&str> = (UNIT_KEYS.into_iter())
+        .filter(|key| fields.get(key).is_some())
+        .collect();
+    let key = given.first()?;
+    let (node, path) = (fields.get(key)?, fields.path_of(key));
+    if given.len() > 1 {
+        let message = "order_unit and base_order are two names of one key";
+        mistakes.add(Diagnostic::at(node, &path, message));
+    }
+    orders.read(node, &path, mesh, mistakes)
+}
+
+/// The unit of a table or a rectangle as a multiple of the base order.
+fn periods(
+    fields: &Fields<'_>,
+    unit: &Unit,
+    orders: &mut Orders<'_>,
+    mistakes: &mut Mistakes,
+) -> usize {
+    orders.multiple(Some(&unit.order), fields.node, &fields.path, mistakes)
+}
+
+/// mean + sum amplitude cos(order unit phase + phase_0): cos part amplitude cos(phase_0), sin part -amplitude sin(phase_0).
 fn fourier(
     fields: &Fields<'_>,
     measure: Measure,
     default_mean: f64,
-    base: usize,
+    (unit, orders): (&Unit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Periodic {
     let mean = fields.number("mean", measure, Range::Any, mistakes);
@@ -123,18 +193,14 @@ fn fourier(
         let Some(own) = Fields::known(node, &path, &keys, mistakes) else {
             continue;
         };
-        own.required(
-            "order",
-            "a whole number, 1 for the excitation frequency",
-            mistakes,
-        );
+        let written = own.required("order", "1 for the excitation frequency", mistakes);
         own.required("amplitude", "the amplitude of the cosine", mistakes);
-        let order = own.count("order", HIGHEST_ORDER, mistakes);
+        let order = harmonic_order(written, &own.path_of("order"), (unit, orders), mistakes);
         let amplitude = own.number("amplitude", measure, Range::Any, mistakes);
         let (sin, cos) = angle(&own, "phase", mistakes).sin_cos();
         let amplitude = amplitude.unwrap_or(0.0);
         harmonics.push(Harmonic {
-            order: order * base,
+            order,
             cos: amplitude * cos,
             // 0 - x, so that phase 0 gives +0.
             sin: 0.0 - amplitude * sin,
@@ -146,6 +212,22 @@ fn fourier(
     }
 }
 
+/// An order as a multiple of the base order: `mesh` and shafts are orders of the reference, numbers count in the unit.
+pub(super) fn harmonic_order(
+    node: Option<&Node>,
+    path: &str,
+    (unit, orders): (&Unit, &mut Orders<'_>),
+    mistakes: &mut Mistakes,
+) -> usize {
+    let Some(node) = node else {
+        return 1;
+    };
+    let order = orders.read(node, path, unit.mesh.as_ref(), mistakes);
+    let is_named = node.as_text(path).map_or(true, |text| text == "mesh");
+    let order = order.map(|order| if is_named { order } else { order * &unit.order });
+    orders.multiple(order.as_ref(), node, path, mistakes)
+}
+
 fn angle(fields: &Fields<'_>, key: &str, mistakes: &mut Mistakes) -> f64 {
     let radian = Measure::Si(UnitDimension::ANGLE);
     let value = fields.number(key, radian, Range::Any, mistakes);
@@ -155,9 +237,10 @@ fn angle(fields: &Fields<'_>, key: &str, mistakes: &mut Mistakes) -> f64 {
 fn table(
     fields: &Fields<'_>,
     measure: Measure,
-    base_order: usize,
+    (unit, orders): (&Unit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
+    let base_order = periods(fields, unit, orders, mistakes);
     for key in ["mean", "harmonics"] {
         if let Some(node) = fields.get(key) {
             let message = "does not go with a table, whose values say everything";
@@ -187,9 +270,10 @@ fn is_short(node: &Node, len: usize) -> bool {
 fn rectangular(
     node: &Node,
     outer: &Fields<'_>,
-    base_order: usize,
+    (unit, orders): (&Unit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
+    let base_order = periods(outer, unit, orders, mistakes);
     for key in ["mean", "harmonics"] {
         if let Some(node) = outer.get(key) {
             let message = "does not go with a rectangle, whose values say everything";

@@ -1,11 +1,15 @@
 //! Trains in a model file: bodies, damping, loads, scaling.
 
-use super::connection::{Bodies, connection, unknown_body};
+use super::connection::{Placed, connection, place};
+use super::drawing::centre_distances;
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar, number};
+use super::geometry::{Bodies, unknown_body};
+use super::mean_motion::{Rows, add_drag, balance, drag, reference};
+use super::orders::{Orders, on_common_base};
 use super::series::load;
 use super::{
-    Body, Connection, Damping, DeformationUnit, FrequencyScale, Load, ModalDamping, Motion,
-    Scaling, Train,
+    Body, Connection, Damping, DeformationUnit, Drag, FrequencyScale, Load, MeanMotion,
+    ModalDamping, Motion, Scaling, Train,
 };
 use crate::error::{Diagnostic, did_you_mean};
 use crate::quantity::{Quantity, UnitDimension};
@@ -19,29 +23,62 @@ pub(super) const MOST_CONNECTIONS: usize = 4096;
 const MOST_BODIES: usize = 2 * MOST_CONNECTIONS;
 
 /// Keys of the top level that make a train.
-pub(super) const KEYS: [&str; 5] = ["bodies", "connections", "damping", "loads", "scaling"];
+pub(super) const KEYS: [&str; 7] = [
+    "bodies",
+    "connections",
+    "damping",
+    "loads",
+    "scaling",
+    "reference",
+    "balance",
+];
 
 /// The train of a document, and what the user must know about it.
 pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train, Vec<String>)> {
     refuse_too_many(root, mistakes)?;
     let bodies = bodies(root, mistakes);
     let mut held = vec![false; bodies.len()];
-    let connections = connections(root, &bodies, &mut held, mistakes);
+    let placed = places(root, &bodies, &mut held, mistakes);
     refuse_unheld(root, &bodies, &held, mistakes);
+    let rows = placed.as_ref().and_then(|placed| rows(placed));
+    let mean_motion = reference(root, &bodies, rows.as_ref(), mistakes);
+    let ratios = mean_motion.as_ref().map(|motion| motion.ratios.as_slice());
+    let read = |orders: &mut Orders<'_>, mistakes: &mut Mistakes| {
+        let placed = placed.as_ref();
+        let connections =
+            placed.and_then(|placed| connections(placed, mean_motion.as_ref(), orders, mistakes));
+        let node = root.get("loads");
+        let loads = node.map(|node| loads(node, (&bodies, &held), orders, mistakes));
+        (connections, loads.unwrap_or_default())
+    };
+    let ((connections, mut loads), revolutions) =
+        on_common_base((&bodies, ratios), root.node, mistakes, read);
     let damping = root
         .get("damping")
         .and_then(|node| damping(node, "damping", mistakes));
-    let loads = root
-        .get("loads")
-        .map(|node| loads(node, &bodies, &held, mistakes));
-    let (scaling, warnings) = scaling(root, connections.as_ref(), mistakes);
-    let bodies = bodies.into_iter().map(|(name, body)| Some((name, body?)));
+    let (scaling, mut warnings) = scaling(root, connections.as_ref(), mistakes);
+    warnings.extend(
+        connections
+            .iter()
+            .flat_map(|c| centre_distances(&bodies, c)),
+    );
+    let whole = bodies
+        .iter()
+        .map(|(name, body)| Some((name.clone(), (*body)?)));
+    let whole: Option<IndexMap<String, Body>> = whole.collect();
+    if let Some(whole) = &whole {
+        add_drag(root, whole, mean_motion.as_ref(), &mut loads, mistakes);
+    }
+    let balanced = balance(root, &bodies, rows.as_ref(), &mut loads, mistakes);
     let train = Train {
-        bodies: bodies.collect::<Option<_>>()?,
+        bodies: whole?,
         connections: connections?,
         damping: damping.unwrap_or_default(),
-        loads: loads.unwrap_or_default(),
+        loads,
         scaling,
+        mean_motion,
+        balanced,
+        revolutions,
     };
     Some((train, warnings))
 }
@@ -84,7 +121,7 @@ fn bodies(root: &Fields<'_>, mistakes: &mut Mistakes) -> Bodies {
 }
 
 fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
-    let fields = Fields::known(node, path, &["inertia"], mistakes)?;
+    let fields = Fields::known(node, path, &["inertia", "drag"], mistakes)?;
     let wanted = "kg m^2, or kg for a translating mass";
     let node = fields.required("inertia", wanted, mistakes)?;
     let path = fields.path_of("inertia");
@@ -95,15 +132,24 @@ fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
     };
     let inertia = number(node, &path, Measure::Si(dimension), Range::Positive);
     let inertia = mistakes.note(inertia)?;
-    Some(Body { inertia, motion })
+    let drag = match fields.get("drag") {
+        Some(node) => drag(node, &fields.path_of("drag"), motion, mistakes)?,
+        None => Drag::default(),
+    };
+    Some(Body {
+        inertia,
+        motion,
+        drag,
+    })
 }
 
-fn connections(
-    root: &Fields<'_>,
+/// The connections with their geometry, by name.
+fn places<'n>(
+    root: &Fields<'n>,
     bodies: &Bodies,
     held: &mut [bool],
     mistakes: &mut Mistakes,
-) -> Option<IndexMap<String, Connection>> {
+) -> Option<Vec<(&'n str, Option<Placed<'n>>)>> {
     let wanted = "at least one connection (gear, internal_gear, shaft, ground or acts_on, with its stiffness)";
     let node = root.required("connections", wanted, mistakes)?;
     let fields = Fields::open(node, "connections", mistakes)?;
@@ -116,8 +162,40 @@ fn connections(
     for (name, entry) in fields.entries() {
         let path = fields.path_of(name);
         mistakes.note(check_name(entry, name, &path));
-        let read = connection(&entry.node, &path, bodies, held, mistakes);
-        list.push(read.map(|connection| (name.to_owned(), connection)));
+        let placed = place(&entry.node, &path, bodies, held, mistakes);
+        list.push((name, placed));
+    }
+    Some(list)
+}
+
+/// What the connections make of rigid motion, where all of them are right.
+fn rows<'n>(placed: &[(&'n str, Option<Placed<'n>>)]) -> Option<Rows<'n>> {
+    let row = |(_, placed): &(&str, Option<Placed<'n>>)| {
+        let geometry = placed.as_ref()?.geometry.as_ref()?;
+        Some(geometry.row())
+    };
+    Some(Rows {
+        names: placed.iter().map(|(name, _)| *name).collect(),
+        rows: placed.iter().map(row).collect::<Option<_>>()?,
+    })
+}
+
+fn connections(
+    placed: &[(&str, Option<Placed<'_>>)],
+    motion: Option<&MeanMotion>,
+    orders: &mut Orders<'_>,
+    mistakes: &mut Mistakes,
+) -> Option<IndexMap<String, Connection>> {
+    let mut list = Vec::new();
+    for (name, placed) in placed {
+        let Some(placed) = placed else {
+            list.push(None);
+            continue;
+        };
+        let teeth = placed.geometry.as_ref().and_then(|g| g.teeth.as_ref());
+        let mesh = motion.zip(teeth).map(|(motion, teeth)| motion.order(teeth));
+        let read = connection(placed, mesh.as_ref(), orders, mistakes);
+        list.push(read.map(|connection| ((*name).to_owned(), connection)));
     }
     list.into_iter().collect()
 }
@@ -169,8 +247,8 @@ fn damping(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Damping> 
 
 fn loads(
     node: &Node,
-    bodies: &Bodies,
-    held: &[bool],
+    (bodies, held): (&Bodies, &[bool]),
+    orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
 ) -> IndexMap<String, Load> {
     let mut map = IndexMap::new();
@@ -196,7 +274,7 @@ fn loads(
             Some((_, _, Some(body))) if body.motion == Motion::Translation => UnitDimension::FORCE,
             _ => UnitDimension::MOMENT,
         };
-        let series = load(&entry.node, &path, Measure::Si(dimension), mistakes);
+        let series = load(&entry.node, &path, Measure::Si(dimension), orders, mistakes);
         map.extend(series.map(|series| (name.to_owned(), Load { series })));
     }
     map

@@ -9,6 +9,7 @@ pub mod dense;
 pub mod exponential;
 pub mod factors;
 pub mod fourier;
+pub mod fraction;
 pub mod jacobian;
 mod pairs;
 pub mod pattern;

@@ -134,6 +134,7 @@ impl Meter {
         let mean_square = trigonometric::mean_square(a) + beyond;
         let derivative_square = trigonometric::mean_square_of_derivative(a) + beyond_rate;
         let at_steps = forces_at_steps(&system.mounts()[e], orbit, &deformation);
+        let revolutions = nu_of(orbit) * system.revolutions() as f64;
         let extreme = |sign: f64| {
             let force = |tau: f64| sign * force_at(system, orbit, e, &deformation, tau);
             let largest = self.largest_force(&system.mounts()[e], sign, &force, &extrema);
@@ -149,7 +150,7 @@ impl Meter {
             effective_stiffness_dc: effective_stiffness::direct(a[0], force_mean, scale),
             mean_slope: mean_of(&self.slope),
             mean_damping: mean_of(&self.damping),
-            contacts: Contacts::new(system, e, &crossings, a[0], nu_of(orbit)),
+            contacts: Contacts::new(system, e, &crossings, a[0], revolutions),
             force_mean,
             force_min: -extreme(-1.0),
             force_max: extreme(1.0),

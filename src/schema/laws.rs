@@ -1,6 +1,6 @@
 //! Laws, from the registry: plugins included.
 
-use super::scalars::{Range, text};
+use super::scalars::{Range, nullable, quantity, text};
 use super::series::{Units, keys};
 use super::{exactly_one, object, reference};
 use crate::element::{ElementInfo, ParameterInfo, ParameterKind, ParameterRange, registered};
@@ -30,19 +30,54 @@ fn law(info: &ElementInfo, units: Units) -> Value {
     if units == Units::Bare {
         properties.extend(keys(units));
     }
-    let own = info.parameters.iter().filter(|p| p.is_required());
+    // On a mesh with teeth the gap may be given as on a drawing.
+    let is_drawn = |p: &ParameterInfo| units == Units::Si && p.name == DRAWN;
+    if info.parameters.iter().any(is_drawn) {
+        properties.insert(BACKLASH.into(), nullable(drawing()));
+    }
+    let own = info
+        .parameters
+        .iter()
+        .filter(|p| p.is_required() && !is_drawn(p));
     let required: Vec<&str> = ["type"].into_iter().chain(own.map(|p| p.name)).collect();
     let mut value = object(info.doc, Value::Object(properties), &required);
     value["title"] = json!(info.tag);
-    let mut groups: Vec<&[&str]> = Vec::new();
-    for p in info.parameters.iter().filter(|p| !p.one_of.is_empty()) {
-        if !groups.contains(&p.one_of) {
-            groups.push(p.one_of);
+    let mut groups: Vec<Vec<&str>> = Vec::new();
+    for p in info.parameters {
+        let mut group = p.one_of.to_vec();
+        if is_drawn(p) || group.contains(&DRAWN) && units == Units::Si {
+            if group.is_empty() {
+                group.push(DRAWN);
+            }
+            group.push(BACKLASH);
+        }
+        if !group.is_empty() && !groups.contains(&group) {
+            groups.push(group);
         }
     }
     if !groups.is_empty() {
-        value["allOf"] = groups.into_iter().map(exactly_one).collect();
+        value["allOf"] = groups.iter().map(|group| exactly_one(group)).collect();
     }
+    value
+}
+
+/// The parameter that the backlash of a drawing stands for.
+const DRAWN: &str = "half_gap";
+/// Key of the backlash of a drawing.
+const BACKLASH: &str = "backlash";
+
+fn drawing() -> Value {
+    let way = |about: &str| nullable(quantity(about, Range::NotNegative));
+    let mut value = object(
+        "Backlash as on a drawing, of a mesh with teeth; half of it on the line of action is the half gap.",
+        json!({
+            "circumferential": way("On the reference circle [m]."),
+            "normal": way("Normal to the flanks [m]."),
+            "angular": way("Angle of the first wheel with the other one held [rad]."),
+        }),
+        &[],
+    );
+    value["allOf"] = json!([exactly_one(&["circumferential", "normal", "angular"])]);
     value
 }
 

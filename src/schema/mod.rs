@@ -95,7 +95,15 @@ fn excludes(key: &str, others: &[&str]) -> Value {
 }
 
 fn model() -> Value {
-    let train = ["bodies", "connections", "damping", "loads", "scaling"];
+    let of_trains = [
+        "bodies",
+        "connections",
+        "damping",
+        "loads",
+        "scaling",
+        "reference",
+        "balance",
+    ];
     let mut all = object(
         "A gear train, or a reduced nondimensional system, and what to compute.",
         json!({
@@ -111,6 +119,8 @@ fn model() -> Value {
             "damping": nullable(described("damping", "Damping of the whole train; adds to the connections' own dashpots.")),
             "loads": nullable(described("loads", "Torques (forces on sliding masses) by body.")),
             "scaling": nullable(described("scaling", "Characteristic frequency and displacement.")),
+            "reference": nullable(train::mean_motion()),
+            "balance": nullable(train::balance()),
             "reduced": described("reduced", "A nondimensional system as published, instead of bodies and connections."),
             "report": nullable(object(
                 "How results are given.",
@@ -127,7 +137,7 @@ fn model() -> Value {
     all["patternProperties"] = json!({ "^x-": true });
     all["allOf"] = json!([
         { "anyOf": [given("reduced"), { "allOf": [given("bodies"), given("connections")] }] },
-        excludes("reduced", &train),
+        excludes("reduced", &of_trains),
     ]);
     all
 }

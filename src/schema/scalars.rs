@@ -72,6 +72,11 @@ pub(super) fn number(about: &str, range: Range) -> Value {
     super::described(&format!("{}number", range.prefix()), about)
 }
 
+/// Pattern of the numbers above 0.
+pub(super) fn positive_number() -> String {
+    Range::Positive.narrowed(NUMBER_PATTERN)
+}
+
 /// A whole number from 1.
 pub(super) fn count(about: &str) -> Value {
     super::described("count", about)

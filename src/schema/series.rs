@@ -1,6 +1,6 @@
 //! Periodic functions: loads, transmission errors, stiffness variations.
 
-use super::scalars::{Range, count, nullable, number, quantity};
+use super::scalars::{Range, nullable, number, quantity, text};
 use super::{described, excludes, object};
 use serde_json::{Map, Value, json};
 
@@ -39,6 +39,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
         &[],
     );
     definitions.insert("load".into(), load);
+    definitions.insert("order".into(), order());
     for units in [Units::Si, Units::Bare] {
         definitions.insert(units.name("transmission_error"), transmission_error(units));
     }
@@ -50,8 +51,8 @@ pub(super) fn keys(units: Units) -> Map<String, Value> {
     let error = units.name("transmission_error");
     let variation =
         "Relative stiffness against the phase of the excitation: mean 1, nowhere negative.";
-    let base = "Order 1 of transmission error and stiffness variation is this multiple of the excitation frequency, such \
-                as the number of teeth.";
+    let unit = "Order 1 of transmission error and stiffness variation is this multiple of the excitation frequency, such \
+                as `mesh` (tooth passing) or the number of teeth.";
     [
         (
             "transmission_error",
@@ -64,7 +65,11 @@ pub(super) fn keys(units: Units) -> Map<String, Value> {
             "stiffness_variation",
             described("stiffness_variation", variation),
         ),
-        ("base_order", count(base)),
+        ("order_unit", described("order", unit)),
+        (
+            "base_order",
+            described("order", "Former name of `order_unit`."),
+        ),
     ]
     .into_iter()
     .map(|(key, value)| (key.to_owned(), nullable(value)))
@@ -75,7 +80,7 @@ fn harmonics(units: Units) -> Value {
     let one = object(
         "amplitude cos(order omega t + phase)",
         json!({
-            "order": count("1 for the excitation frequency (times base_order)."),
+            "order": described("order", "1 for the excitation frequency (times order_unit)."),
             "amplitude": units.number("Amplitude of the cosine.", Range::Any),
             "phase": nullable(quantity("Phase [rad]; a text such as `30 deg`.", Range::Any)),
         }),
@@ -93,19 +98,43 @@ fn table(value: Value) -> Value {
     }))
 }
 
-fn own_base() -> Value {
-    nullable(count("Overrides the connection's base_order here."))
+/// An order of the reference shaft.
+fn order() -> Value {
+    let shaft = object(
+        "Orders of another shaft.",
+        json!({
+            "shaft": text("Name of a body."),
+            "times": nullable(described("order", "Order of that shaft; 1 when absent.")),
+        }),
+        &["shaft"],
+    );
+    json!({
+        "description": "A whole number, a decimal, a fraction such as 35/47, `mesh` (tooth passing), or an order of another shaft.",
+        "anyOf": [
+            { "type": ["number", "string"], "pattern": super::scalars::positive_number(), "exclusiveMinimum": 0 },
+            { "type": "string", "pattern": "^\\s*[0-9.]+\\s*/\\s*[0-9.]+\\s*$" },
+            { "const": "mesh" },
+            shaft,
+        ],
+    })
+}
+
+fn own_unit() -> [Value; 2] {
+    let about = "Overrides the connection's order_unit here.";
+    [about, "Former name of `order_unit`."].map(|about| nullable(described("order", about)))
 }
 
 fn transmission_error(units: Units) -> Value {
     let what = "Displacement [m; rad for shafts].";
+    let [unit, former] = own_unit();
     let mut error = object(
         "Harmonics or a table.",
         json!({
             "mean": nullable(units.number(what, Range::Any)),
             "harmonics": harmonics(units),
             "table": table(units.number(what, Range::Any)),
-            "base_order": own_base(),
+            "order_unit": unit,
+            "base_order": former,
         }),
         &[],
     );
@@ -114,6 +143,7 @@ fn transmission_error(units: Units) -> Value {
 }
 
 fn stiffness_variation() -> Value {
+    let [unit, former] = own_unit();
     let ratio = |about: &str| quantity(about, Range::NotNegative);
     let rectangle = object(
         "Two levels a period.",
@@ -132,7 +162,8 @@ fn stiffness_variation() -> Value {
             "harmonics": harmonics(Units::Si),
             "table": table(ratio("Relative stiffness.")),
             "rectangular": nullable(rectangle),
-            "base_order": own_base(),
+            "order_unit": unit,
+            "base_order": former,
         }),
         &[],
     );

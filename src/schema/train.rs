@@ -1,6 +1,6 @@
 //! Bodies, connections, damping, scaling.
 
-use super::scalars::{Range, nullable, quantity, text};
+use super::scalars::{Range, count, nullable, quantity, text};
 use super::series::{Units, keys};
 use super::{NAME, exactly_one, excludes, named, object, reference};
 use crate::model::GEOMETRY;
@@ -10,7 +10,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
     let inertia = "kg m^2 for a turning body; a mass in kg (`250 kg`) makes it a sliding one.";
     let body = object(
         "A body and its inertia.",
-        json!({ "inertia": quantity(inertia, Range::Positive) }),
+        json!({ "inertia": quantity(inertia, Range::Positive), "drag": nullable(drag()) }),
         &["inertia"],
     );
     definitions.insert("body".into(), body);
@@ -31,6 +31,62 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
     definitions.insert("scaling".into(), scaling());
 }
 
+fn drag() -> Value {
+    let parts = object(
+        "Constant and viscous part, at the mean speed.",
+        json!({
+            "constant": nullable(quantity("[N m]", Range::NotNegative)),
+            "viscous": nullable(quantity("[N m s/rad]", Range::NotNegative)),
+        }),
+        &[],
+    );
+    json!({
+        "description": "Torque [N m] that opposes the mean rotation, whichever way the body turns; needs a `reference`.",
+        "anyOf": [reference("not_negative_quantity"), parts],
+    })
+}
+
+/// The `reference` of a train.
+pub(super) fn mean_motion() -> Value {
+    let speed = |about: &str| quantity(about, Range::Any);
+    object(
+        "The shaft whose revolutions orders count; its speed gives every other one.",
+        json!({
+            "body": text("Name of a body."),
+            "speed": speed("Mean speed, such as `800 rpm`; a negative one turns the other way."),
+            "also": nullable(named("Speeds for further rigid-body modes, by body.", NAME, speed(""))),
+        }),
+        &["body", "speed"],
+    )
+}
+
+/// The `balance` of a train.
+pub(super) fn balance() -> Value {
+    json!({
+        "description": "Body whose mean torque is computed from all others, one for each rigid-body mode.",
+        "anyOf": [text(""), { "type": "array", "items": text(""), "minItems": 1 }],
+    })
+}
+
+/// Keys of a mesh with teeth, besides the bodies.
+fn toothed(about: &str, bodies: &[&str]) -> Value {
+    let mut teeth = named("Numbers of teeth by body.", NAME, count(""));
+    teeth["minProperties"] = json!(2);
+    teeth["maxProperties"] = json!(2);
+    let mut properties = json!({
+        "teeth": teeth,
+        "module": quantity("Normal module [m].", Range::Positive),
+        "pressure_angle": nullable(quantity("Normal pressure angle [rad]; 20 deg when absent.", Range::NotNegative)),
+        "helix_angle": nullable(quantity("Helix angle [rad]; 0 when absent.", Range::NotNegative)),
+        "centre_distance": nullable(quantity("Working centre distance [m], where profiles are shifted.", Range::Positive)),
+    });
+    for body in bodies {
+        properties[*body] = text("Name of a body.");
+    }
+    let required: Vec<&str> = bodies.iter().copied().chain(["teeth", "module"]).collect();
+    object(about, properties, &required)
+}
+
 /// Two wheels with their base radii.
 fn wheels(about: &str) -> Value {
     let radius = quantity("Base radius [m].", Range::Positive);
@@ -40,12 +96,28 @@ fn wheels(about: &str) -> Value {
     pair
 }
 
+/// Two wheels by their base radii or by their teeth.
+fn pair(about: &str) -> Value {
+    json!({
+        "description": about,
+        "anyOf": [wheels("Base radii."), toothed("Numbers of teeth.", &[])],
+    })
+}
+
 fn geometry(kind: &str) -> Value {
     match kind {
-        "gear" => wheels("External mesh {A: R_A, B: R_B}: deformation R_A th_A + R_B th_B [m]."),
+        "gear" => pair("External mesh {A: R_A, B: R_B}: deformation R_A th_A + R_B th_B [m]."),
         "internal_gear" => {
-            wheels("Internal mesh {A: R_A, B: R_B}: deformation R_A th_A - R_B th_B [m].")
+            pair("Internal mesh {A: R_A, B: R_B}: deformation R_A th_A - R_B th_B [m].")
         }
+        "planet_gear" => toothed(
+            "Sun and planet on a turning carrier: R_s th_s + R_p th_p - (R_s + R_p) th_c [m].",
+            &["sun", "planet", "carrier"],
+        ),
+        "planet_ring" => toothed(
+            "Planet and ring on a turning carrier: R_p th_p - R_r th_r + (R_r - R_p) th_c [m].",
+            &["ring", "planet", "carrier"],
+        ),
         "shaft" => json!({
             "description": "Shaft [A, B]: deformation th_A - th_B [rad] (x_A - x_B [m] between sliding masses).",
             "type": "array",

@@ -379,7 +379,7 @@ impl Tracer<'_> {
         };
         let accepted = BranchPoint {
             lambda: point.lambda,
-            frequency: system.excitation_frequency(),
+            frequency: system.reference_frequency(),
             is_mark: self.is_mark(point.lambda),
             unknowns: point.u.clone(),
             multipliers: survey.multipliers.clone(),

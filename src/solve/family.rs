@@ -38,7 +38,7 @@ impl<F: Family + ?Sized> Family for Box<F> {
     }
 }
 
-/// Parameter: the excitation frequency omega / omega_c.
+/// Parameter: the frequency of the reference shaft over omega_c.
 #[derive(Debug, Clone)]
 pub struct FrequencyFamily {
     system: System,
@@ -53,7 +53,7 @@ impl FrequencyFamily {
 
 impl Family for FrequencyFamily {
     fn at(&mut self, lambda: f64) -> Result<&System, SolveError> {
-        self.system.set_excitation_frequency(lambda);
+        self.system.set_reference_frequency(lambda);
         Ok(&self.system)
     }
 

@@ -75,7 +75,7 @@ pub fn find(
     newton: NewtonOptions,
 ) -> Result<Start, SolveError> {
     let mut system = system.clone();
-    system.set_excitation_frequency(frequency);
+    system.set_reference_frequency(frequency);
     let mut problem = Galerkin::new(FrequencyFamily::new(system.clone()), frequency, size)?;
     let mut solver = Newton::new(&problem.structure(), newton);
     let c = problem.coefficients();

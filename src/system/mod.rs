@@ -70,6 +70,7 @@ pub struct System {
     loads: Vec<LoadSource>,
     omega: f64,
     subharmonic: usize,
+    revolutions: usize,
     /// W is the identity: deformations are coordinates.
     is_tree: bool,
     /// The same matrices without their zeros.
@@ -131,6 +132,7 @@ impl System {
             loads,
             omega: 1.0,
             subharmonic: 1,
+            revolutions: 1,
             is_tree: false,
         };
         system.index();
@@ -166,9 +168,19 @@ impl System {
         self.subharmonic
     }
 
-    /// nu Om = omega / omega_c.
+    /// nu Om = omega / omega_c of the base order: the rate of the phase of all series.
     pub fn excitation_frequency(&self) -> f64 {
         self.omega * self.subharmonic as f64
+    }
+
+    /// Revolutions of the reference shaft in one period of everything that excites: 1 over the base order.
+    pub fn revolutions(&self) -> usize {
+        self.revolutions
+    }
+
+    /// Frequency of the reference shaft over omega_c: what users call the excitation frequency.
+    pub fn reference_frequency(&self) -> f64 {
+        self.excitation_frequency() * self.revolutions as f64
     }
 
     /// Gam, n x n.
@@ -239,6 +251,16 @@ impl System {
     /// Sets the excitation frequency omega / omega_c; Om follows.
     pub fn set_excitation_frequency(&mut self, frequency: f64) {
         self.omega = frequency / self.subharmonic as f64;
+    }
+
+    /// Sets the frequency of the reference shaft over omega_c; Om follows.
+    pub fn set_reference_frequency(&mut self, frequency: f64) {
+        self.set_excitation_frequency(frequency / self.revolutions as f64);
+    }
+
+    /// Sets the revolutions of the reference shaft in one period; the excitation frequency stays.
+    pub fn set_revolutions(&mut self, revolutions: usize) {
+        self.revolutions = revolutions.max(1);
     }
 
     /// Sets nu and keeps the excitation frequency.

@@ -191,6 +191,7 @@ fn reduced_form_of_a_train_has_the_same_damping_and_frequencies() {
             damping: ReducedDamping::ModalRatio(0.04),
             elements: laws.zip(a.system.mounts().iter().map(bare)).collect(),
             loads: Vec::new(),
+            revolutions: 1,
         };
         let r = assemble(&model(Structure::Reduced(reduced))).unwrap();
         assert!(

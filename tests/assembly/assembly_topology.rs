@@ -207,6 +207,7 @@ fn reduced(stiffness: DMatrix<f64>, element_map: DMatrix<f64>, damping: ReducedD
         damping,
         elements,
         loads: Vec::new(),
+        revolutions: 1,
     }))
 }
 

@@ -4,6 +4,7 @@
 mod program;
 
 mod architecture;
+mod kinematics;
 mod loader_fuzz;
 mod model_mistakes;
 mod model_read;

@@ -158,7 +158,7 @@ fn geometry() {
         )
         .replace("mesh:", "k: {shaft: [A, B], stiffness: 1}\n  mesh:"),
         &[
-            "geometry: found gear and shaft, wanted exactly one of gear, internal_gear, shaft, ground, acts_on",
+            "geometry: found gear and shaft, wanted exactly one of gear, internal_gear, planet_gear, planet_ring, shaft, ground, acts_on",
         ],
     );
     says(
@@ -198,8 +198,8 @@ fn connections() {
         &["unknown key `stifness`", "did you mean `stiffness`?"],
     );
     says(
-        &with("stiffness: 1e8", "stiffness: 1e8\n    base_order: 2.5"),
-        &["base_order: found 2.5, wanted a whole number"],
+        &with("stiffness: 1e8", "stiffness: 1e8\n    base_order: -2.5"),
+        &["base_order: found -2.5, wanted an order above 0"],
     );
     let many: String = (0..4097)
         .map(|k| format!("  c{k}: {{ground: A, stiffness: 1}}\n"))
@@ -309,7 +309,7 @@ fn series() {
     );
     says(
         &add("transmission_error: {harmonics: [{order: 0, amplitude: 1}]}"),
-        &["harmonics.0.order: found 0, wanted a whole number"],
+        &["harmonics.0.order: found 0, wanted an order above 0"],
     );
     says(
         &add("transmission_error: {harmonics: [{amplitude: 1}]}"),

@@ -96,7 +96,7 @@ analyses:
 ";
 
 /// Changes of EVERYTHING that are mistakes: what is replaced by what.
-const MISTAKES: [(&str, &str); 37] = [
+const MISTAKES: [(&str, &str); 38] = [
     ("schema: 1", "schema: 2"),
     ("x-anything", "y-anything"),
     ("{inertia: 1.0e-3}", "{inertia: -1.0e-3}"),
@@ -115,7 +115,8 @@ const MISTAKES: [(&str, &str); 37] = [
     ("    stiffness: 2.4e8 N/m\n", ""),
     ("stiffness: 2.4e8 N/m", "stiffness: .nan"),
     ("base_order: 20", "base_order: 0"),
-    ("base_order: 20", "base_order: 2.5"),
+    ("base_order: 20", "base_order: -2"),
+    ("base_order: 20", "order_unit: twenty"),
     ("type: backlash", "type: baklash"),
     ("type: backlash, gap: 100 um", "type: backlash"),
     ("gap: 100 um", "gap: 100 um, half_gap: 50 um"),

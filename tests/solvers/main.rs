@@ -8,6 +8,7 @@ mod dopri5_support;
 mod texts;
 
 mod analytic_linear;
+mod base_order;
 mod block_elimination;
 mod branch_events;
 mod branch_switching;

@@ -20,6 +20,7 @@ pub fn connection(arms: &[(usize, f64)], stiffness: f64, element: Box<dyn Elemen
     Connection {
         arms: arms.to_vec(),
         unit: DeformationUnit::Metre,
+        teeth: None,
         stiffness,
         damping: 0.0,
         element,
@@ -37,8 +38,15 @@ pub fn spring(arms: &[(usize, f64)], stiffness: f64) -> Connection {
 pub fn train(inertia: &[f64], connections: Vec<Connection>) -> Train {
     let motion = Motion::Rotation;
     let body = |(k, m): (usize, &f64)| {
-        let inertia = *m;
-        (format!("B{k}"), Body { inertia, motion })
+        let (inertia, drag) = (*m, Drag::default());
+        (
+            format!("B{k}"),
+            Body {
+                inertia,
+                motion,
+                drag,
+            },
+        )
     };
     let named = connections.into_iter().enumerate();
     Train {
@@ -50,6 +58,9 @@ pub fn train(inertia: &[f64], connections: Vec<Connection>) -> Train {
             frequency: FrequencyScale::FirstMode,
             length: None,
         },
+        mean_motion: None,
+        balanced: Vec::new(),
+        revolutions: 1,
     }
 }
 

@@ -122,7 +122,7 @@ impl Sweep<'_, '_> {
         };
         let point = BranchPoint {
             lambda,
-            frequency: system.excitation_frequency(),
+            frequency: system.reference_frequency(),
             is_mark,
             unknowns: DVector::from_column_slice(&state),
             multipliers: Vec::new(),

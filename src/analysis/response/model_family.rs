@@ -78,7 +78,7 @@ impl<'a> ModelFamily<'a> {
         })?;
         let mut system = assembly.system;
         system.set_subharmonic(self.subharmonic);
-        system.set_excitation_frequency(self.track.at);
+        system.set_reference_frequency(self.track.at);
         Ok(system)
     }
 

@@ -195,7 +195,7 @@ impl<'a> Swept<'a> {
     /// What the model says about the value.
     pub fn system(&self, lambda: f64) -> Result<System, String> {
         let mut system = self.model(lambda)?.1.into_owned().system;
-        system.set_excitation_frequency(self.excitation(lambda));
+        system.set_reference_frequency(self.excitation(lambda));
         Ok(system)
     }
 

@@ -187,7 +187,7 @@ impl<'a> Work<'a> {
         let system = galerkin.system_at(from)?;
         let found = start::find(
             system,
-            system.excitation_frequency(),
+            system.reference_frequency(),
             settings.size(),
             settings.start,
             settings.newton(),

@@ -71,7 +71,12 @@ impl<F: Family> Galerkin<F> {
         options: GalerkinOptions,
     ) -> Result<Galerkin<F>, SolveError> {
         let system = family.at(lambda)?;
-        let harmonics = options.harmonics * system.subharmonic();
+        let harmonics = options.harmonics * system.subharmonic() * system.revolutions();
+        // As many samples per revolution as asked for, and a number that the transforms like.
+        let options = GalerkinOptions {
+            samples: options.samples * system.revolutions().next_power_of_two(),
+            ..options
+        };
         check(system, options, harmonics)?;
         let coefficients = 2 * harmonics + 1;
         let dim = system.dof() * coefficients;
@@ -221,6 +226,10 @@ impl<F: Family> Residual for Galerkin<F> {
     ) -> Result<(), SolveError> {
         self.evaluate(u, lambda, out)?;
         if self.family.is_frequency() {
+            let revolutions = self.family.at(lambda)?.revolutions();
+            if revolutions > 1 {
+                out.dr_dlambda /= revolutions as f64;
+            }
             return Ok(());
         }
         // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
@@ -315,6 +324,7 @@ fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<
         .filter_map(|l| l.series.highest_order())
         .max()
         .unwrap_or(0);
+    let highest = highest.div_ceil(system.revolutions());
     if highest > options.harmonics {
         let wanted = format!("at least {highest}, the highest order of the excitation");
         return error("harmonics", options.harmonics, wanted);
