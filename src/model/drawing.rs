@@ -45,7 +45,7 @@ pub(super) fn on_line_of_action(
             BACKLASH => {
                 let location = written.location.clone();
                 (
-                    "half_gap",
+                    HALF_GAP,
                     Node {
                         location,
                         ..Node::number(half_gap)
