@@ -80,6 +80,9 @@ pub enum SolveError {
         /// What the model says about the value.
         reason: String,
     },
+    /// Somebody asked to stop: there is no answer.
+    #[error("interrupted")]
+    Interrupted,
     /// A law that the method cannot take.
     #[error("connection {connection}: {reason}")]
     Unsupported {

@@ -23,6 +23,8 @@ pub mod assembly;
 pub mod cli;
 pub mod element;
 pub mod error;
+pub mod interrupt;
+pub mod machine;
 pub mod model;
 pub mod numeric;
 pub mod output;

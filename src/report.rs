@@ -1,5 +1,28 @@
 //! Results as tables: written once by the analyses, read by every output.
 
+use std::borrow::Cow;
+
+/// A text without control characters, which could move the cursor of a terminal or break a page: their symbols instead, such
+/// as ␛ for the escape character. Ends of lines and tabs stay.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| !c.is_control() && !is_bidirectional(c) || matches!(c, '\n' | '\t');
+    if text.chars().all(is_plain) {
+        return Cow::Borrowed(text);
+    }
+    let symbol = |c: char| match c {
+        c if is_plain(c) => c,
+        '\u{7f}' => '\u{2421}',
+        '\0'..='\u{1f}' => char::from_u32(0x2400 + c as u32).unwrap_or('\u{fffd}'),
+        _ => '\u{fffd}',
+    };
+    Cow::Owned(text.chars().map(symbol).collect())
+}
+
+/// Marks that turn the direction of what follows: a text could show another order than it has.
+fn is_bidirectional(c: char) -> bool {
+    matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// Values of a column. A NaN in `Float` is an empty cell.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {

@@ -7,7 +7,6 @@ use crate::model::Model;
 use crate::output::{self, FigureFormat, Input, RunOptions};
 use crate::report::Report;
 use crate::yaml::{self, Document, Node};
-use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -16,14 +15,14 @@ mod ensemble;
 mod load;
 mod merge;
 mod record;
+mod run;
 mod shard;
+mod shelf;
 
 pub use merge::merge;
 pub use shard::Shard;
 
-use crate::analysis::parameter_study::Plan;
-use ensemble::{Delivered, Ensemble};
-use load::{analyses, build, diagnostics, load_run, without_repetition};
+use load::{analyses, build, load_run, names, without_repetition};
 
 /// A model file ready to run.
 #[derive(Debug)]
@@ -34,8 +33,10 @@ pub struct Study {
     pub model: Model,
     /// Its assembly.
     pub assembly: Assembly,
-    /// Analyses in the order of the file.
+    /// Analyses in the order of the file, those that were chosen.
     pub runs: Vec<Run>,
+    /// Names of all analyses of the file.
+    pub names: Vec<String>,
 }
 
 /// One analysis with the model under which it runs.
@@ -87,8 +88,11 @@ pub struct Outcome {
     pub files: Vec<PathBuf>,
     /// Whether the user interrupted the run.
     pub interrupted: bool,
-    /// Analyses that are no parameter studies, when a part of the studies was to run.
+    /// Analyses that are no parameter studies, when a part of the studies was to run; or those that did not end in time when the
+    /// process had to.
     pub left_out: Vec<String>,
+    /// What is to be said of the folder.
+    pub warnings: Vec<String>,
 }
 
 /// A report whose files are on disk.
@@ -120,6 +124,7 @@ impl Outcome {
             files: files.into_iter().chain(summary).collect(),
             interrupted,
             left_out: Vec::new(),
+            warnings: Vec::new(),
         })
     }
 }
@@ -154,11 +159,13 @@ impl Study {
                         .to_string_lossy()
                         .into_owned();
                 }
+                let names = names(&document.root);
                 Ok(Study {
                     document,
                     model,
                     assembly,
                     runs,
+                    names,
                 })
             }
             _ => Err(Error::Input(without_repetition(faults))),
@@ -195,77 +202,6 @@ impl Study {
         self.run_part(settings, Some(shard), control)
     }
 
-    fn run_part(
-        &self,
-        settings: &RunSettings,
-        shard: Option<Shard>,
-        control: &dyn Control,
-    ) -> Result<Outcome, Error> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(settings.jobs)
-            .build()
-            .map_err(|error| Error::File {
-                action: "start threads for",
-                path: settings.out.clone(),
-                source: std::io::Error::other(error),
-            })?;
-        let plain = |run: &Run| -> Result<Option<Written>, Error> {
-            if run.analysis.study().is_some() || shard.is_some() || control.is_interrupted() {
-                return Ok(None);
-            }
-            let report = self.report(run, control)?;
-            Written::new(report, settings).map(Some)
-        };
-        let written: Result<Vec<Option<Written>>, Error> =
-            pool.install(|| self.runs.par_iter().map(plain).collect());
-        let mut written = written?;
-        let mut journals = Vec::new();
-        for (run, place) in self.runs.iter().zip(&mut written) {
-            let Some(study) = run.analysis.study().filter(|_| !control.is_interrupted()) else {
-                continue;
-            };
-            let setting = self.setting(run, control);
-            let plan = Plan::new(study, &setting).map_err(|faults| {
-                Error::Input(diagnostics(&self.document.root, &run.name, faults))
-            })?;
-            let ensemble = Ensemble {
-                name: &run.name,
-                model: &self.model.name,
-                caption: run.texts.caption.as_deref().unwrap_or_default(),
-                warnings: &setting.assembly.warnings,
-                study,
-                plan: &plan,
-                shard,
-                settings,
-                control,
-            };
-            let Delivered { report, journal } = ensemble.run()?;
-            journals.extend(journal);
-            *place = Some(Written::new(self.finish(run, report), settings)?);
-        }
-        let options = RunOptions {
-            model: self.model.name.clone(),
-            figures: settings.figures.clone(),
-            inputs: self.inputs(),
-            settings: self.settings(),
-        };
-        let written: Vec<Written> = written.into_iter().flatten().collect();
-        let mut outcome =
-            Outcome::summarised(written, settings, &options, control.is_interrupted())?;
-        if shard.is_some() {
-            let others = self
-                .runs
-                .iter()
-                .filter(|run| run.analysis.study().is_none());
-            outcome.left_out = others.map(|run| run.name.clone()).collect();
-        }
-        // Only now nothing that a kill could take away hangs on them.
-        journals
-            .into_iter()
-            .try_for_each(|journal| journal.remove())?;
-        Ok(outcome)
-    }
-
     /// The reports of all analyses, one after another, without writing anything.
     ///
     /// # Errors
@@ -278,8 +214,9 @@ impl Study {
     }
 
     fn report(&self, run: &Run, control: &dyn Control) -> Result<Report, Error> {
-        let report = run.analysis.run(&self.setting(run, control))?;
-        Ok(self.finish(run, report))
+        let setting = self.setting(run, control);
+        let report = control.interrupt().scope(|| run.analysis.run(&setting))?;
+        Ok(self.finish(run, report, control))
     }
 
     /// The model under which an analysis runs.
@@ -298,7 +235,7 @@ impl Study {
     }
 
     /// A report with its name, its texts, and what the model says.
-    fn finish(&self, run: &Run, mut report: Report) -> Report {
+    fn finish(&self, run: &Run, mut report: Report, control: &dyn Control) -> Report {
         let assembly = run.own.as_ref().map_or(&self.assembly, |own| &own.assembly);
         report.name = run.name.clone();
         report.kind = run.kind.clone();
@@ -317,6 +254,10 @@ impl Study {
         report.warnings = warnings;
         if let Some(figure) = &mut report.figure {
             figure.title = report.title.clone();
+        }
+        // An interruption has a reason where nobody asked for it.
+        if let (Some(end), Some(reason)) = (&mut report.ended_early, control.reason()) {
+            *end = end.replacen("interrupted", &reason, 1);
         }
         report.summary.insert("scales".into(), scales(assembly));
         report

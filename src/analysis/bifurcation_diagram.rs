@@ -3,11 +3,12 @@
 
 mod sweep;
 
+use super::cost::{Cost, Period};
 use super::flow::{self, Lengths, MapSize};
 use super::map_table::{Rows, dots};
 use super::parameter::Parameter;
 use super::poincare_map::defaults;
-use super::{Analysis, Fault, Initial, Setting, columns};
+use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, Figure, FrequencyUnit, Panel, Report, Table};
@@ -116,6 +117,27 @@ impl Analysis for BifurcationDiagram {
         faults
     }
 
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let slowest = match &self.at {
+            Some(at) => setting.frequency(at).ok(),
+            None => {
+                let ends = [&self.from, &self.to].map(|end| setting.frequency(end).ok());
+                ends.into_iter().flatten().reduce(f64::min)
+            }
+        };
+        let Some(frequency) = slowest else {
+            return Cost::default();
+        };
+        let runs = match (&self.seeds, self.direction) {
+            (Some(seeds), _) => seeds.count,
+            (None, Some(Direction::Both)) => 2,
+            (None, _) => 1,
+        };
+        let period = Period::of(setting, frequency);
+        self.size()
+            .cost(setting, period, runs.saturating_mul(self.points))
+    }
+
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let began = Instant::now();
         let plan = self
@@ -154,10 +176,7 @@ impl BifurcationDiagram {
 
     fn check_sweep(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = Vec::new();
-        if self.points < 2 {
-            let message = format!("{} must be at least 2", self.points);
-            faults.push(Fault::new("points", message));
-        }
+        faults.extend(limits::check("points", self.points, 2, limits::POINTS));
         let parameter = match Parameter::find(setting, &self.parameter) {
             Ok(parameter) => parameter,
             Err(message) => {
@@ -196,9 +215,7 @@ impl BifurcationDiagram {
             return Vec::new();
         };
         let mut faults = Vec::new();
-        if seeds.count == 0 {
-            faults.push(Fault::new("seeds.count", "0 must be at least 1"));
-        }
+        faults.extend(limits::check("seeds.count", seeds.count, 1, limits::STATES));
         if self.direction.is_some() {
             let message = "with `seeds` every value is a run of its own; leave `direction` out";
             faults.push(Fault::new("direction", message));

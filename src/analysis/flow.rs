@@ -1,6 +1,7 @@
 //! What the analyses in the time domain share: their settings resolved, the state at rest, and the Poincaré map.
 
-use super::{Fault, Initial, Setting};
+use super::cost::{Cost, Period};
+use super::{Fault, Initial, Setting, limits};
 use crate::postprocess::attractor::{self, Label};
 use crate::postprocess::lyapunov::{Exponents, Lyapunov};
 use crate::quantity::Quantity;
@@ -91,6 +92,16 @@ pub enum Stop {
     Failed(IntegrationEnd, usize),
 }
 
+impl Stop {
+    /// Of an integration that ended in a period.
+    pub fn of(end: IntegrationEnd, period: usize) -> Stop {
+        match end {
+            IntegrationEnd::Interrupted => Stop::Interrupted,
+            end => Stop::Failed(end, period),
+        }
+    }
+}
+
 impl std::fmt::Display for Stop {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -128,11 +139,31 @@ pub struct MapSize {
 const MAX_POINTS: usize = 50_000_000;
 
 impl MapSize {
-    /// At least one period, and no more points than fit into so many records.
+    /// What so many records take.
+    pub fn cost(&self, setting: &Setting<'_>, period: Period, records: usize) -> Cost {
+        let [records, periods, transient] =
+            [records, self.periods, self.transient].map(|n| n as f64);
+        let watched = match self.exponents {
+            Lengths::Followed => (periods + (ALIGNMENT as f64).min(transient)) * period.varied,
+            Lengths::Ignored => periods * period.plain,
+        };
+        let key = if self.transient > self.periods {
+            "transient"
+        } else {
+            "periods"
+        };
+        let columns = 4.0 + 2.0 * setting.assembly.system.dof() as f64;
+        Cost::table(records * periods, columns, "periods")
+            .lasting(records * (transient * period.plain + watched), key)
+    }
+
+    /// At least one period, no more than the limits, and no more points than fit into so many records.
     pub fn check(&self, records: usize) -> Option<Fault> {
         let periods = self.periods;
-        if periods == 0 {
-            return Some(Fault::new("periods", "0 must be at least 1"));
+        let lengths = [("periods", periods, 1), ("transient", self.transient, 0)];
+        let beyond = |(key, found, least)| limits::check(key, found, least, limits::PERIODS);
+        if let Some(fault) = lengths.into_iter().find_map(beyond) {
+            return Some(fault);
         }
         (periods.saturating_mul(records) > MAX_POINTS).then(|| {
             let message =
@@ -215,14 +246,14 @@ pub fn poincare(
             }
             None => integrator.advance(system, span, state, &mut ()),
         };
-        let is_finite = state.iter().all(|x| x.is_finite());
+        let is_finite = end == IntegrationEnd::Interrupted || state.iter().all(|x| x.is_finite());
         if end != IntegrationEnd::Reached || !is_finite {
             let end = if is_finite {
                 end
             } else {
                 IntegrationEnd::Diverged
             };
-            stop = Some(Stop::Failed(end, period));
+            stop = Some(Stop::of(end, period));
             break;
         }
         let is_recorded = period > size.transient;

@@ -1,5 +1,6 @@
 //! Responses against the excitation frequency (figures 10 to 17).
 
+use super::cost::Cost;
 use super::response::{self, Swept, branch_settings, response_keys};
 use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
@@ -17,7 +18,15 @@ impl Analysis for FrequencyResponse {
         let settings = branch_settings!(self);
         let mut faults = settings.check_range(&|written| setting.frequency(written));
         faults.extend(settings.check(setting, &setting.assembly.system));
+        if let Some((_, slowest)) = self.range(setting) {
+            faults.extend(settings.check_steps(setting, slowest));
+        }
         faults
+    }
+
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let cost = |(range, slowest)| branch_settings!(self).cost(setting, range, slowest);
+        self.range(setting).map_or(Cost::default(), cost)
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
@@ -32,5 +41,14 @@ impl Analysis for FrequencyResponse {
         let settings = branch_settings!(self);
         let swept = Swept::frequency(setting, &settings);
         swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
+    }
+}
+
+impl FrequencyResponse {
+    /// Both ends, and the lower one.
+    fn range(&self, setting: &Setting<'_>) -> Option<((f64, f64), f64)> {
+        let from = setting.frequency(&self.from).ok()?;
+        let to = setting.frequency(&self.to).ok()?;
+        Some(((from, to), from.min(to)))
     }
 }

@@ -6,11 +6,13 @@ mod bifurcation_diagram;
 mod branch_figure;
 mod branch_table;
 mod columns;
+pub mod cost;
 mod effective_frequencies;
 mod event_table;
 pub mod flow;
 mod frequency_response;
 mod initial;
+mod limits;
 mod map_table;
 mod modes;
 mod multiplier_table;
@@ -36,10 +38,13 @@ pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
+use crate::interrupt::Interrupt;
+use crate::machine;
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::{Report, Table};
 use crate::yaml::Node;
+use cost::Cost;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -55,6 +60,11 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
     /// Misuse that `check` could not see.
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error>;
 
+    /// What a run takes, of settings that `check` has found good.
+    fn cost(&self, _setting: &Setting<'_>) -> Cost {
+        Cost::default()
+    }
+
     /// Tables that a run delivers, with all their columns and no rows: what a parameter study can collect.
     fn tables(&self, _setting: &Setting<'_>) -> Vec<Table> {
         Vec::new()
@@ -64,6 +74,15 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
     fn study(&self) -> Option<&ParameterStudy> {
         None
     }
+}
+
+/// What to say of a panic: a fault of the program, which costs the analysis that had it and no other.
+pub fn panicked(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("no message");
+    format!("internal error: {text}; please report it with the model file")
 }
 
 /// A key of an analysis and what is wrong with its value.
@@ -147,6 +166,10 @@ pub struct Setting<'a> {
     pub control: &'a dyn Control,
 }
 
+/// Writes page and manifest of the analyses that have ended and returns the names of the others; `None` when the run itself is
+/// doing so.
+pub type Emergency = Box<dyn FnOnce() -> Option<Result<Vec<String>, Error>> + Send>;
+
 /// What a running analysis may ask of, and tell, whoever started it.
 pub trait Control: Send + Sync {
     /// Whether to stop at the next opportunity.
@@ -154,11 +177,40 @@ pub trait Control: Send + Sync {
         false
     }
 
+    /// The flag that reaches into long computations; raised when [`Control::is_interrupted`] says so, or never.
+    fn interrupt(&self) -> Interrupt {
+        Interrupt::default()
+    }
+
+    /// Why an interruption came, where that was not the user's wish.
+    fn reason(&self) -> Option<String> {
+        None
+    }
+
+    /// Bytes of memory that may be taken; `None`: no limit.
+    fn memory(&self) -> Option<u64> {
+        machine::available_memory()
+    }
+
+    /// Takes what writes the finished results when the process has to end before the run does.
+    fn in_emergency(&self, _conclude: Emergency) {}
+
     /// Progress of an analysis: share done, 0..1, and a few words.
     fn progress(&self, _analysis: &str, _share: f64, _words: &str) {}
 }
 
-/// A control that never interrupts; a flag that does.
+/// A flag that reaches into long computations.
+impl Control for Interrupt {
+    fn is_interrupted(&self) -> bool {
+        self.is_requested()
+    }
+
+    fn interrupt(&self) -> Interrupt {
+        self.clone()
+    }
+}
+
+/// A flag that is looked at between periods and points.
 impl Control for AtomicBool {
     fn is_interrupted(&self) -> bool {
         self.load(Ordering::Relaxed)

@@ -1,6 +1,7 @@
 //! Natural frequencies of the linearised train against the effective stiffness of its connections (figure 2).
 
-use super::{Analysis, Fault, Setting, columns};
+use super::cost::Cost;
+use super::{Analysis, Fault, Setting, columns, limits};
 use crate::error::Error;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
@@ -33,12 +34,7 @@ impl Default for Modes {
 impl Analysis for Modes {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = Vec::new();
-        if self.points < 2 {
-            faults.push(Fault::new(
-                "points",
-                format!("{} must be at least 2", self.points),
-            ));
-        }
+        faults.extend(limits::check("points", self.points, 2, limits::POINTS));
         for (k, value) in self.effective_stiffness.iter().enumerate() {
             if !(value.is_finite() && *value >= 0.0) {
                 faults.push(Fault::new(
@@ -57,6 +53,12 @@ impl Analysis for Modes {
             }
         }
         faults
+    }
+
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let (n, points) = (setting.assembly.system.dof() as f64, self.points as f64);
+        let seconds = points * (1e-6 + 2e-8 * n.powi(3));
+        Cost::table(points, n + 1.0, "points").lasting(seconds, "points")
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {

@@ -1,5 +1,6 @@
 //! Responses at a fixed excitation frequency against any number of the model.
 
+use super::cost::Cost;
 use super::parameter::{Parameter, Variation, joined};
 use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
 use super::{Analysis, Fault, Setting, columns};
@@ -40,7 +41,18 @@ impl Analysis for ParameterResponse {
                 faults.extend(settings.check(setting, &setting.assembly.system));
             }
         }
+        if let Ok(at) = setting.frequency(&self.at) {
+            faults.extend(settings.check_steps(setting, at));
+        }
         faults
+    }
+
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let at = setting.frequency(&self.at);
+        // lambda is the share of the way.
+        at.map_or(Cost::default(), |at| {
+            branch_settings!(self).cost(setting, (0.0, 1.0), at)
+        })
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {

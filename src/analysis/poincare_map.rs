@@ -1,9 +1,11 @@
 //! States at phase 0 of the excitation, period after period, from one or several initial states (figures 5 and 6).
 
+use super::cost::{Cost, Period};
 use super::flow::{self, Lengths, MapRecord, MapSize, Motion};
 use super::map_table::{Rows, dots};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
+use crate::interrupt;
 use crate::postprocess::attractor::Label;
 use crate::quantity::Quantity;
 use crate::report::{Figure, Panel, Report, Table};
@@ -69,13 +71,22 @@ impl Analysis for PoincareMap {
         faults
     }
 
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let Ok(frequency) = setting.frequency(&self.at) else {
+            return Cost::default();
+        };
+        self.size()
+            .cost(setting, Period::of(setting, frequency), self.states().len())
+    }
+
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let began = Instant::now();
         let states = self.states();
         let total = states.len() * (self.transient + self.periods);
         let done = AtomicUsize::new(0);
+        let flag = interrupt::current();
         let runs: Result<Vec<Run>, Fault> = (states.par_iter())
-            .map(|state| self.one(setting, state, &done, total))
+            .map(|state| flag.scope(|| self.one(setting, state, &done, total)))
             .collect();
         let runs = runs.map_err(|fault| columns::refused(setting, fault))?;
         let mut report = self.report(setting, &runs);

@@ -1,8 +1,9 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
+use super::cost::{Cost, Period};
 use super::flow::{self, Motion, Stop};
 use super::poincare_map::REPORTED;
-use super::{Analysis, Fault, Initial, Setting, columns};
+use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
@@ -56,11 +57,17 @@ impl Analysis for TimeHistory {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let states = [("initial".to_string(), self.initial.clone())];
         let mut faults = flow::check_motions(setting, &self.at, &states, self.integrator);
-        if self.periods == 0 {
-            faults.push(Fault::new("periods", "0 must be at least 1"));
-        }
-        if self.samples_per_period == 0 {
-            faults.push(Fault::new("samples_per_period", "0 must be at least 1"));
+        for (key, found, least, most) in [
+            ("periods", self.periods, 1, limits::PERIODS),
+            ("transient", self.transient, 0, limits::PERIODS),
+            (
+                "samples_per_period",
+                self.samples_per_period,
+                1,
+                limits::SAMPLES,
+            ),
+        ] {
+            faults.extend(limits::check(key, found, least, most));
         }
         if self.periods.saturating_mul(self.samples_per_period) > MAX_ROWS {
             let message = format!(
@@ -70,6 +77,24 @@ impl Analysis for TimeHistory {
             faults.push(Fault::new("samples_per_period", message));
         }
         faults
+    }
+
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let Ok(frequency) = setting.frequency(&self.at) else {
+            return Cost::default();
+        };
+        let periods = self.periods as f64;
+        let rows = periods * self.samples_per_period as f64;
+        let columns =
+            3 * setting.assembly.connections.len() + columns::accelerations(setting).len();
+        let seconds = (periods + self.transient as f64) * Period::of(setting, frequency).plain;
+        let key = if self.transient > self.periods {
+            "transient"
+        } else {
+            "periods"
+        };
+        Cost::table(rows, 1.0 + columns as f64, "samples_per_period")
+            .lasting(seconds + 1e-6 * rows, key)
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
@@ -99,14 +124,15 @@ impl Analysis for TimeHistory {
                 record.begin(period);
                 integrator.advance(&system, (0.0, TAU), &mut state, &mut record)
             };
-            let is_finite = state.iter().all(|x| x.is_finite());
+            let is_finite =
+                end == IntegrationEnd::Interrupted || state.iter().all(|x| x.is_finite());
             if end != IntegrationEnd::Reached || !is_finite {
                 let end = if is_finite {
                     end
                 } else {
                     IntegrationEnd::Diverged
                 };
-                stop = Some(Stop::Failed(end, period + 1));
+                stop = Some(Stop::of(end, period + 1));
                 break;
             }
             if period >= self.transient {

@@ -1,8 +1,11 @@
 //! `gearlash check`.
 
 use super::{CheckArguments, kinematics, print};
+use crate::analysis::cost::Cost;
 use crate::assembly::summary;
 use crate::error::Error;
+use crate::interrupt::Interrupt;
+use crate::machine;
 use crate::model::ReportUnits;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::solve::galerkin::stored_blocks;
@@ -18,11 +21,16 @@ use std::fmt::Write;
 pub fn check(arguments: &CheckArguments) -> Result<(), Error> {
     let study = Study::load(&arguments.file, &arguments.set, &[])?;
     let rest = equilibrium(&study.assembly.system);
-    let warnings = warnings(&study, rest.as_ref());
+    let mut warnings = warnings(&study, rest.as_ref());
+    let costs = study.costs(&Interrupt::default())?;
+    warnings.extend(study.forewarnings(&Interrupt::default())?);
     let text = if arguments.json {
-        format!("{:#}\n", as_value(&study, rest.as_ref(), &warnings))
+        let mut value = as_value(&study, rest.as_ref(), &warnings);
+        let costs = costs.iter().map(|(name, cost)| (name.clone(), json!(cost)));
+        value["costs"] = Value::Object(costs.collect());
+        format!("{value:#}\n")
     } else {
-        as_text(&study, rest.as_ref(), &warnings)
+        as_text(&study, rest.as_ref(), &warnings) + &estimates(&costs)
     };
     print(&text).map(|_| ())
 }
@@ -137,6 +145,18 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
         let _ = writeln!(text, "warning: {warning}");
     }
     text
+}
+
+/// A line per analysis: estimated time and memory.
+fn estimates(costs: &[(String, Cost)]) -> String {
+    let line = |(name, cost): &(String, Cost)| {
+        let (time, memory) = (machine::duration(cost.seconds), machine::bytes(cost.bytes));
+        match cost.seconds >= 1.0 || cost.bytes >= 1e8 {
+            true => format!("estimated cost of {name}: {time}, {memory}\n"),
+            false => String::new(),
+        }
+    };
+    costs.iter().map(line).collect()
 }
 
 /// What each solver can do with each connection: a table, and a line for every answer but a plain yes.

@@ -7,15 +7,18 @@ mod merge;
 mod new;
 mod progress;
 mod run;
+mod signals;
 
 use crate::element::table_mistakes;
 use crate::error::{Colour, Error, render};
 use crate::output::FigureFormat;
+use crate::report::shown;
 use crate::study::Shard;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// Nonlinear dynamics of gear trains with clearances.
 #[derive(Debug, Parser)]
@@ -75,6 +78,12 @@ struct RunArguments {
     /// Threads [default: the machine's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    /// End the run after this time, such as 90s, 10min or 2h, with what it has.
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    time_limit: Option<Duration>,
+    /// Refuse analyses estimated to take more memory than this, such as 500MB or 4GB, and end the run where it does.
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    memory_limit: Option<u64>,
     /// Print nothing but warnings and errors.
     #[arg(long)]
     quiet: bool,
@@ -112,8 +121,6 @@ struct CheckArguments {
 const ENDED_EARLY: u8 = 1;
 /// Exit status: bad input, or a file that cannot be read or written.
 const BAD_INPUT: u8 = 2;
-/// Exit status: interrupted by the user.
-const INTERRUPTED: u8 = 130;
 
 /// Runs the program on the arguments of the process.
 pub fn main() -> ExitCode {
@@ -132,7 +139,7 @@ pub fn main() -> ExitCode {
     };
     let mistakes = table_mistakes();
     if !mistakes.is_empty() {
-        mistakes.iter().for_each(|m| eprintln!("error: {m}"));
+        mistakes.iter().for_each(|m| say(&format!("error: {m}")));
         return ExitCode::from(BAD_INPUT);
     }
     let result = match arguments.command {
@@ -152,6 +159,49 @@ pub fn main() -> ExitCode {
         eprintln!("{}", describe(&error));
         ExitCode::from(BAD_INPUT)
     })
+}
+
+/// A number before a unit, the number and the unit.
+fn number(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let end = text
+        .find(|c: char| c.is_ascii_alphabetic())
+        .unwrap_or(text.len());
+    let value: f64 = text[..end].trim().parse().ok()?;
+    (value > 0.0 && value.is_finite()).then_some((value, text[end..].trim()))
+}
+
+/// A value of `--time-limit`.
+fn time(text: &str) -> Result<Duration, String> {
+    let units = [
+        ("", 1.0),
+        ("s", 1.0),
+        ("min", 60.0),
+        ("h", 3600.0),
+        ("d", 86_400.0),
+    ];
+    let scaled = number(text).and_then(|(value, unit)| {
+        let (_, length) = units.into_iter().find(|(name, _)| *name == unit)?;
+        Duration::try_from_secs_f64(value * length).ok()
+    });
+    scaled.ok_or_else(|| "wanted a number > 0 with s, min, h or d, such as 90s".into())
+}
+
+/// A value of `--memory-limit`.
+fn size(text: &str) -> Result<u64, String> {
+    let scaled = number(text).and_then(|(value, unit)| {
+        let unit = unit.to_ascii_lowercase();
+        let (prefix, base) = match unit.strip_suffix("ib") {
+            Some(prefix) => (prefix, 1024.0_f64),
+            None => (unit.strip_suffix('b').unwrap_or(&unit), 1000.0),
+        };
+        let power = ["", "k", "m", "g", "t"]
+            .into_iter()
+            .position(|p| p == prefix)?;
+        let bytes = value * base.powi(i32::try_from(power).ok()?);
+        (bytes < 1e18).then_some(bytes as u64)
+    });
+    scaled.ok_or_else(|| "wanted a number > 0 with MB, GB, MiB or GiB, such as 4GB".into())
 }
 
 /// A word of `--figures`.
@@ -177,14 +227,22 @@ fn describe(error: &Error) -> String {
             };
             render(list, colour)
         }
-        other => format!("error: {other}"),
+        other => format!("error: {}", shown(&other.to_string())),
     }
+}
+
+/// A line for standard error. Texts of a model file cannot move the cursor or change colours.
+fn say(text: &str) {
+    eprintln!("{}", shown(text));
 }
 
 /// Prints to standard output; a reader that closes the pipe early is no mistake.
 fn print(text: &str) -> Result<ExitCode, Error> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out
+        .write_all(shown(text).as_bytes())
+        .and_then(|()| out.flush())
+    {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::File {
             action: "write",
             path: "standard output".into(),

@@ -1,7 +1,7 @@
 //! `gearlash run`.
 
-use super::progress::Terminal;
-use super::{ENDED_EARLY, INTERRUPTED, RunArguments, print};
+use super::progress::{Limits, Terminal};
+use super::{BAD_INPUT, ENDED_EARLY, RunArguments, print, say};
 use crate::error::Error;
 use crate::report::{Report, Values};
 use crate::study::{Outcome, RunSettings, Shard, Study};
@@ -26,31 +26,50 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
         }
     };
     let settings = RunSettings { out, figures, jobs };
-    let control = Terminal::new(study.runs.len(), arguments.quiet);
-    control.watch_for_interrupts();
+    if study.names.is_empty() {
+        say(
+            "error: the file has no analyses: nothing to run; add some under `analyses:` (`gearlash new` shows how)",
+        );
+        return Ok(ExitCode::from(BAD_INPUT));
+    }
+    let limits = Limits {
+        time: arguments.time_limit,
+        memory: arguments.memory_limit,
+    };
+    let control = Terminal::new(study.runs.len(), arguments.quiet, limits);
+    control.watch_for_signals();
+    for warning in study.forewarnings(&control)? {
+        say(&format!("warning: {warning}"));
+    }
+    control.watch_limits();
     let outcome = match arguments.shard {
         None => study.run(&settings, &control)?,
         Some(shard) => study.run_shard(&settings, shard, &control)?,
     };
     control.clear();
     for name in &outcome.left_out {
-        eprintln!("note: {name} is no parameter_study and runs only without --shard");
+        say(&format!(
+            "note: {name} is no parameter_study and runs only without --shard"
+        ));
     }
-    if study.runs.is_empty() && !arguments.quiet {
-        print("the file has no analyses\n")?;
-    }
-    tell(&outcome, &settings.out, arguments.quiet)
+    let status = tell(&outcome, &settings.out, arguments.quiet)?;
+    Ok(control
+        .cause()
+        .map_or(status, |cause| ExitCode::from(cause.status())))
 }
 
 /// Prints warnings, early ends and a short table; the exit status.
 pub fn tell(outcome: &Outcome, out: &Path, quiet: bool) -> Result<ExitCode, Error> {
     for report in &outcome.reports {
         for warning in &report.warnings {
-            eprintln!("warning: {}: {warning}", report.name);
+            say(&format!("warning: {}: {warning}", report.name));
         }
         if let Some(reason) = &report.ended_early {
-            eprintln!("ended early: {}: {reason}", report.name);
+            say(&format!("ended early: {}: {reason}", report.name));
         }
+    }
+    for warning in &outcome.warnings {
+        say(&format!("warning: {warning}"));
     }
     if !quiet {
         print(&summary(&outcome.reports))?;
@@ -61,10 +80,9 @@ pub fn tell(outcome: &Outcome, out: &Path, quiet: bool) -> Result<ExitCode, Erro
         ))?;
     }
     let ended_early = outcome.reports.iter().any(|r| r.ended_early.is_some());
-    Ok(match () {
-        _ if outcome.interrupted => ExitCode::from(INTERRUPTED),
-        _ if ended_early => ExitCode::from(ENDED_EARLY),
-        _ => ExitCode::SUCCESS,
+    Ok(match ended_early {
+        true => ExitCode::from(ENDED_EARLY),
+        false => ExitCode::SUCCESS,
     })
 }
 

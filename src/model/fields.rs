@@ -296,14 +296,21 @@ pub(super) fn word<'w>(node: &Node, path: &str, words: &[&'w str]) -> Result<&'w
 /// # Errors
 /// The name with its place.
 pub fn check_name(entry: &Entry, name: &str, path: &str) -> Result<(), Diagnostic> {
-    let mut letters = name.chars();
+    match is_name(name) {
+        true => Ok(()),
+        false => Err(Diagnostic::at_key(entry, path, format!("names {NAMES}"))),
+    }
+}
+
+/// The rule of names, in words.
+pub const NAMES: &str = "start with a letter or _ and go on with letters, digits, _ or -";
+
+/// Whether a text follows the rule of names.
+pub fn is_name(text: &str) -> bool {
+    let mut letters = text.chars();
     let is_start = |c: char| c.is_ascii_alphabetic() || c == '_';
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if letters.next().is_some_and(is_start) && letters.all(is_part) {
-        return Ok(());
-    }
-    let message = "names start with a letter or _ and go on with letters, digits, _ or -";
-    Err(Diagnostic::at_key(entry, path, message))
+    letters.next().is_some_and(is_start) && letters.all(is_part)
 }
 
 /// Whether a node is a scalar.

@@ -14,7 +14,7 @@ mod series;
 mod teeth;
 mod train;
 
-pub use fields::check_name;
+pub use fields::{NAMES, check_name, is_name};
 pub use geometry::GEOMETRY;
 pub use mean_motion::MeanMotion;
 pub use read::{SCHEMA, locate, read};

@@ -11,6 +11,7 @@
 use super::dense::{Lu, subtract_product};
 use super::jacobian::{Blocks, add_product, dot};
 use super::pattern::{Elimination, Pattern};
+use crate::interrupt;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -163,7 +164,7 @@ impl BlockLu {
         self.choose_last(matrix);
         self.load(matrix);
         let last = self.fronts.len() - 1;
-        (0..last).all(|k| self.eliminate(k)) && self.factorise_root()
+        (0..last).all(|k| !interrupt::is_requested() && self.eliminate(k)) && self.factorise_root()
     }
 
     /// Keeps a coordinate that moves along the border's row, the tangent of a path, for the end.

@@ -11,6 +11,7 @@
 use super::jacobian::{Blocks, add_product, dot};
 use super::pairs::Pairs;
 use super::pattern::{Eliminated, Pattern, eliminate};
+use crate::interrupt;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -120,7 +121,7 @@ impl Condensation {
     /// Condenses a matrix; false where a coordinate cannot be taken out.
     pub fn reduce(&mut self, matrix: &Blocks) -> bool {
         self.load(matrix);
-        (0..self.steps.len()).all(|k| self.eliminate(k))
+        (0..self.steps.len()).all(|k| !interrupt::is_requested() && self.eliminate(k))
     }
 
     fn load(&mut self, matrix: &Blocks) {

@@ -1,9 +1,12 @@
 //! Dense LU factorisation in buffers that are allocated once. The only file that names faer.
 
+use crate::interrupt;
 use dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::perm::PermRef;
+use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
 
@@ -15,6 +18,11 @@ pub struct Lu {
     memory: MemBuffer,
     odd_permutation: bool,
 }
+
+/// Rows from which a factorisation takes seconds: it goes panel by panel.
+const LONG: usize = 1500;
+/// Columns of a panel.
+const PANEL: usize = 96;
 
 impl Lu {
     /// Buffers for n x n matrices and one right-hand side.
@@ -51,16 +59,77 @@ impl Lu {
         self.factors.nrows()
     }
 
-    /// Factorises what stands in [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite.
+    /// Factorises what stands in [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite, or when somebody asks to stop.
     pub fn factorise_stored(&mut self) -> bool {
         let n = self.factors.nrows();
+        if n >= LONG {
+            return self.factorise_by_panels(PANEL);
+        }
         let view = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
         let stack = MemStack::new(&mut self.memory);
         let (forward, inverse) = (&mut self.forward, &mut self.inverse);
         let (info, _) =
             factor::lu_in_place(view, forward, inverse, Par::Seq, stack, Default::default());
         self.odd_permutation = info.transposition_count % 2 == 1;
-        (0..n).all(|i| self.factors[(i, i)] != 0.0 && self.factors[(i, i)].is_finite())
+        self.is_regular()
+    }
+
+    fn is_regular(&self) -> bool {
+        let mut pivots = (0..self.rows()).map(|i| self.factors[(i, i)]);
+        pivots.all(|pivot| pivot != 0.0 && pivot.is_finite())
+    }
+
+    /// The same panel by panel, so that an interruption is heard in between.
+    fn factorise_by_panels(&mut self, width: usize) -> bool {
+        let n = self.rows();
+        (0..n).for_each(|i| self.forward[i] = i);
+        self.odd_permutation = false;
+        let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
+        let mut exchanged = Vec::with_capacity(n);
+        for begin in (0..n).step_by(width) {
+            if interrupt::is_requested() {
+                return false;
+            }
+            let (rows, end) = (n - begin, (begin + width).min(n));
+            let (order, inverse) = (&mut order[..rows], &mut inverse[..rows]);
+            let whole = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
+            let panel = whole.submatrix_mut(begin, begin, rows, end - begin);
+            let stack = MemStack::new(&mut self.memory);
+            let (info, _) =
+                factor::lu_in_place(panel, order, inverse, Par::Seq, stack, Default::default());
+            self.odd_permutation ^= info.transposition_count % 2 == 1;
+            let mut exchange = |column: &mut [f64]| {
+                exchanged.clear();
+                exchanged.extend(order.iter().map(|i| column[*i]));
+                column.copy_from_slice(&exchanged);
+            };
+            for column in (0..begin).chain(end..n) {
+                let below = column * n + begin..(column + 1) * n;
+                exchange(&mut self.factors.as_mut_slice()[below]);
+            }
+            let moved: Vec<usize> = order.iter().map(|i| self.forward[begin + i]).collect();
+            self.forward[begin..].copy_from_slice(&moved);
+            self.eliminate(begin, end);
+        }
+        for (to, from) in self.forward.iter().enumerate() {
+            self.inverse[*from] = to;
+        }
+        self.is_regular()
+    }
+
+    /// Takes the columns of a factorised panel out of those to the right of it.
+    fn eliminate(&mut self, begin: usize, end: usize) {
+        let n = self.rows();
+        let whole = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
+        let (left, right) = whole.split_at_col_mut(end);
+        let (_, panel) = left.rb().split_at_col(begin);
+        let (pivot, below) = panel.split_at_row(begin).1.split_at_row(end - begin);
+        let (mut upper, lower) = right
+            .split_at_row_mut(begin)
+            .1
+            .split_at_row_mut(end - begin);
+        solve_unit_lower_triangular_in_place(pivot, upper.rb_mut(), Par::Seq);
+        matmul(lower, Accum::Add, below, upper.rb(), -1.0, Par::Seq);
     }
 
     /// Sign of the determinant of the factorised matrix.
@@ -149,6 +218,26 @@ mod tests {
             lu.solve(&mut b);
             approx::assert_relative_eq!(b, x, epsilon = 1e-10);
         }
+    }
+
+    #[test]
+    fn panels_give_the_same_factors() {
+        let n = 130;
+        let a = DMatrix::from_fn(n, n, |i, j| {
+            (((7 * i + 13 * j) * (i + 3)) % 101) as f64 - 50.0
+        });
+        let (mut whole, mut panels) = (Lu::new(n), Lu::new(n));
+        assert!(whole.factorise(&a));
+        panels.matrix_mut().copy_from(&a);
+        assert!(panels.factorise_by_panels(16));
+        assert_eq!(whole.determinant_sign(), panels.determinant_sign());
+        let x = DVector::from_fn(n, |i, _| (i as f64).sin());
+        let mut b = &a * &x;
+        panels.solve(&mut b);
+        approx::assert_relative_eq!(b, x, epsilon = 1e-9);
+        let flag = interrupt::Interrupt::default();
+        flag.request();
+        assert!(!flag.scope(|| panels.factorise_by_panels(16)));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::dense::Lu;
 use super::jacobian::{Blocks, Jacobian, Structure};
 use super::pairs;
 use super::pattern::{self, Elimination, Pattern};
+use crate::interrupt;
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -86,6 +87,7 @@ impl Factors {
     /// Factorises; false when the matrix is singular to working precision or has an entry that is not finite.
     pub fn factorise(&mut self, matrix: &Jacobian) -> bool {
         match matrix {
+            _ if interrupt::is_requested() => false,
             Jacobian::Dense(_) => self.factorise_dense(matrix),
             Jacobian::Block(blocks) => {
                 self.is_dense = false;
@@ -127,7 +129,7 @@ impl Factors {
     /// Dense elimination instead of that by blocks.
     fn exchange_rows(&mut self, matrix: &Jacobian) -> bool {
         let is_exchanged = matches!(self.rest, Rest::Dense(_)) && self.condensation.is_none();
-        if is_exchanged || matrix.dim() > LARGEST_DENSE {
+        if is_exchanged || matrix.dim() > LARGEST_DENSE || interrupt::is_requested() {
             return false;
         }
         self.exchanges += 1;

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::legend::kind_text;
 use super::{RunOptions, orbit_data, plot_data, svg, table_file, table_files};
 use crate::error::Error;
-use crate::report::{Report, Table, Values};
+use crate::report::{Report, Table, Values, shown};
 
 const STYLE: &str = include_str!("page.css");
 /// Each uses what those before it define.
@@ -327,7 +327,7 @@ fn footer(page: &mut String, options: &RunOptions) {
 /// Text made safe for content and for quoted attributes.
 fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in shown(text).chars() {
         match c {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),

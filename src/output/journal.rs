@@ -99,9 +99,7 @@ impl Journal {
     ) -> Result<Opened, Error> {
         let mut options = File::options();
         options.read(true).write(true).create(true).truncate(false);
-        let file = options
-            .open(path)
-            .map_err(|e| file_error("open", path, e))?;
+        let file = open_plain(options, path).map_err(|e| file_error("open", path, e))?;
         lock(&file, path)?;
         let mut journal = Journal {
             path: path.to_path_buf(),
@@ -228,10 +226,39 @@ impl Journal {
 
 /// The header of a journal, whoever has it open; `None` when the file is none.
 pub fn header(path: &Path) -> Option<String> {
-    let file = File::open(path).ok()?;
+    let mut options = File::options();
+    options.read(true);
+    let file = open_plain(options, path).ok()?;
     let mut lines = Lines::new(&file);
     let is_whole = lines.next().ok()? == Line::Whole;
     is_whole.then(|| String::from_utf8_lossy(lines.text()).into_owned())
+}
+
+/// Opens a file that is no link, under one name, and neither pipe nor device: whatever else stands there is somebody's trap or
+/// somebody else's file.
+fn open_plain(mut options: std::fs::OpenOptions, path: &Path) -> std::io::Result<File> {
+    let refused = || std::io::Error::other("it is a link or no regular file; remove it");
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        use std::os::unix::fs::OpenOptionsExt;
+        // A pipe would keep the caller waiting.
+        let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits();
+        options.custom_flags(flags.cast_signed());
+    }
+    if std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
+        return Err(refused());
+    }
+    let file = options.open(path)?;
+    let found = file.metadata()?;
+    #[cfg(unix)]
+    let has_other_names = std::os::unix::fs::MetadataExt::nlink(&found) > 1;
+    #[cfg(not(unix))]
+    let has_other_names = false;
+    match found.is_file() && !has_other_names {
+        true => Ok(file),
+        false => Err(refused()),
+    }
 }
 
 /// Keeps other processes out. File systems without locks are used without.

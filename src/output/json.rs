@@ -5,11 +5,14 @@ use serde_json::{Map, Value, json};
 use super::table_file;
 use crate::report::{Report, Table};
 
+/// Key of the summary that goes to `timings.json` instead.
+pub const TIMINGS: &str = "timings";
+
 /// The content of `NAME.json`.
 ///
 /// `name, type, title, caption, assumed, columns` (of the main table), `tables` (all of them, with file names and row
 /// counts), everything in `report.summary` in its order, `warnings` and `ended_early` (null when it did not). A key of
-/// the summary that has one of these names gives way. Numbers that are not finite are null.
+/// the summary that has one of these names gives way; timings are not among them. Numbers that are not finite are null.
 pub fn value(report: &Report) -> Value {
     let mut map = Map::new();
     map.insert("name".into(), json!(report.name));
@@ -22,7 +25,8 @@ pub fn value(report: &Report) -> Value {
     let tables = report.tables.iter().map(|t| table(report, t)).collect();
     map.insert("tables".into(), Value::Array(tables));
     for (key, value) in &report.summary {
-        if key != "warnings" && key != "ended_early" && !map.contains_key(key) {
+        let is_own = ["warnings", "ended_early", TIMINGS].contains(&key.as_str());
+        if !is_own && !map.contains_key(key) {
             map.insert(key.clone(), value.clone());
         }
     }

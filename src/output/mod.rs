@@ -4,6 +4,7 @@
 //! its own name is whole, also after an interruption or on a full disk.
 
 pub mod csv;
+pub mod folder;
 pub mod html;
 pub mod image;
 pub mod journal;
@@ -150,8 +151,9 @@ pub fn write_report(
     Ok(files)
 }
 
-/// Writes `report.html` and, last, `manifest.json`, which lists `files` (those written before) and the page. Returns the
-/// two paths.
+/// Writes `report.html`, `timings.json` (`{NAME: {seconds}}`) and, last, `manifest.json`, which lists `files` (those written
+/// before) and the page. Returns the three paths. Times are in a file of their own that no manifest lists, so that equal
+/// results have equal files.
 ///
 /// # Errors
 ///
@@ -169,10 +171,16 @@ pub fn write_summary(
     write_file(&page, |out| content.write(out))?;
     let mut listed = files.to_vec();
     listed.push(page.clone());
+    let timings = out_dir.join("timings.json");
+    let times = reports.iter().filter_map(|report| {
+        let times = report.summary.get(json::TIMINGS)?.clone();
+        Some((report.name.clone(), times))
+    });
+    write_json(&timings, &Value::Object(times.collect()))?;
     let path = out_dir.join("manifest.json");
     let value = manifest::value(out_dir, &options.inputs, &options.settings, &listed)?;
     write_json(&path, &value)?;
-    Ok(vec![page, path])
+    Ok(vec![page, timings, path])
 }
 
 /// File name of a table: `NAME.csv`, or `NAME.TABLE.csv` for all but the main one.
@@ -241,13 +249,17 @@ fn write_file(
 
 /// A temporary file that others may read once it has its name, as the user's umask allows.
 fn new_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let front = format!("{}{}-", folder::FRONT, std::process::id());
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".gearlash-").suffix(".part");
+    builder.prefix(&front).suffix(folder::END);
     #[cfg(unix)]
     let permissions: std::fs::Permissions = std::os::unix::fs::PermissionsExt::from_mode(0o666);
     #[cfg(unix)]
     builder.permissions(permissions);
-    builder.tempfile_in(folder)
+    let file = builder.tempfile_in(folder)?;
+    // Tells processes of other machines that somebody writes; file systems without locks are used without.
+    let _ = file.as_file().try_lock();
+    Ok(file)
 }
 
 fn file_error(action: &'static str, path: &Path, source: std::io::Error) -> Error {

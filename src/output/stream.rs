@@ -4,17 +4,16 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::{csv, file_error};
+use super::{csv, file_error, new_file};
 use crate::error::Error;
 use crate::report::{Cell, Column, Table, Values};
+use tempfile::NamedTempFile;
 
 /// A table that grows under a temporary name and gets its own when it is complete.
 #[derive(Debug)]
 pub struct RowFile {
     path: PathBuf,
-    /// Always the same name beside `path`: what a killed process left is overwritten.
-    partial: PathBuf,
-    out: Option<BufWriter<File>>,
+    out: BufWriter<NamedTempFile>,
 }
 
 impl RowFile {
@@ -23,15 +22,13 @@ impl RowFile {
     /// # Errors
     /// `Error::File` when the file cannot be written.
     pub fn create(path: &Path, columns: &[Column]) -> Result<RowFile, Error> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let partial = path.with_file_name(format!(".gearlash-{name}.part"));
+        let folder = path.parent().unwrap_or(Path::new("."));
         let failed = |e| file_error("write", path, e);
-        let mut out = BufWriter::new(File::create(&partial).map_err(failed)?);
+        let mut out = BufWriter::new(new_file(folder).map_err(failed)?);
         csv::write_header(columns, &mut out).map_err(failed)?;
         Ok(RowFile {
             path: path.to_path_buf(),
-            partial,
-            out: Some(out),
+            out,
         })
     }
 
@@ -40,9 +37,7 @@ impl RowFile {
     /// # Errors
     /// `Error::File` when it cannot be written.
     pub fn write(&mut self, record: &[u8]) -> Result<(), Error> {
-        let Some(out) = &mut self.out else {
-            return Ok(());
-        };
+        let out = &mut self.out;
         let written = out.write_all(record).and_then(|()| out.write_all(b"\r\n"));
         written.map_err(|e| file_error("write", &self.path, e))
     }
@@ -51,22 +46,15 @@ impl RowFile {
     ///
     /// # Errors
     /// `Error::File`: a full disk may show only here.
-    pub fn finish(mut self) -> Result<(), Error> {
-        let mut whole = || -> std::io::Result<()> {
-            if let Some(out) = self.out.take() {
-                out.into_inner().map_err(|e| e.into_error())?.sync_all()?;
-            }
-            std::fs::rename(&self.partial, &self.path)
+    pub fn finish(self) -> Result<(), Error> {
+        let RowFile { path, out } = self;
+        let whole = || -> std::io::Result<()> {
+            let file = out.into_inner().map_err(|e| e.into_error())?;
+            file.as_file().sync_all()?;
+            file.persist(&path)?;
+            Ok(())
         };
-        let result = whole();
-        result.map_err(|e| file_error("write", &self.path, e))
-    }
-}
-
-impl Drop for RowFile {
-    fn drop(&mut self) {
-        // After `finish` there is nothing to remove; elsewhere the reason why it is unfinished is reported already.
-        let _ = std::fs::remove_file(&self.partial);
+        whole().map_err(|e| file_error("write", &path, e))
     }
 }
 

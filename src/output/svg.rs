@@ -15,7 +15,7 @@ use super::draw::{TextStyle, crosses, dots, marker, put_text, stroke};
 use super::legend::{self, Entry, SAMPLE_WIDTH, Sample};
 use super::series::{Drawing, Series, State, resolve};
 use crate::error::Error;
-use crate::report::{Figure, Panel, Report};
+use crate::report::{Figure, Panel, Report, shown};
 
 /// 18 cm at 96 pixels an inch.
 const WIDTH: f64 = 680.0;
@@ -66,7 +66,7 @@ pub fn render(figure: &Figure, report: &Report) -> Result<String, Error> {
     // A view box lets pages and papers scale the figure.
     let (width, height) = size(&svg).unwrap_or((WIDTH, WIDTH));
     let head = format!("<svg viewBox=\"0 0 {width} {height}\" ");
-    Ok(svg.replacen("<svg ", &head, 1))
+    Ok(shown(&svg.replacen("<svg ", &head, 1)).into_owned())
 }
 
 fn size(svg: &str) -> Option<(f64, f64)> {

@@ -136,34 +136,14 @@ pub fn trace(
         stride: 0.0,
         exchanges: 0,
     };
-    let first = tracer.path.point().clone();
-    let mut last = tracer.probe(first, 1.0)?;
-    if !tracer.push(&last)? {
-        tracer.branch.end = PathEnd::Interrupted;
-        return Ok(Ok(tracer.branch));
-    }
-    loop {
-        last.look.fraction = 0.0;
-        let (next, events) = match tracer.take_step(&last)? {
-            Ok(step) => step,
-            Err(end) => {
-                tracer.branch.end = end;
-                return Ok(Ok(tracer.branch));
-            }
-        };
-        if let Some(joint) = tracer.joint(&last, &next, &events)? {
-            tracer.end_at(joint, &last, events)?;
-            return Ok(Ok(tracer.branch));
-        }
-        tracer.insert_marks(&last, &next, &events)?;
-        tracer.remember(last, &events);
-        let next = tracer.refit(next)?;
-        if !tracer.push(&next)? {
-            tracer.branch.end = PathEnd::Interrupted;
-            return Ok(Ok(tracer.branch));
-        }
-        last = next;
-    }
+    tracer.branch.end = match tracer.follow() {
+        // What was found before stands.
+        Err(SolveError::Interrupted) => PathEnd::Interrupted,
+        end => end?,
+    };
+    let count = tracer.branch.points.len();
+    tracer.branch.events.retain(|e| e.after_point < count);
+    Ok(Ok(tracer.branch))
 }
 
 /// What is said of a crossing that has no second direction.
@@ -207,6 +187,33 @@ struct Joint {
 const SAME_MARK: f64 = 1e-13;
 
 impl Tracer<'_> {
+    /// From the first point step by step, as far as it goes.
+    fn follow(&mut self) -> Result<PathEnd, SolveError> {
+        let first = self.path.point().clone();
+        let mut last = self.probe(first, 1.0)?;
+        if !self.push(&last)? {
+            return Ok(PathEnd::Interrupted);
+        }
+        loop {
+            last.look.fraction = 0.0;
+            let (next, events) = match self.take_step(&last)? {
+                Ok(step) => step,
+                Err(end) => return Ok(end),
+            };
+            if let Some(joint) = self.joint(&last, &next, &events)? {
+                self.end_at(joint, &last, events)?;
+                return Ok(self.branch.end);
+            }
+            self.insert_marks(&last, &next, &events)?;
+            self.remember(last, &events);
+            let next = self.refit(next)?;
+            if !self.push(&next)? {
+                return Ok(PathEnd::Interrupted);
+            }
+            last = next;
+        }
+    }
+
     fn probe(&mut self, point: PathPoint, fraction: f64) -> Result<Probe, SolveError> {
         let survey = self
             .problem

@@ -22,3 +22,14 @@ pub mod segment_orbit;
 pub mod shooting;
 pub mod start;
 pub mod support;
+
+use crate::error::SolveError;
+use crate::interrupt;
+
+/// `Err` once somebody asks to stop: what is computed meanwhile is no answer.
+fn uninterrupted() -> Result<(), SolveError> {
+    match interrupt::is_requested() {
+        true => Err(SolveError::Interrupted),
+        false => Ok(()),
+    }
+}

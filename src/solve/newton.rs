@@ -1,6 +1,7 @@
 //! Damped Newton iteration, the only one in the crate.
 
 use super::residual::{Linearisation, Residual};
+use super::uninterrupted;
 use crate::error::SolveError;
 use crate::numeric::factors::Factors;
 use crate::numeric::jacobian::Structure;
@@ -122,6 +123,7 @@ impl Newton {
         problem.linearise(u, lambda, &mut self.work)?;
         let mut norm = self.work.norm();
         for iterations in 0..self.options.max_iterations {
+            uninterrupted()?;
             let status = match () {
                 _ if !norm.is_finite() => NewtonStatus::NotFinite,
                 _ if norm <= self.options.tolerance => NewtonStatus::Converged,
@@ -135,6 +137,8 @@ impl Newton {
                     None => NewtonStatus::Stalled,
                 },
             };
+            // A factorisation that was interrupted looks like a singular matrix.
+            uninterrupted()?;
             return Ok(NewtonOutcome {
                 status,
                 iterations,

@@ -11,6 +11,7 @@ use super::jumps;
 use super::orbit::Orbit;
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
 use super::segment_orbit::SegmentOrbit;
+use super::uninterrupted;
 use crate::error::SolveError;
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
@@ -77,9 +78,8 @@ impl<F: Family> Shooting<F> {
         let system = self.family.at(lambda)?;
         self.state.copy_from_slice(u.as_slice());
         let period = (0.0, TAU);
-        Ok(self
-            .integrator
-            .advance(system, period, &mut self.state, observer))
+        let end = (self.integrator).advance(system, period, &mut self.state, observer);
+        uninterrupted().map(|()| end)
     }
 
     /// The same with the transition matrix into `self.phi`.
@@ -94,9 +94,9 @@ impl<F: Family> Shooting<F> {
         self.state.copy_from_slice(u.as_slice());
         self.phi.fill_with_identity();
         let (state, phi) = (&mut self.state, &mut self.phi);
-        Ok(self
-            .integrator
-            .advance_with_variation(system, (0.0, TAU), state, phi, observer))
+        let end =
+            (self.integrator).advance_with_variation(system, (0.0, TAU), state, phi, observer);
+        uninterrupted().map(|()| end)
     }
 
     /// An orbit to be filled by the integration.

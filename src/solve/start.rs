@@ -7,6 +7,7 @@ use super::galerkin::{Galerkin, GalerkinOptions};
 use super::integrate::{Dopri5, Dopri5Options, IntegrationEnd, Integrator};
 use super::newton::{Newton, NewtonOptions};
 use super::residual::{Linearisation, Residual};
+use super::uninterrupted;
 use crate::element::{Element, Linear, PiecewiseLinear};
 use crate::error::SolveError;
 use crate::numeric::factors::Factors;
@@ -125,7 +126,9 @@ pub fn find(
         }
         Err(reason) => failures.push(format!("homotopy in the alternating load: {reason}")),
     }
-    match integrate(&system, &mean, c, size) {
+    let integrated = integrate(&system, &mean, c, size);
+    uninterrupted()?;
+    match integrated {
         Ok(mut u) => {
             let outcome = solver.solve(&mut problem, &mut u, frequency)?;
             if outcome.is_converged() {

@@ -132,6 +132,10 @@ impl Ensemble<'_> {
         let jobs = self.settings.jobs.max(1);
         let left = board.left();
         let workers = usize::try_from(left).map_or(jobs, |left| left.min(jobs));
+        // No more side by side than the memory holds.
+        let bytes = self.plan.cost_of_a_run().bytes;
+        let fit = (self.control.memory()).map_or(workers, |most| (most as f64 / bytes) as usize);
+        let workers = workers.min(fit.max(1));
         let pool = || {
             rayon::ThreadPoolBuilder::new()
                 // Few runs on many cores: each run may use several.
@@ -148,7 +152,9 @@ impl Ensemble<'_> {
             .collect::<Result<Vec<_>, Error>>()?;
         std::thread::scope(|scope| {
             for pool in &pools {
-                scope.spawn(|| pool.install(|| self.follow(board)));
+                scope.spawn(|| {
+                    pool.install(|| self.control.interrupt().scope(|| self.follow(board)))
+                });
             }
         });
         Ok(())

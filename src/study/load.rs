@@ -5,6 +5,7 @@ use crate::analysis::{self, Analysis, Control, Setting};
 use crate::assembly::{Assembly, assemble};
 use crate::error::{Diagnostic, did_you_mean};
 use crate::model::{self, Model};
+use crate::output::folder;
 use crate::yaml::{self, Entry, Node};
 use indexmap::IndexMap;
 
@@ -53,6 +54,14 @@ pub(super) fn analyses<'a>(
         .collect())
 }
 
+/// Names of all analyses of a document that has been read.
+pub(super) fn names(root: &Node) -> Vec<String> {
+    let map = root
+        .get("analyses")
+        .and_then(|node| node.as_map("analyses").ok());
+    map.map_or(Vec::new(), |map| map.keys().cloned().collect())
+}
+
 /// Reads one analysis and checks it against its model.
 pub(super) fn load_run(
     root: &Node,
@@ -62,10 +71,7 @@ pub(super) fn load_run(
 ) -> Result<Run, Vec<Diagnostic>> {
     let path = yaml::join("analyses", name);
     model::check_name(entry, name, &path).map_err(|d| vec![d])?;
-    if name == "manifest" || name == "report" {
-        let message = format!(
-            "an analysis called `{name}` would overwrite the files of that name; choose another name"
-        );
+    if let Some(message) = folder::name_fault(name) {
         return Err(vec![Diagnostic::at_key(entry, &path, message)]);
     }
     let node = &entry.node;

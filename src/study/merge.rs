@@ -57,7 +57,10 @@ pub fn merge(folders: &[PathBuf], settings: &RunSettings) -> Result<Outcome, Err
         }
     }
     for (name, parts) in &mut studies {
-        faults.extend(misfits(name, parts, folders));
+        let inputs = manifests
+            .first()
+            .map_or(&[][..], |manifest: &Manifest| &manifest.inputs);
+        faults.extend(misfits(name, parts, inputs));
         parts.sort_by_key(|part| part.shard().index);
     }
     if !faults.is_empty() {
@@ -201,8 +204,25 @@ fn damage(folder: &Path, name: &str, record: &Record, manifest: &Manifest) -> Op
     }
 }
 
+/// The command that makes a part, as it made the first one: into the folder that is called after its number, where that one is.
+fn command(first: &Part, inputs: &[Input], index: u64) -> String {
+    let file = inputs.first().map_or("FILE", |input| input.name.as_str());
+    let Shard { index: own, count } = first.shard();
+    let folder = first.folder.display().to_string();
+    let out = match folder.rfind(&own.to_string()) {
+        Some(at) if folder.matches(&own.to_string()).count() == 1 => {
+            let rest = &folder[at + own.to_string().len()..];
+            format!(" --out {}{index}{rest}", &folder[..at])
+        }
+        _ => String::new(),
+    };
+    let overrides = inputs.iter().filter(|input| input.name == "--set").count();
+    let set = " --set ..".repeat(overrides);
+    format!("gearlash run {file}{set} --shard {index}/{count}{out}")
+}
+
 /// What keeps the parts of one study apart.
-fn misfits(name: &str, parts: &[Part], folders: &[PathBuf]) -> Vec<Diagnostic> {
+fn misfits(name: &str, parts: &[Part], inputs: &[Input]) -> Vec<Diagnostic> {
     let first = &parts[0];
     let mut faults = Vec::new();
     for part in &parts[1..] {
@@ -277,7 +297,10 @@ fn misfits(name: &str, parts: &[Part], folders: &[PathBuf]) -> Vec<Diagnostic> {
             missing.len(),
             list.join(", ")
         );
-        let help = format!("{} folders were given", folders.len());
+        let commands: Vec<String> = (missing.iter().take(10))
+            .map(|index| command(first, inputs, *index))
+            .collect();
+        let help = format!("make them: {}{dots}", commands.join("; "));
         faults.push(fault(Path::new(""), message, &help));
     }
     faults

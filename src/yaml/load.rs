@@ -76,7 +76,11 @@ impl Reader {
         let mut next = Some(path.to_owned());
         while let Some(path) = next {
             let source = self.text(&path)?;
-            let mut layer = compose(&source, 0, &mut self.nodes).map_err(Error::Input)?;
+            let layer = compose(&source, 0, &mut self.nodes);
+            let mut layer = match layers.is_empty() {
+                true => layer.map_err(Error::Input)?,
+                false => base_model(layer, &path).map_err(|d| Error::Input(vec![d]))?,
+            };
             next = self
                 .base(&mut layer, &path)
                 .map_err(|d| Error::Input(vec![d]))?;
@@ -120,8 +124,11 @@ impl Reader {
         if self.bytes > MAX_TEXT {
             return Err(refuse(self.bytes as u64));
         }
-        let text = String::from_utf8(bytes)
-            .map_err(|e| Error::Input(vec![not_utf8(&name, e.as_bytes(), e.utf8_error())]))?;
+        let is_base = self.chain.len() > 1;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let shown = if is_base { &[] } else { e.as_bytes() };
+            Error::Input(vec![not_utf8(&name, shown, e.utf8_error())])
+        })?;
         let source = Arc::new(Source { name, text });
         self.sources.push(Arc::clone(&source));
         Ok(source)
@@ -143,6 +150,11 @@ impl Reader {
             mistake(format!("cannot read {}: {e}", base.display()))
                 .with_help("the path is relative to this file")
         })?;
+        // A pipe would keep the reader waiting, a device has no end.
+        if !known.is_file() {
+            let message = format!("{} is no regular file", base.display());
+            return Err(mistake(message));
+        }
         if let Some(first) = self.chain.iter().position(|p| *p == known) {
             let mut names: Vec<&str> = self.sources[first..].iter().map(|s| &*s.name).collect();
             names.push(names[0]);
@@ -160,8 +172,69 @@ impl Reader {
     }
 }
 
+/// Keys of which a model file has one at least, unless it holds nothing but anchors (`x-..`).
+const KEYS: [&str; 13] = [
+    "schema",
+    "extends",
+    "name",
+    "bodies",
+    "reference",
+    "balance",
+    "connections",
+    "damping",
+    "loads",
+    "scaling",
+    "report",
+    "reduced",
+    "analyses",
+];
+
+/// The tree of a file that another one extends. `extends` may name any file that the user can read: what is no model is not
+/// shown, neither its lines nor what stands in them.
+fn base_model(layer: Result<Node, Vec<Diagnostic>>, path: &Path) -> Result<Node, Diagnostic> {
+    let (message, location) = match layer {
+        Ok(node) => {
+            let is_known = |key: &String| KEYS.contains(&key.as_str()) || key.starts_with("x-");
+            match &node.value {
+                Value::Map(map) if map.keys().any(is_known) => return Ok(node),
+                Value::Map(_) => ("none of its keys is one of a model".into(), None),
+                _ => ("it is no map".to_string(), None),
+            }
+        }
+        Err(list) => {
+            let first = list.into_iter().next();
+            let place = first.as_ref().and_then(|mistake| mistake.location.clone());
+            let message =
+                first.map_or_else(String::new, |mistake| without_quotations(&mistake.message));
+            (message, place)
+        }
+    };
+    let location = location.map(|at| Location {
+        source: Arc::new(Source {
+            name: at.source.name.clone(),
+            text: String::new(),
+        }),
+        ..at
+    });
+    Err(Diagnostic {
+        location,
+        path: "extends".into(),
+        message: format!("{} cannot be read as a model: {message}", path.display()),
+        help: None,
+    })
+}
+
+/// A message without what it quotes.
+fn without_quotations(message: &str) -> String {
+    let parts = message.split('`').enumerate();
+    parts
+        .map(|(k, part)| if k % 2 == 0 { part } else { ".." })
+        .collect()
+}
+
 fn not_utf8(name: &str, bytes: &[u8], error: std::str::Utf8Error) -> Diagnostic {
-    let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+    let valid = bytes.get(..error.valid_up_to()).unwrap_or_default();
+    let valid = String::from_utf8_lossy(valid);
     let line_start = valid.rfind('\n').map_or(0, |at| at + 1);
     let location = Location {
         line: valid.matches('\n').count() + 1,

@@ -60,6 +60,7 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response.multipliers.csv",
         "response.rattle.csv",
         "response.svg",
+        "timings.json",
     ];
     assert_eq!(place.names("results/m"), files);
     for part in [
@@ -67,7 +68,7 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response",
         "frequency_response",
         "complete",
-        "12 files in results/m",
+        "13 files in results/m",
     ] {
         assert!(ended.out.contains(part), "{part}: {}", ended.out);
     }
@@ -136,7 +137,10 @@ fn the_branch_goes_from_end_to_end_through_its_marks() {
     for key in ["events", "warnings"] {
         assert_eq!(data[key], json!([]), "{key}");
     }
-    assert!(data["timings"].is_object() && data["ended_early"].is_null());
+    // Equal results have equal files: times are elsewhere.
+    assert!(data.get("timings").is_none() && data["ended_early"].is_null());
+    let seconds = &place.json("results/m/timings.json")["response"]["seconds"];
+    assert!(seconds.as_f64().is_some_and(|s| s > 0.0), "{seconds}");
 }
 
 #[test]
@@ -478,7 +482,8 @@ fn a_base_file_is_found_beside_the_file_that_extends_it() {
             "lines.json",
             "lines.svg",
             "manifest.json",
-            "report.html"
+            "report.html",
+            "timings.json"
         ]
     );
 }

@@ -7,10 +7,14 @@ mod synthetic;
 
 mod bad_input;
 mod cli;
+mod costs;
 mod ends_of_runs;
+mod folders;
 mod hostile_input;
 mod laws_in_models;
 mod messages;
 mod output_files;
 mod page;
+#[cfg(unix)]
+mod signals;
 mod verify;

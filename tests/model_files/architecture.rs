@@ -13,7 +13,9 @@ const FLOORS: &[(&str, &[&str])] = &[
     // floor 0
     ("error", &[]),
     ("report", &[]),
-    ("numeric", &["error"]),
+    ("interrupt", &[]),
+    ("machine", &[]),
+    ("numeric", &["error", "interrupt"]),
     ("yaml", &["error"]),
     ("quantity", &["error", "yaml"]),
     // floor 1
@@ -29,11 +31,21 @@ const FLOORS: &[(&str, &[&str])] = &[
         "assembly",
         &["error", "quantity", "numeric", "element", "model", "system"],
     ),
-    ("solve", &["error", "numeric", "element", "system"]),
+    (
+        "solve",
+        &["error", "interrupt", "numeric", "element", "system"],
+    ),
     // floor 4
     (
         "postprocess",
-        &["error", "numeric", "element", "system", "solve"],
+        &[
+            "error",
+            "interrupt",
+            "numeric",
+            "element",
+            "system",
+            "solve",
+        ],
     ),
     // floor 5: siblings
     (
@@ -41,6 +53,8 @@ const FLOORS: &[(&str, &[&str])] = &[
         &[
             "error",
             "report",
+            "interrupt",
+            "machine",
             "numeric",
             "yaml",
             "quantity",
@@ -52,21 +66,40 @@ const FLOORS: &[(&str, &[&str])] = &[
             "postprocess",
         ],
     ),
-    ("output", &["error", "report"]),
+    ("output", &["error", "report", "machine"]),
     // floor 6: siblings
     ("schema", &["quantity", "element", "model", "analysis"]),
     (
         "study",
         &[
-            "error", "report", "yaml", "quantity", "model", "assembly", "analysis", "output",
+            "error",
+            "report",
+            "interrupt",
+            "machine",
+            "yaml",
+            "quantity",
+            "model",
+            "assembly",
+            "analysis",
+            "output",
         ],
     ),
     // floor 7
     (
         "cli",
         &[
-            "error", "report", "element", "model", "assembly", "solve", "analysis", "output",
-            "schema", "study",
+            "error",
+            "report",
+            "interrupt",
+            "machine",
+            "element",
+            "model",
+            "assembly",
+            "solve",
+            "analysis",
+            "output",
+            "schema",
+            "study",
         ],
     ),
 ];

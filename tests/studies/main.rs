@@ -9,6 +9,8 @@ mod time_domain_support;
 
 mod parameter_study;
 #[cfg(unix)]
+mod study_hostile;
+#[cfg(unix)]
 mod study_journal;
 mod study_mistakes;
 #[cfg(feature = "parquet")]

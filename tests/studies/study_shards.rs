@@ -57,7 +57,25 @@ fn joined_parts_are_the_table_of_one_run() {
 
 #[test]
 fn failed_runs_are_counted_over_the_parts() {
-    let text = study(12).replace("harmonics: 5}", "harmonics: 5, max_points: 4}");
+    // Negative damping: no run reaches its end.
+    let rows: String = (1..=12)
+        .map(|k| format!("      - {{loads.mean.0: 0.0{k}}}\n"))
+        .collect();
+    let text = format!(
+        "schema: 1
+reduced:
+  stiffness: [[1]]
+  damping: {{matrix: [[-20]]}}
+  elements: {{spring: {{type: linear}}}}
+  loads: {{mean: [0.5], harmonics: [{{order: 1, cos: [0.3]}}]}}
+analyses:
+  study:
+    type: parameter_study
+    list:
+{rows}    analysis: {{type: poincare_map, at: 0.1, transient: 0, periods: 9, initial: {{q: [0.3]}}}}
+    collect: {{points: {{reduce: count}}}}
+"
+    );
     let place = Place::with(&text);
     for index in ["1/2", "2/2"] {
         let out = &index[..1];

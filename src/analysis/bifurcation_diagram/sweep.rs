@@ -4,6 +4,7 @@ use super::{Reach, Seeds};
 use crate::analysis::flow::{self, MapRecord, MapSize, Stop};
 use crate::analysis::parameter::{Parameter, joined};
 use crate::analysis::{Fault, Initial, Setting};
+use crate::interrupt;
 use crate::postprocess::attractor::Label;
 use crate::solve::integrate::IntegratorChoice;
 use crate::system::System;
@@ -115,9 +116,10 @@ impl<'a> Work<'a> {
     /// Sweeps: the final state at one value is the initial one at the next. After a value that fails, the next one starts from
     /// the last state that was reached, or from the initial one.
     pub fn followed(&self) -> Vec<Point> {
+        let flag = interrupt::current();
         let sweeps = self.plan.sweeps.par_iter().enumerate();
         let lists: Vec<Vec<Point>> = sweeps
-            .map(|(run, values)| self.follow(run, values))
+            .map(|(run, values)| flag.scope(|| self.follow(run, values)))
             .collect();
         lists.into_iter().flatten().collect()
     }
@@ -168,7 +170,8 @@ impl<'a> Work<'a> {
             Some(point)
         };
         let tasks = (0..values.len() * states.count).into_par_iter();
-        tasks.filter_map(one).collect()
+        let flag = interrupt::current();
+        tasks.filter_map(|task| flag.scope(|| one(task))).collect()
     }
 
     /// The system at a value; `None` when there is none, or when somebody asked to stop.

@@ -3,6 +3,7 @@
 mod motion;
 
 use super::columns::{Quantity as Reported, float, refused};
+use super::cost::Cost;
 use super::{Analysis, Fault, Setting};
 use crate::error::Error;
 use crate::postprocess::describing_function::{describing_function, mean_for_force};
@@ -65,6 +66,14 @@ struct State {
 impl Analysis for EffectiveFrequencies {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         self.moving(setting).err().unwrap_or_default()
+    }
+
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let system = &setting.assembly.system;
+        let (n, e) = (system.dof() as f64, system.element_count() as f64);
+        let points = self.points as f64;
+        let seconds = points * (1e-6 + 1e-4 * e + 2e-8 * n.powi(3));
+        Cost::table(points, 3.0 * e + n + 1.0, "points").lasting(seconds, "points")
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {

@@ -1,7 +1,7 @@
 //! Which connections move, how far and around what: the settings as nondimensional numbers.
 
 use super::{EffectiveFrequencies, Mean};
-use crate::analysis::{Fault, Setting};
+use crate::analysis::{Fault, Setting, limits};
 use crate::error::did_you_mean;
 use crate::quantity::{Quantity, UnitDimension};
 
@@ -26,10 +26,7 @@ impl EffectiveFrequencies {
     pub(super) fn moving(&self, setting: &Setting<'_>) -> Result<Vec<Moving>, Vec<Fault>> {
         let names = &setting.assembly.connections;
         let mut faults = Vec::new();
-        if self.points < 2 {
-            let message = format!("{} must be at least 2", self.points);
-            faults.push(Fault::new("points", message));
-        }
+        faults.extend(limits::check("points", self.points, 2, limits::POINTS));
         let means = match (&self.mean_displacement, &self.mean_force) {
             (Some(mean), None) => Some(("mean_displacement", mean)),
             (None, Some(mean)) => Some(("mean_force", mean)),

@@ -19,8 +19,10 @@ pub use report::Tally;
 pub use sample::{Distribution, Method, Sample, Shape};
 pub use settings::{Axis, Given, Plot, Spacing};
 
+use super::cost::Cost;
 use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
+use crate::interrupt;
 use crate::report::{Report, Table};
 use indexmap::IndexMap;
 use rayon::prelude::*;
@@ -61,6 +63,19 @@ impl Analysis for ParameterStudy {
         }
     }
 
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let Ok(plan) = Plan::new(self, setting) else {
+            return Cost::default();
+        };
+        let one = plan.cost_of_a_run();
+        let runs = plan.runs() as f64;
+        // A row and its journal line take a little time even where the run takes none.
+        one.lasting(
+            runs * (one.seconds + 2e-5),
+            if runs > 1.0 { "runs" } else { one.time_key },
+        )
+    }
+
     /// All runs in memory, which suits programs with a thousand of them; the command line writes them as they end.
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let refused = |fault: Fault| columns::refused(setting, fault);
@@ -73,9 +88,13 @@ impl Analysis for ParameterStudy {
             let message = format!("{} runs are too many for memory", plan.runs());
             return Err(refused(Fault::new("", message)));
         }
+        let flag = interrupt::current();
         let rows: Vec<Option<Row>> = (0..plan.runs())
             .into_par_iter()
-            .map_init(|| plan.worker(), |worker, run| worker.run(run))
+            .map_init(
+                || plan.worker(),
+                |worker, run| flag.scope(|| worker.run(run)),
+            )
             .collect();
         let mut table = Table {
             name: String::new(),

@@ -3,15 +3,18 @@
 use super::ParameterStudy;
 use super::collect::Collector;
 use super::place::{Place, Target};
-use super::space::{Coordinate, Space};
+use super::space::{Coordinate, Direction, Space};
+use crate::analysis::cost::Cost;
 use crate::analysis::parameter::{rebuild, said};
-use crate::analysis::{Analysis, Control, Fault, Setting};
+use crate::analysis::{Analysis, Control, Fault, Setting, panicked};
 use crate::assembly::Assembly;
 use crate::error::Diagnostic;
-use crate::model::Model;
+use crate::interrupt::Interrupt;
+use crate::model::{Model, NAMES, is_name};
 use crate::report::{Cell, Column, Report, Values};
 use crate::yaml::Node;
 use serde_json::{Value, json};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A study ready to run.
@@ -23,6 +26,8 @@ pub struct Plan<'a> {
     collectors: Vec<Collector>,
     columns: Vec<Column>,
     identity: Value,
+    /// Whether the analysis itself says how many points a branch has at most: one that has them is complete.
+    limits_points: bool,
 }
 
 /// A finished run.
@@ -42,6 +47,8 @@ const ENDED_EARLY: &str = "ended_early";
 const REFUSED: &str = "refused";
 /// Columns after the collected ones.
 const ENDING: [&str; 3] = ["status", "reason", "warnings"];
+/// The key of the largest number of points of a branch, and why a branch ends that has them.
+const MAX_POINTS: &str = "max_points";
 /// Values looked at before anything runs.
 const PROBES: usize = 256;
 /// Characters of a text in the table.
@@ -76,6 +83,11 @@ impl<'a> Plan<'a> {
         if faults.is_empty() {
             let tables = analysis.tables(&own);
             for (name, written) in &study.collect {
+                if !is_name(name) {
+                    let message = format!("names {NAMES}");
+                    faults.push(Fault::new(format!("collect.{name}"), message));
+                    continue;
+                }
                 match Collector::new(name, written, (&target.kind, &tables), &own) {
                     Ok(collector) => collectors.push(collector),
                     Err(list) => faults.extend(list),
@@ -95,6 +107,9 @@ impl<'a> Plan<'a> {
             return Err(faults);
         }
         let identity = identity(study, &target, &columns);
+        let is_varied = |d: &Direction| d.place == Place::Analysis(MAX_POINTS.into());
+        let limits_points =
+            target.own.get(MAX_POINTS).is_some() && !space.directions.iter().any(is_varied);
         Ok(Plan {
             setting,
             target,
@@ -103,6 +118,7 @@ impl<'a> Plan<'a> {
             collectors,
             columns,
             identity,
+            limits_points,
         })
     }
 
@@ -128,6 +144,29 @@ impl<'a> Plan<'a> {
             root: self.target.root.clone(),
             own: self.target.own.clone(),
         }
+    }
+
+    /// What a run takes at the values that can be seen beforehand: the most expensive one that is not refused.
+    pub fn cost_of_a_run(&self) -> Cost {
+        let mut worker = self.worker();
+        let own = self.target.setting(self.setting, self.setting.control);
+        let first = self.analysis.cost(&own);
+        let memory = self.setting.control.memory();
+        let values = self.space.probes(PROBES).into_iter();
+        let costs = values.filter_map(|(_, values)| {
+            let prepared = worker.prepare(&values).ok()?;
+            let setting = worker.setting(&prepared, self.setting.control);
+            let cost = worker.analysis(&prepared).cost(&setting);
+            cost.refusal(memory).is_none().then_some(cost)
+        });
+        costs.fold(first, |most, cost| Cost {
+            bytes: most.bytes.max(cost.bytes),
+            ..if cost.seconds > most.seconds {
+                cost
+            } else {
+                most
+            }
+        })
     }
 
     /// What the model and the analysis say about the values that can be seen beforehand.
@@ -186,13 +225,17 @@ impl Worker<'_> {
         }
         let values = plan.space.values(run);
         let outcome = self.outcome(&values, &watch);
-        if watch.has_spoken() {
+        // Whatever was being computed when the interruption came may be incomplete: the run is repeated.
+        if watch.has_spoken() || watch.is_interrupted() {
             return None;
         }
-        let (report, refusal) = match outcome {
+        let (mut report, refusal) = match outcome {
             Ok(report) => (report, None),
             Err(reason) => (Report::default(), Some(reason)),
         };
+        if plan.limits_points && ends_within_limits(&report) {
+            report.warnings.extend(report.ended_early.take());
+        }
         let (status, reason) = match (&refusal, &report.ended_early) {
             (Some(reason), _) => (REFUSED, reason.as_str()),
             (None, Some(reason)) => (ENDED_EARLY, reason.as_str()),
@@ -216,7 +259,12 @@ impl Worker<'_> {
         let prepared = self.prepare(values)?;
         let setting = self.setting(&prepared, watch);
         let analysis = self.analysis(&prepared);
-        let mut report = analysis.run(&setting).map_err(|e| e.to_string())?;
+        if let Some(fault) = analysis.cost(&setting).refusal(setting.control.memory()) {
+            return Err(format!("analysis.{}: {}", fault.key, fault.message));
+        }
+        let run = AssertUnwindSafe(|| analysis.run(&setting));
+        let outcome = catch_unwind(run).map_err(|panic| panicked(panic.as_ref()))?;
+        let mut report = outcome.map_err(|e| e.to_string())?;
         // What is true of the model as written is said once, by the study.
         let known = &self.plan.target.assembly.warnings;
         let own = setting.assembly.warnings.iter();
@@ -290,6 +338,15 @@ impl Worker<'_> {
     }
 }
 
+/// Whether every branch of a report went as far as the range or the limit of points.
+fn ends_within_limits(report: &Report) -> bool {
+    let branches = report.summary.get("branches").and_then(Value::as_array);
+    let reason = |branch: &Value| branch["end"]["reason"].as_str().map(String::from);
+    let mut reasons = branches.into_iter().flatten().map(reason);
+    let usual = ["range_reached", "closed", "joined", MAX_POINTS];
+    reasons.all(|reason| reason.is_some_and(|reason| usual.contains(&reason.as_str())))
+}
+
 /// Hands the interruption on to a run, and remembers whether the run has heard of it: one that has not is complete.
 struct Watch<'a> {
     control: &'a dyn Control,
@@ -310,6 +367,14 @@ impl<'a> Watch<'a> {
 }
 
 impl Control for Watch<'_> {
+    fn interrupt(&self) -> Interrupt {
+        self.control.interrupt()
+    }
+
+    fn memory(&self) -> Option<u64> {
+        self.control.memory()
+    }
+
     fn is_interrupted(&self) -> bool {
         let interrupted = self.control.is_interrupted();
         if interrupted {

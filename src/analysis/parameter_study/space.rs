@@ -50,8 +50,8 @@ enum Line {
     Even(Range),
 }
 
-/// Runs of a study at most: numbers that a column of whole numbers holds.
-const MOST_RUNS: u64 = i64::MAX as u64;
+/// Runs of a study at most.
+const MOST_RUNS: u64 = 1_000_000_000;
 
 impl Space {
     /// The space of a study.
@@ -241,7 +241,10 @@ impl Reader<'_> {
         let product = |n: Option<u64>, line: &Line| n?.checked_mul(line.length());
         match lines.iter().fold(Some(1), product) {
             Some(runs) if runs <= MOST_RUNS => Some((Layout::Grid(lines), runs)),
-            _ => self.refuse("grid", format!("more than {MOST_RUNS} runs")),
+            _ => self.refuse(
+                "grid",
+                format!("more than {MOST_RUNS} runs, at most that many are possible"),
+            ),
         }
     }
 
@@ -282,8 +285,11 @@ impl Reader<'_> {
         let number = Values::Float(Vec::new());
         self.direction(path, key, &ends, number)?;
         let (from, to) = (range.from.value, range.to.value);
-        if range.points < 2 {
-            let message = format!("{} must be at least 2", range.points);
+        if range.points < 2 || range.points > MOST_RUNS {
+            let message = format!(
+                "{} must be at least 2, and at most {MOST_RUNS}",
+                range.points
+            );
             return self.refuse(format!("{key}.points"), message);
         }
         if range.spacing == Spacing::Logarithmic && !(from / to > 0.0 && (from / to).is_finite()) {

@@ -76,7 +76,7 @@ pub(super) const MOST_HARMONICS: usize = 4096;
 impl BranchSettings {
     /// Whether a subharmonic index is within what a problem can hold.
     fn holds(&self, subharmonic: usize) -> bool {
-        self.harmonics.most() * subharmonic <= MOST_HARMONICS
+        self.harmonics.most().saturating_mul(subharmonic) <= MOST_HARMONICS
     }
 }
 

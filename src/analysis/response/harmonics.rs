@@ -169,7 +169,7 @@ impl BranchSettings {
     pub(super) fn check_harmonics(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         let mut limit = |key: &str, count: usize| {
-            if count == 0 || count * self.subharmonic > MOST_HARMONICS {
+            if count == 0 || count.saturating_mul(self.subharmonic) > MOST_HARMONICS {
                 let message = format!(
                     "{count} must be at least 1, and at most {MOST_HARMONICS} with the subharmonic index"
                 );

@@ -172,7 +172,7 @@ impl Sweep<'_, '_> {
             let span = (k as f64 * width, (k + 1) as f64 * width);
             let end = integrator.advance(&system, span, &mut state, &mut orbit);
             if end != IntegrationEnd::Reached {
-                return Err(reason(Stop::Failed(end, k + 1)));
+                return Err(reason(Stop::of(end, k + 1)));
             }
         }
         Ok((system, Orbit::Segments(orbit)))

@@ -77,6 +77,10 @@ macro_rules! response_keys {
             /// Points at most.
             #[serde(default = "crate::analysis::response::defaults::max_points")]
             pub max_points: usize,
+            /// Shooting and integration: integration steps per response period at most; a stiff mode far above the excitation
+            /// takes more, and minutes per point.
+            #[serde(default = "crate::analysis::response::defaults::max_steps")]
+            pub max_steps: usize,
             /// Largest residual, relative to the size of its terms.
             #[serde(default = "crate::analysis::response::defaults::tolerance")]
             pub tolerance: f64,
@@ -127,6 +131,7 @@ macro_rules! branch_settings {
             min_step: $keys.min_step,
             max_step: $keys.max_step,
             max_points: $keys.max_points,
+            max_steps: $keys.max_steps,
             tolerance: $keys.tolerance,
             start: $keys.start,
             points: $keys.points,
@@ -151,6 +156,9 @@ pub(in crate::analysis) mod defaults {
         0.1
     }
     pub fn max_points() -> usize {
+        10_000
+    }
+    pub fn max_steps() -> usize {
         10_000
     }
     pub fn tolerance() -> f64 {

@@ -4,10 +4,11 @@
 //! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
 //! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `integration`: the method that follows
 //! attractors; `verify`: the same points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
-//! takes; `outcome`: how branches ended; `report`: tables and figure.
+//! takes; `expense`: what they cost; `outcome`: how branches ended; `report`: tables and figure.
 
 mod accuracy;
 mod crossings;
+mod expense;
 mod guarded;
 mod harmonics;
 mod hunt;

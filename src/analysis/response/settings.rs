@@ -1,7 +1,7 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
 use super::{BranchSettings, Method, Quadrature};
-use crate::analysis::{Fault, Setting, flow};
+use crate::analysis::{Fault, Setting, flow, limits};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
 use crate::solve::continuation::ContinuationOptions;
@@ -203,10 +203,7 @@ impl BranchSettings {
             }
             return faults;
         }
-        if self.points() < 2 {
-            let message = format!("{} must be at least 2", self.points());
-            faults.push(Fault::new("points", message));
-        }
+        faults.extend(limits::check("points", self.points(), 2, limits::POINTS));
         faults.extend(self.map_size().check(1));
         faults
     }
@@ -214,7 +211,7 @@ impl BranchSettings {
     /// Whether branch switching has what it needs.
     fn check_branches(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let Some(limits) = self.branches.limits() else {
+        let Some(wanted) = self.branches.limits() else {
             return faults;
         };
         if !self.stability {
@@ -225,11 +222,13 @@ impl BranchSettings {
             let message = "the method `integration` follows attractors, not branches";
             faults.push(Fault::new("branches", message));
         }
-        for (key, value) in [("depth", limits.depth), ("limit", limits.limit)] {
+        for (key, value) in [("depth", wanted.depth), ("limit", wanted.limit)] {
             if value == 0 {
                 let message = "0 must be at least 1; `branches: primary` follows no others";
                 faults.push(Fault::new(format!("branches.{key}"), message));
             }
+            let key = format!("branches.{key}");
+            faults.extend(limits::check(&key, value, 0, limits::BRANCHES));
         }
         faults
     }
@@ -254,6 +253,12 @@ impl BranchSettings {
                 faults.push(Fault::new("samples", message));
             }
         }
+        faults.extend(limits::check(
+            "max_points",
+            self.max_points,
+            1,
+            limits::POINTS,
+        ));
         if !(self.tolerance > 0.0 && self.tolerance < 1e-2) {
             faults.push(Fault::new(
                 "tolerance",
@@ -261,7 +266,12 @@ impl BranchSettings {
             ));
         }
         let is_periodic = self.methods().iter().any(|m| *m != Method::Integration);
-        if faults.is_empty() && is_periodic {
+        // What does not fit is refused by its cost.
+        let fits = self.fits(
+            setting,
+            self.harmonics.first().saturating_mul(self.subharmonic),
+        );
+        if faults.is_empty() && is_periodic && fits {
             let mut system = system.clone();
             system.set_subharmonic(self.subharmonic);
             let fewest = self

@@ -10,7 +10,7 @@ use super::starts::{self, Search};
 use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::report::{Report, Table};
 use crate::solve::branch::{self, Begin, TraceOptions};
 use crate::solve::continuation::{PathEnd, PathPoint, Side};
@@ -45,7 +45,11 @@ pub(in crate::analysis) fn run(
         searches: Vec::new(),
         crossings: Crossings::default(),
     };
-    work.trace_all()?;
+    match work.trace_all() {
+        // What was delivered before stands.
+        Err(Error::Solve(SolveError::Interrupted)) => work.note_interruption(),
+        traced => traced?,
+    }
     let Work {
         delivered,
         orbits,
@@ -179,6 +183,17 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
+    /// Says that something is missing, unless a branch says so already.
+    fn note_interruption(&mut self) {
+        if !self.delivered.iter().any(|d| d.end.reason == "interrupted") {
+            let method = self.delivered.last().map(|d| d.method);
+            let method = method.unwrap_or_else(|| self.settings.methods()[0]);
+            let mut missing = Delivered::new(method, self.settings.subharmonic);
+            missing.end = Ending::early("interrupted", "interrupted".into());
+            self.delivered.push(missing);
+        }
+    }
+
     /// Looks for the first solution at the beginning of the range.
     fn first(&mut self) -> Result<First<'a>, Error> {
         let (settings, from) = (self.settings, self.swept.range.0);
@@ -222,12 +237,20 @@ impl<'a> Work<'a> {
         Ok(delivered)
     }
 
-    /// Follows one branch of periodic solutions and verifies it where that is asked for.
+    /// Follows one branch of periodic solutions and verifies it where that is asked for. An interruption leaves the points that
+    /// it has.
     pub(super) fn follow(
         &mut self,
         source: Source,
         delivered: &mut Delivered,
     ) -> Result<(), Error> {
+        match self.follow_whole(source, delivered) {
+            Err(Error::Solve(SolveError::Interrupted)) if !delivered.points.is_empty() => Ok(()),
+            followed => followed,
+        }
+    }
+
+    fn follow_whole(&mut self, source: Source, delivered: &mut Delivered) -> Result<(), Error> {
         if delivered.method == Method::Galerkin {
             return self.follow_series(source, delivered);
         }
@@ -264,7 +287,14 @@ impl<'a> Work<'a> {
                 self.follow_verified(&mut make(options(first))?, source, delivered)?;
                 0
             }
-            Some(resolution) => {
+            Some(mut resolution) => {
+                // No larger than the memory holds: what is missing then is reported as any missing accuracy.
+                while resolution.most > resolution.least.max(first)
+                    && !settings.fits(swept.setting, resolution.most * nu)
+                {
+                    resolution.most /= 2;
+                }
+                resolution.most = resolution.most.max(resolution.least).max(first);
                 let mut galerkin = Adaptive::new(sizes, resolution, newton, (first, nu))?;
                 self.follow_verified(&mut galerkin, source, delivered)?;
                 galerkin.finest()

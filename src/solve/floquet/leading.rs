@@ -2,6 +2,7 @@
 
 use super::variation::{Stretches, Variation, gauss_offset};
 use super::{Floquet, multipliers};
+use crate::interrupt;
 use crate::solve::jumps;
 use crate::solve::orbit::FourierOrbit;
 use crate::system::System;
@@ -128,6 +129,9 @@ impl<'a> Flow<'a> {
     /// x <- Phi x.
     fn apply(&mut self, x: &mut [f64]) {
         for k in 0..self.panels.len() {
+            if interrupt::is_requested() {
+                return x.fill(f64::NAN);
+            }
             self.exponential(k, x);
             if let Some(stretch) = self.panels[k].ends {
                 for passage in &self.stretches.list[stretch].passages {

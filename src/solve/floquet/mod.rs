@@ -5,6 +5,7 @@ mod variation;
 
 use super::jumps;
 use super::orbit::FourierOrbit;
+use crate::interrupt;
 use crate::numeric::dense;
 use crate::numeric::exponential::Exponential;
 use crate::system::System;
@@ -94,6 +95,9 @@ impl Floquet {
         for stretch in &stretches.list {
             let width = stretch.panel_width();
             for k in 0..stretch.panels {
+                if interrupt::is_requested() {
+                    return DMatrix::from_element(size, size, f64::NAN);
+                }
                 let from = stretch.begin + k as f64 * width;
                 let exponent = if stretches.is_constant {
                     variation.midpoint(from, width)

@@ -17,6 +17,7 @@ use super::family::Family;
 use super::floquet::Floquet;
 use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
+use super::uninterrupted;
 use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::numeric::pattern::{Elimination, Pattern};
@@ -171,6 +172,7 @@ impl<F: Family> Galerkin<F> {
         lambda: f64,
         out: &mut Linearisation,
     ) -> Result<(), SolveError> {
+        uninterrupted()?;
         self.prepare(lambda)?;
         let system = self.family.at(lambda)?;
         let c = self.coefficients;
@@ -277,6 +279,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
             Extent::Motion => Vec::new(),
             Extent::Stability => self.floquet.multipliers(system, &orbit, &extrema),
         };
+        uninterrupted()?;
         let orbit = Orbit::Fourier(orbit);
         Ok(Survey {
             orbit,
@@ -298,6 +301,17 @@ fn structure(system: &System, coefficients: usize) -> Structure {
 pub fn stored_blocks(system: &System) -> Option<[usize; 2]> {
     let pattern = Pattern::new(system.dof(), 1, system.coupled_pairs());
     Elimination::cost(&pattern).map(|_| [pattern.stored(), pattern.blocks().pow(2)])
+}
+
+/// Entries of the Jacobian, and multiplications of its elimination, in blocks of a coordinate's coefficients: what a linear
+/// system takes is these numbers times the square and the cube of the number of coefficients.
+pub fn effort(system: &System) -> (f64, f64) {
+    let pattern = Pattern::new(system.dof(), 1, system.coupled_pairs());
+    let blocks = pattern.blocks() as f64;
+    match Elimination::cost(&pattern) {
+        Some(operations) => (2.0 * pattern.stored() as f64, operations),
+        None => (blocks * blocks, blocks.powi(3) / 3.0),
+    }
 }
 
 fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<(), SolveError> {

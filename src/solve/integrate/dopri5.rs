@@ -9,6 +9,7 @@ mod regions;
 mod stepper;
 
 use super::{IntegrationEnd, Integrator, Observer, Segment};
+use crate::interrupt::Watch;
 use crate::solve::jumps;
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -121,7 +122,11 @@ impl Dopri5 {
         let turns = ((tau.1 - tau.0) / TAU).max(1.0);
         let switches = turns * self.options.max_switches as f64;
         self.begin(system, tau.0);
+        let mut watch = Watch::default();
         while t < end {
+            if watch.is_requested() {
+                return IntegrationEnd::Interrupted;
+            }
             if self.work.attempts >= self.options.max_steps {
                 return IntegrationEnd::MaxSteps;
             }

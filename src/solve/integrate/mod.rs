@@ -23,6 +23,8 @@ pub enum IntegrationEnd {
     TooManySwitches,
     /// The state is not finite.
     Diverged,
+    /// Somebody asked to stop.
+    Interrupted,
 }
 
 impl IntegrationEnd {
@@ -34,6 +36,7 @@ impl IntegrationEnd {
             IntegrationEnd::MaxSteps => "too many steps",
             IntegrationEnd::TooManySwitches => "too many switches in one period (chatter)",
             IntegrationEnd::Diverged => "the state is not finite",
+            IntegrationEnd::Interrupted => "interrupted",
         }
     }
 }

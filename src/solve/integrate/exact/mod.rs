@@ -14,6 +14,7 @@ mod variation;
 
 use super::{IntegrationEnd, Integrator, Observer, Segment, Switch};
 use crate::error::SolveError;
+use crate::interrupt::Watch;
 use crate::numeric::bernstein::{Direction, evaluate};
 use crate::numeric::periodic::Periodic;
 use crate::solve::jumps;
@@ -96,7 +97,11 @@ impl Exact {
         let allowed = self.max_switches * ((end - begin) / TAU).ceil().max(1.0) as usize;
         self.place(system, tau, state);
         let mut is_stale = true;
+        let mut watch = Watch::default();
         while tau < end {
+            if watch.is_requested() {
+                return IntegrationEnd::Interrupted;
+            }
             let stop = self.next_stop(tau, end);
             if is_stale || !self.kinks.is_empty() {
                 self.stiffen(system, 0.5 * (tau + stop));
