@@ -5,6 +5,7 @@
 //! another one, and the window could wait for a run that lies beneath it on the same stack.
 
 use super::record::{Head, Record, journals};
+use super::shelf::Shelf;
 use super::{RunSettings, Shard};
 use crate::analysis::parameter_study::{Plan, Tally};
 use crate::analysis::{Control, ParameterStudy};
@@ -30,6 +31,7 @@ pub(super) struct Ensemble<'a> {
     pub plan: &'a Plan<'a>,
     pub shard: Option<Shard>,
     pub settings: &'a RunSettings,
+    pub shelf: &'a Shelf,
     pub control: &'a dyn Control,
 }
 
@@ -74,6 +76,7 @@ impl Ensemble<'_> {
         }
         let board = Board::new(self, part, journal, finished);
         self.work(&board)?;
+        let _writing = self.shelf.writing();
         let (mut journal, finished) = board.conclude()?;
         let table = self.settings.out.join(format!("{}.csv", self.name));
         let columns = self.plan.columns();

@@ -177,6 +177,7 @@ impl Study {
                 plan: &plan,
                 shard,
                 settings,
+                shelf,
                 control,
             };
             let Delivered { report, journal } = ensemble.run()?;

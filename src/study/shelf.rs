@@ -49,7 +49,13 @@ impl Shelf {
         state.unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes an analysis and keeps it, unless everything has been concluded meanwhile.
+    /// Tells that results are being written: whoever ends the process waits until the guard is gone.
+    pub fn writing(&self) -> Writing<'_> {
+        self.state().writers += 1;
+        Writing(self)
+    }
+
+    /// Writes an analysis and keeps it.
     ///
     /// # Errors
     /// What `write` says.
@@ -58,9 +64,8 @@ impl Shelf {
         place: usize,
         write: impl FnOnce() -> Result<Written, Error>,
     ) -> Result<(), Error> {
-        self.state().writers += 1;
-        let written = Writing(self).finish(write);
-        let written = written?;
+        let _writing = self.writing();
+        let written = write()?;
         self.state().written.insert(place, written);
         Ok(())
     }
@@ -118,14 +123,8 @@ impl Shelf {
     }
 }
 
-/// An analysis whose files are being written: counted until it ends, also by a panic.
-struct Writing<'a>(&'a Shelf);
-
-impl Writing<'_> {
-    fn finish<T>(self, write: impl FnOnce() -> T) -> T {
-        write()
-    }
-}
+/// Results that are being written, until it is dropped.
+pub(super) struct Writing<'a>(&'a Shelf);
 
 impl Drop for Writing<'_> {
     fn drop(&mut self) {

@@ -74,8 +74,13 @@ fn what_the_memory_does_not_hold_is_refused_with_its_size() {
         let ended = place
             .run(&[command, "m.yaml", "--set", "name=chain"])
             .ends_with(2);
-        // (29 x 8193)^2 numbers, four times.
-        ended.says(&["analyses.a.harmonics", "bytes", "reduce `harmonics`", "180"]);
+        // (29 x 8193)^2 numbers, seven times.
+        ended.says(&[
+            "analyses.a.harmonics",
+            "bytes",
+            "reduce `harmonics`",
+            "3.2 TB",
+        ]);
     }
     assert_eq!(place.names("."), ["m.yaml"]);
     // The same question with a limit of the user.

@@ -7,6 +7,7 @@ mod study_support;
 #[path = "../support/time_domain_support.rs"]
 mod time_domain_support;
 
+mod panics;
 mod parameter_study;
 #[cfg(unix)]
 mod study_hostile;

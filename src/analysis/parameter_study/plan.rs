@@ -51,6 +51,8 @@ const ENDING: [&str; 3] = ["status", "reason", "warnings"];
 const MAX_POINTS: &str = "max_points";
 /// Values looked at before anything runs.
 const PROBES: usize = 256;
+/// Values whose cost is looked at.
+const COST_PROBES: usize = 64;
 /// Characters of a text in the table.
 const LONGEST: usize = 500;
 
@@ -152,7 +154,7 @@ impl<'a> Plan<'a> {
         let own = self.target.setting(self.setting, self.setting.control);
         let first = self.analysis.cost(&own);
         let memory = self.setting.control.memory();
-        let values = self.space.probes(PROBES).into_iter();
+        let values = self.space.probes(COST_PROBES).into_iter();
         let costs = values.filter_map(|(_, values)| {
             let prepared = worker.prepare(&values).ok()?;
             let setting = worker.setting(&prepared, self.setting.control);
