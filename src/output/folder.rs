@@ -17,7 +17,7 @@ pub(super) const END: &str = ".part";
 /// Bytes that must be free on the disk.
 const LEAST_ROOM: u64 = 1 << 20;
 /// Bytes written to see whether the folder takes them.
-const PROBE: usize = 1 << 16;
+const PROBE: usize = 1 << 12;
 /// Bytes of the longest `NAME.json` that is looked into.
 const LONGEST: u64 = 64 << 20;
 /// Bytes of the longest file name on usual file systems.

@@ -181,7 +181,7 @@ fn limits_are_written_with_units() {
     for limit in [
         ["--time-limit", "0"],
         ["--time-limit", "2 kg"],
-        ["--memory-limit", "-1GB"],
+        ["--memory-limit", "0GB"],
         ["--memory-limit", "a"],
     ] {
         place

@@ -104,6 +104,6 @@ fn studies_have_an_end() {
             "{front}analyses:\n  study: {{type: parameter_study, {space}, {tail}}}\n"
         ));
         let ended = place.run(&["run", "m.yaml"]).ends_with(2);
-        assert!(ended.err.contains("1000000000"), "{}", ended.err);
+        assert!(ended.err.contains("1000000000000"), "{}", ended.err);
     }
 }

@@ -99,7 +99,12 @@ fn parts_that_do_not_belong_together_are_refused() {
         place.run(&all).ends_with(2).says(says);
         assert!(!place.path("all").exists(), "nothing is written");
     };
-    merge(&["p1", "p3"], &["1 of the 3 parts of `study` missing: 2"]);
+    // The command that makes what is missing stands there.
+    let command = "gearlash run m.yaml --shard 2/3 --out p2";
+    merge(
+        &["p1", "p3"],
+        &["1 of the 3 parts of `study` missing: 2", command],
+    );
     merge(
         &["p1", "p2", "p3", "p2"],
         &["part 2/3 of `study` is also in p2"],

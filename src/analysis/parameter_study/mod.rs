@@ -12,6 +12,7 @@ mod report;
 mod sample;
 mod settings;
 mod space;
+mod watch;
 
 pub use collect::{Collected, Reduce};
 pub use plan::{Plan, Row, Worker};

@@ -4,18 +4,17 @@ use super::ParameterStudy;
 use super::collect::Collector;
 use super::place::{Place, Target};
 use super::space::{Coordinate, Direction, Space};
+use super::watch::Watch;
 use crate::analysis::cost::Cost;
 use crate::analysis::parameter::{rebuild, said};
 use crate::analysis::{Analysis, Control, Fault, Setting, panicked};
 use crate::assembly::Assembly;
 use crate::error::Diagnostic;
-use crate::interrupt::Interrupt;
 use crate::model::{Model, NAMES, is_name};
 use crate::report::{Cell, Column, Report, Values};
 use crate::yaml::Node;
 use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A study ready to run.
 pub struct Plan<'a> {
@@ -347,43 +346,6 @@ fn ends_within_limits(report: &Report) -> bool {
     let mut reasons = branches.into_iter().flatten().map(reason);
     let usual = ["range_reached", "closed", "joined", MAX_POINTS];
     reasons.all(|reason| reason.is_some_and(|reason| usual.contains(&reason.as_str())))
-}
-
-/// Hands the interruption on to a run, and remembers whether the run has heard of it: one that has not is complete.
-struct Watch<'a> {
-    control: &'a dyn Control,
-    spoke: AtomicBool,
-}
-
-impl<'a> Watch<'a> {
-    fn new(control: &'a dyn Control) -> Watch<'a> {
-        Watch {
-            control,
-            spoke: AtomicBool::new(false),
-        }
-    }
-
-    fn has_spoken(&self) -> bool {
-        self.spoke.load(Ordering::Relaxed)
-    }
-}
-
-impl Control for Watch<'_> {
-    fn interrupt(&self) -> Interrupt {
-        self.control.interrupt()
-    }
-
-    fn memory(&self) -> Option<u64> {
-        self.control.memory()
-    }
-
-    fn is_interrupted(&self) -> bool {
-        let interrupted = self.control.is_interrupted();
-        if interrupted {
-            self.spoke.store(true, Ordering::Relaxed);
-        }
-        interrupted
-    }
 }
 
 /// `run`, the parameters, the quantities, `status, reason, warnings`.

@@ -51,7 +51,7 @@ enum Line {
 }
 
 /// Runs of a study at most.
-const MOST_RUNS: u64 = 1_000_000_000;
+const MOST_RUNS: u64 = 1_000_000_000_000;
 
 impl Space {
     /// The space of a study.

@@ -44,6 +44,17 @@ impl Work<'_> {
         Ending::early(reason, report::early_message(self.swept, &message, points))
     }
 
+    /// Says that something is missing, unless a branch says so already.
+    pub(super) fn note_interruption(&mut self) {
+        if !self.delivered.iter().any(|d| d.end.reason == "interrupted") {
+            let method = self.delivered.last().map(|d| d.method);
+            let method = method.unwrap_or_else(|| self.settings.methods()[0]);
+            let mut missing = Delivered::new(method, self.settings.subharmonic);
+            missing.end = Ending::early("interrupted", "interrupted".into());
+            self.delivered.push(missing);
+        }
+    }
+
     /// What was computed in another way than for most systems.
     pub(super) fn explain(&mut self, method: Method, exchanges: usize) {
         let dof = self.swept.setting.assembly.system.dof();

@@ -183,17 +183,6 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Says that something is missing, unless a branch says so already.
-    fn note_interruption(&mut self) {
-        if !self.delivered.iter().any(|d| d.end.reason == "interrupted") {
-            let method = self.delivered.last().map(|d| d.method);
-            let method = method.unwrap_or_else(|| self.settings.methods()[0]);
-            let mut missing = Delivered::new(method, self.settings.subharmonic);
-            missing.end = Ending::early("interrupted", "interrupted".into());
-            self.delivered.push(missing);
-        }
-    }
-
     /// Looks for the first solution at the beginning of the range.
     fn first(&mut self) -> Result<First<'a>, Error> {
         let (settings, from) = (self.settings, self.swept.range.0);
