@@ -1,5 +1,6 @@
 //! Branches as tables and figures: the columns of a frequency response.
 
+use super::accelerations::Accelerometer;
 use super::columns::{float, integer, text};
 use super::response::{Method, Swept};
 use super::{Setting, rattle};
@@ -17,6 +18,7 @@ use crate::system::System;
 /// stability is asked for, the estimated multipliers.
 pub struct MeasureRecorder<'a> {
     meter: Meter,
+    accelerometer: Accelerometer,
     swept: &'a Swept<'a>,
     points: usize,
     estimates_multipliers: bool,
@@ -33,6 +35,7 @@ impl<'a> MeasureRecorder<'a> {
         let pulling = vec![false; swept.setting.assembly.connections.len()];
         MeasureRecorder {
             meter: Meter::new(samples),
+            accelerometer: Accelerometer::default(),
             swept,
             points: 0,
             estimates_multipliers: false,
@@ -87,6 +90,7 @@ impl Recorder for MeasureRecorder<'_> {
             &here,
             (system, orbit),
             &measures,
+            &mut self.accelerometer,
             values,
         );
         if self.estimates_multipliers {

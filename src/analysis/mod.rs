@@ -2,6 +2,7 @@
 //!
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
+mod accelerations;
 mod bifurcation_diagram;
 mod branch_figure;
 mod branch_table;

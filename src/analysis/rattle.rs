@@ -1,12 +1,11 @@
 //! Rattle metrics along branches: the table `rattle`, one row a point. What the columns mean stands in docs/rattle.md.
 
 use super::Setting;
+use super::accelerations::Accelerometer;
 use super::branch_table::Traced;
 use super::columns::{Quantity, accelerations, float, integer};
 use super::response::{Here, Swept};
-use crate::assembly::Assembly;
 use crate::model::{Model, Structure};
-use crate::numeric::roots;
 use crate::postprocess::contacts::effective_mass;
 use crate::postprocess::measures::{Measures, is_clearance};
 use crate::report::Table;
@@ -54,13 +53,14 @@ pub(super) fn record(
     here: &Here<'_>,
     (system, orbit): (&System, &Orbit),
     measures: &[Measures],
+    accelerometer: &mut Accelerometer,
     values: &mut Vec<f64>,
 ) {
     for (e, (m, stiffening)) in measures.iter().zip(&here.stiffening).enumerate() {
         let mass = effective_mass(system, e).map(|mass| mass * stiffening);
         values.extend(metrics(m, mass));
     }
-    let peaks = peak_accelerations(&here.assembly, system, orbit);
+    let peaks = accelerometer.peaks(&here.assembly, system, orbit);
     let loose = loose_bodies(setting);
     let indices = loose.iter().map(|body| body.index(&here.model, &peaks));
     let indices: Vec<f64> = indices.collect();
@@ -93,41 +93,6 @@ fn metrics(m: &Measures, mass: Option<f64>) -> [f64; METRICS.len()] {
         peak,
         peak / force_rms,
     ]
-}
-
-/// Instants a response period, and at least so many an excitation period, at which accelerations are looked at before the
-/// largest is refined between its neighbours.
-const INSTANTS: usize = 512;
-const INSTANTS_PER_EXCITATION: usize = 64;
-
-/// Largest modulus of the acceleration of every body over one response period, SI; none for reduced systems.
-fn peak_accelerations(assembly: &Assembly, system: &System, orbit: &Orbit) -> Vec<f64> {
-    let (mut state, mut scratch) = (vec![0.0; 2 * system.dof()], system.scratch());
-    let mut at = |tau: f64| -> Vec<f64> {
-        orbit.state(tau, &mut state);
-        let list = assembly.body_accelerations(system, tau, &state, &mut scratch);
-        list.unwrap_or_default()
-    };
-    let count = INSTANTS.max(INSTANTS_PER_EXCITATION * system.subharmonic());
-    let width = TAU / count as f64;
-    let mut best = vec![(0.0, 0.0); at(0.0).len()];
-    if best.is_empty() {
-        return Vec::new();
-    }
-    for k in 0..count {
-        let tau = k as f64 * width;
-        for (best, acceleration) in best.iter_mut().zip(at(tau)) {
-            if acceleration.abs() > best.1 {
-                *best = (tau, acceleration.abs());
-            }
-        }
-    }
-    let mut refined = Vec::with_capacity(best.len());
-    for (body, (tau, sampled)) in best.into_iter().enumerate() {
-        let top = roots::maximum(|x| at(x)[body].abs(), (tau - width, tau + width));
-        refined.push(at(top)[body].abs().max(sampled));
-    }
-    refined
 }
 
 /// A body that only clearances hold, driven by no alternating load of its own: it rattles when its inertia demands more

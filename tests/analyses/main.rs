@@ -10,6 +10,7 @@ mod time_domain_support;
 mod accuracy;
 mod attractor_labels;
 mod branches_all;
+mod costs;
 mod crosscheck_methods;
 mod effective_frequencies;
 mod floquet_estimate;

@@ -10,6 +10,7 @@ mod cli;
 mod ends_of_runs;
 mod hostile_input;
 mod laws_in_models;
+mod long_trains;
 mod messages;
 mod output_files;
 mod page;
