@@ -20,6 +20,7 @@
 
 pub mod analysis;
 pub mod assembly;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod element;
 pub mod error;
