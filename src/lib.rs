@@ -24,6 +24,7 @@ pub mod assembly;
 pub mod cli;
 pub mod element;
 pub mod error;
+pub mod measure;
 pub mod model;
 pub mod numeric;
 pub mod output;

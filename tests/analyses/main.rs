@@ -21,6 +21,7 @@ mod rattle_metrics;
 mod reproduction_rook_singh;
 mod response_integration;
 mod scaling_invariance;
+mod tables;
 mod time_domain;
 mod time_domain_mistakes;
 mod time_domain_sweeps;

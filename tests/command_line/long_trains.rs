@@ -40,7 +40,7 @@ fn a_long_train_takes_seconds_with_all_its_tables() {
         &["run", "m.yaml", "--out", "out", "--quiet"],
     );
     ended.ends_with(0);
-    let rows = place.records("out/response.rattle.csv");
+    let rows = place.table("out/response.rattle.csv");
     assert!(
         rows[0]
             .iter()

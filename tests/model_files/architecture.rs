@@ -35,6 +35,19 @@ const FLOORS: &[(&str, &[&str])] = &[
         "postprocess",
         &["error", "numeric", "element", "system", "solve"],
     ),
+    (
+        "measure",
+        &[
+            "report",
+            "numeric",
+            "element",
+            "model",
+            "system",
+            "assembly",
+            "solve",
+            "postprocess",
+        ],
+    ),
     // floor 5: siblings
     (
         "analysis",
@@ -50,6 +63,7 @@ const FLOORS: &[(&str, &[&str])] = &[
             "assembly",
             "solve",
             "postprocess",
+            "measure",
         ],
     ),
     ("output", &["error", "report"]),

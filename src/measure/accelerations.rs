@@ -1,24 +1,105 @@
-//! Peak accelerations of the bodies along an orbit.
+//! Peak accelerations of the bodies along an orbit, and the rattle index that follows from them.
 //!
 //! The motion is sampled once for all bodies; where the samples of a body show a peak that may be its largest, the search
 //! evaluates that body alone, from the two or three connections that act on it. The cost grows with the number of bodies.
 
+use super::{Heading, Measure, Solved, Units};
 use crate::assembly::{Action, Anchor, Assembly};
 use crate::element::ResponseSeries;
+use crate::model::{Model, Structure};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
+use crate::postprocess::measures::is_clearance;
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 use std::f64::consts::TAU;
 
-/// Instants per response period, and at least per excitation period and per harmonic of the orbit.
+/// Instants per response period at which an integrated motion is sampled,
 const INSTANTS: usize = 512;
+/// at least this many per excitation period,
 const INSTANTS_PER_EXCITATION: usize = 64;
-const INSTANTS_PER_HARMONIC: usize = 4;
+/// and this many per harmonic of a Fourier series.
+const INSTANTS_PER_HARMONIC: usize = 16;
+/// Peaks of the samples of one body that are looked at closely: those that may rise highest.
+const CANDIDATES: usize = 4;
+
+/// `peak_acceleration.<body>..`, then `rattle_index.<body>..` of the loose bodies.
+#[derive(Debug)]
+pub struct PeakAccelerations {
+    accelerometer: Accelerometer,
+    loose: Vec<LooseBody>,
+}
+
+impl PeakAccelerations {
+    /// Measures of the bodies of a model as written.
+    pub fn new(model: &Model, assembly: &Assembly) -> PeakAccelerations {
+        PeakAccelerations {
+            accelerometer: Accelerometer::default(),
+            loose: loose_bodies(model, assembly),
+        }
+    }
+}
+
+impl Measure for PeakAccelerations {
+    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+        let mut list = units.accelerations("peak_acceleration");
+        let index = |body: &LooseBody| Heading::number(format!("rattle_index.{}", body.name));
+        list.extend(self.loose.iter().map(index));
+        list
+    }
+
+    fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
+        let peaks = self.accelerometer.peaks(at.assembly, at.system, at.orbit);
+        out.extend(&peaks);
+        out.extend(self.loose.iter().map(|body| body.index(at.model, &peaks)));
+    }
+}
+
+/// A body that only clearances hold, driven by no alternating load of its own: it rattles when its inertia demands more
+/// than its drag torque.
+#[derive(Debug)]
+struct LooseBody {
+    number: usize,
+    name: String,
+}
+
+impl LooseBody {
+    /// Inertia times the peak acceleration over the modulus of the mean load.
+    fn index(&self, model: &Model, peaks: &[f64]) -> f64 {
+        let Structure::Train(train) = &model.structure else {
+            return f64::NAN;
+        };
+        let load = train.loads.get(&self.name);
+        let drag = load.map_or(0.0, |load| load.series.mean());
+        train.bodies[self.number].inertia * peaks[self.number] / drag.abs()
+    }
+}
+
+/// Loose bodies with a drag torque.
+fn loose_bodies(model: &Model, assembly: &Assembly) -> Vec<LooseBody> {
+    let Structure::Train(train) = &model.structure else {
+        return Vec::new();
+    };
+    let mounts = assembly.system.mounts();
+    let is_held = |body: usize| {
+        let connections = train.connections.values().zip(mounts);
+        let mut own = connections.filter(|(c, _)| c.arms.iter().any(|(b, _)| *b == body));
+        own.any(|(_, mount)| !is_clearance(mount.element.as_ref()))
+    };
+    let loose = |(number, name): (usize, &String)| {
+        let load = &train.loads.get(name)?.series;
+        let is_loose = load.mean() != 0.0 && load.is_constant() && !is_held(number);
+        is_loose.then(|| LooseBody {
+            number,
+            name: name.clone(),
+        })
+    };
+    train.bodies.keys().enumerate().filter_map(loose).collect()
+}
 
 /// Finds peak accelerations; owns its buffers.
 #[derive(Debug, Default)]
-pub(super) struct Accelerometer {
+struct Accelerometer {
     fourier: Option<Fourier>,
     /// Coordinates and their rates, n lists of instants each.
     q: Vec<f64>,
@@ -34,7 +115,7 @@ pub(super) struct Accelerometer {
 
 impl Accelerometer {
     /// Largest modulus of the acceleration of every body over one response period, SI; none for reduced systems.
-    pub fn peaks(&mut self, assembly: &Assembly, system: &System, orbit: &Orbit) -> Vec<f64> {
+    fn peaks(&mut self, assembly: &Assembly, system: &System, orbit: &Orbit) -> Vec<f64> {
         let Some(anchor) = &assembly.anchor else {
             return Vec::new();
         };
@@ -58,13 +139,11 @@ impl Accelerometer {
     /// Coordinates and rates at equally spaced instants.
     fn sample(&mut self, system: &System, orbit: &Orbit) {
         let (n, nu) = (system.dof(), system.subharmonic());
-        let harmonics = match orbit {
-            Orbit::Fourier(orbit) => orbit.harmonics(),
-            Orbit::Segments(_) => 0,
+        let least = match orbit {
+            Orbit::Fourier(orbit) => INSTANTS_PER_HARMONIC * (orbit.harmonics() + 1),
+            Orbit::Segments(_) => INSTANTS,
         };
-        let count = INSTANTS
-            .max(INSTANTS_PER_EXCITATION * nu)
-            .max(INSTANTS_PER_HARMONIC * (harmonics + 1));
+        let count = least.max(INSTANTS_PER_EXCITATION * nu).next_power_of_two();
         let width = TAU / count as f64;
         self.phase.clear();
         self.phase
@@ -86,7 +165,7 @@ impl Accelerometer {
                     Some(fourier) if fourier.samples() == count => fourier,
                     other => other.insert(Fourier::new(count)),
                 };
-                let mut derivative = vec![0.0; 2 * harmonics + 1];
+                let mut derivative = vec![0.0; 2 * orbit.harmonics() + 1];
                 let lists = self.q.chunks_exact_mut(count);
                 let lists = lists.zip(self.v.chunks_exact_mut(count));
                 for (a, (q, v)) in orbit.coefficients.iter().zip(lists) {
@@ -138,7 +217,7 @@ impl Accelerometer {
         }
     }
 
-    /// Acceleration of one body at these instants.
+    /// Modulus of the acceleration of one body at these instants.
     fn accelerate(&mut self, motion: &Motion<'_>, body: usize) {
         let (assembly, count) = (motion.assembly, self.phase.len());
         let list = |k: usize| k * count..(k + 1) * count;
@@ -166,7 +245,7 @@ impl Accelerometer {
             }
         }
         let inertia = motion.anchor.inertia(body);
-        out.iter_mut().for_each(|a| *a /= inertia);
+        out.iter_mut().for_each(|a| *a = (*a / inertia).abs());
     }
 }
 
@@ -177,20 +256,34 @@ fn add(sum: &mut [f64], factor: f64, values: &[f64]) {
     }
 }
 
-/// Largest modulus of a function of tau from samples over its period. Between two samples it may rise above the larger one by as
-/// much as it has risen up to there: every peak of the samples that may so become the largest is looked at closely.
+/// Largest modulus of a function of tau from the moduli of its samples over a period. Between two samples it may rise above the
+/// larger one by as much as it has risen up to there: the peaks of the samples that may so become the largest are looked at
+/// closely.
 fn peak(samples: &[f64], f: impl Fn(f64) -> f64) -> f64 {
-    let count = samples.len();
-    let width = TAU / count as f64;
-    let mut largest = samples.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-    for j in 0..count {
-        let neighbours = [samples[(j + count - 1) % count], samples[(j + 1) % count]];
-        let (here, [left, right]) = (samples[j].abs(), neighbours.map(f64::abs));
-        let is_peak = here >= left && here > right;
-        if is_peak && here + (here - left).max(here - right) > largest {
+    let Some(last) = samples.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let width = TAU / samples.len() as f64;
+    let mut largest = samples.iter().fold(0.0_f64, |m, a| m.max(*a));
+    let mut candidates: Vec<(f64, usize)> = Vec::new();
+    let mut look = |left: f64, j: usize, right: f64| {
+        let here = samples[j];
+        let reach = here + (here - left).max(here - right);
+        if here >= left && here > right && reach > largest {
+            candidates.push((reach, j));
+        }
+    };
+    look(samples[last], 0, samples[1.min(last)]);
+    for (k, w) in samples.windows(3).enumerate() {
+        look(w[0], k + 1, w[2]);
+    }
+    look(samples[last.saturating_sub(1)], last, samples[0]);
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    for (reach, j) in candidates.into_iter().take(CANDIDATES) {
+        if reach > largest {
             let tau = j as f64 * width;
             let ends = (tau - width, tau + width);
-            let top = roots::summit(|x| f(x).abs(), (tau, here), ends);
+            let top = roots::summit(|x| f(x).abs(), (tau, samples[j]), ends);
             largest = largest.max(top);
         }
     }
