@@ -20,11 +20,13 @@
 
 pub mod analysis;
 pub mod assembly;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod element;
 pub mod error;
 pub mod interrupt;
 pub mod machine;
+pub mod measure;
 pub mod model;
 pub mod numeric;
 pub mod output;

@@ -2,7 +2,7 @@
 
 use super::branch_table::Traced;
 use super::columns::frequency_axis;
-use super::response::{Method, Swept};
+use super::response::{Method, ResponseTable, Swept};
 use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel};
 use std::f64::consts::TAU;
 
@@ -86,7 +86,9 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
     let style = CurveStyle::Events {
         kind: "kind".into(),
     };
-    curves.push(curve("events", abscissa, "events".into(), style, None));
+    if swept.computes(ResponseTable::Events) {
+        curves.push(curve("events", abscissa, "events".into(), style, None));
+    }
     let unit = if setting.is_si() {
         format!(" [{}]", setting.model.units_of(e).0)
     } else {

@@ -2,37 +2,9 @@
 
 use super::{Fault, Setting};
 use crate::error::{Diagnostic, Error};
-use crate::model::{Motion, Structure};
+use crate::measure::Heading;
+use crate::model::Structure;
 use crate::report::{Column, FrequencyAxis, FrequencyUnit, Values};
-
-/// A column without its numbers: its name, its unit, and the factor from nondimensional to reported values.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Quantity {
-    pub name: String,
-    pub unit: String,
-    pub factor: f64,
-}
-
-impl Quantity {
-    fn new(name: String, unit: String, factor: f64) -> Quantity {
-        Quantity { name, unit, factor }
-    }
-
-    /// The column of nondimensional values.
-    pub fn column(self, values: Vec<f64>) -> Column {
-        let Quantity { name, unit, factor } = self;
-        float(name, unit, values.into_iter().map(|x| x * factor).collect())
-    }
-
-    /// Text of an axis: the name with its unit.
-    pub fn axis(&self) -> String {
-        if self.unit.is_empty() {
-            self.name.clone()
-        } else {
-            format!("{} [{}]", self.name, self.unit)
-        }
-    }
-}
 
 pub(super) fn float(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Column {
     Column {
@@ -58,20 +30,10 @@ pub(super) fn text(name: &str, values: Vec<String>) -> Column {
     }
 }
 
-/// Nondimensional, or with a unit and a factor in SI reports.
-fn scaled(setting: &Setting<'_>, name: String, unit: String, factor: f64) -> Quantity {
-    if setting.is_si() {
-        Quantity::new(name, unit, factor)
-    } else {
-        Quantity::new(name, String::new(), 1.0)
-    }
-}
-
 /// `T`, or `t` in seconds.
-pub(super) fn time(setting: &Setting<'_>) -> Quantity {
+pub(super) fn time(setting: &Setting<'_>) -> Heading {
     let name = if setting.is_si() { "t" } else { "T" };
-    let factor = 1.0 / setting.assembly.scales.frequency;
-    scaled(setting, name.into(), "s".into(), factor)
+    setting.units().time(name)
 }
 
 /// Scales of an abscissa of frequencies, which SI reports write in `si`. None for reduced systems, which have no time scale.
@@ -91,35 +53,27 @@ pub(super) fn frequency_axis(setting: &Setting<'_>, si: FrequencyUnit) -> Option
 }
 
 /// Rate of one connection.
-pub(super) fn rate(setting: &Setting<'_>, connection: usize) -> Quantity {
-    let scales = &setting.assembly.scales;
-    let name = format!("v.{}", setting.assembly.connections[connection]);
-    let unit = format!("{}/s", setting.model.units_of(connection).0);
-    let factor = scales.displacement[connection] * scales.frequency;
-    scaled(setting, name, unit, factor)
+pub(super) fn rate(setting: &Setting<'_>, connection: usize) -> Heading {
+    let name = &setting.assembly.connections[connection];
+    setting.units().rate(format!("v.{name}"), connection)
 }
 
 /// Displacement of one connection.
-fn displacement(setting: &Setting<'_>, connection: usize) -> Quantity {
-    let name = format!("q.{}", setting.assembly.connections[connection]);
-    let unit = setting.model.units_of(connection).0.to_string();
-    let l = setting.assembly.scales.displacement[connection];
-    scaled(setting, name, unit, l)
+fn displacement(setting: &Setting<'_>, connection: usize) -> Heading {
+    let name = &setting.assembly.connections[connection];
+    setting
+        .units()
+        .displacement(format!("q.{name}"), connection)
 }
 
 /// `q.c.., v.c.., f.c..` of the connections: deformations, their rates, forces.
-pub(super) fn connections(setting: &Setting<'_>) -> Vec<Quantity> {
-    let scales = &setting.assembly.scales;
-    let force = |k: usize| {
-        let name = format!("f.{}", setting.assembly.connections[k]);
-        let factor = scales.stiffness[k] * scales.displacement[k];
-        let unit = setting.model.units_of(k).1.to_string();
-        scaled(setting, name, unit, factor)
-    };
-    let count = setting.assembly.connections.len();
-    let mut list: Vec<Quantity> = (0..count).map(|k| displacement(setting, k)).collect();
+pub(super) fn connections(setting: &Setting<'_>) -> Vec<Heading> {
+    let names = setting.assembly.connections.iter().enumerate();
+    let force = |(k, name): (usize, &String)| setting.units().force(format!("f.{name}"), k);
+    let count = names.len();
+    let mut list: Vec<Heading> = (0..count).map(|k| displacement(setting, k)).collect();
     list.extend((0..count).map(|k| rate(setting, k)));
-    list.extend((0..count).map(force));
+    list.extend(names.map(force));
     list
 }
 
@@ -130,10 +84,9 @@ pub(super) fn connection_of(setting: &Setting<'_>, coordinate: usize) -> Option<
 }
 
 /// `q.r.., v.r..` of the relative coordinates, geometric, without transmission error.
-pub(super) fn coordinates(setting: &Setting<'_>) -> Vec<Quantity> {
+pub(super) fn coordinates(setting: &Setting<'_>) -> Vec<Heading> {
     let names = &setting.assembly.coordinates;
-    let plain =
-        |kind: &str, i: usize| Quantity::new(format!("{kind}.{}", names[i]), String::new(), 1.0);
+    let plain = |kind: &str, i: usize| Heading::number(format!("{kind}.{}", names[i]));
     let position = |i| match connection_of(setting, i) {
         Some(k) => displacement(setting, k),
         None => plain("q", i),
@@ -146,29 +99,9 @@ pub(super) fn coordinates(setting: &Setting<'_>) -> Vec<Quantity> {
     (0..n).map(position).chain((0..n).map(velocity)).collect()
 }
 
-/// `acceleration.<body>..` from SI values: rad/s^2 (m/s^2 for translating masses), or rad/T^2 (m/T^2), divided by omega_c^2, in
-/// nondimensional reports. None for reduced systems.
-pub(super) fn accelerations(setting: &Setting<'_>) -> Vec<Quantity> {
-    let Structure::Train(train) = &setting.model.structure else {
-        return Vec::new();
-    };
-    let (per, factor) = if setting.is_si() {
-        ("s^2", 1.0)
-    } else {
-        ("T^2", setting.assembly.scales.frequency.powi(-2))
-    };
-    let one = |(name, body): (&String, &crate::model::Body)| {
-        let angle = match body.motion {
-            Motion::Rotation => "rad",
-            Motion::Translation => "m",
-        };
-        Quantity::new(
-            format!("acceleration.{name}"),
-            format!("{angle}/{per}"),
-            factor,
-        )
-    };
-    train.bodies.iter().map(one).collect()
+/// `acceleration.<body>..` from SI values. None for reduced systems.
+pub(super) fn accelerations(setting: &Setting<'_>) -> Vec<Heading> {
+    setting.units().accelerations("acceleration")
 }
 
 /// A fault that only showed while the analysis ran.

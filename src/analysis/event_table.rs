@@ -1,7 +1,7 @@
 //! Events of branches as a table.
 
 use super::Setting;
-use super::branch_table::{Recorded, Traced, recorded_columns};
+use super::branch_table::{Traced, rms};
 use super::columns::{float, integer, text};
 use super::response::Swept;
 use crate::report::{Column, Table};
@@ -53,11 +53,9 @@ pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
             rows.iter().map(|(_, e)| e.multiplicity as i64).collect(),
         ),
     ];
-    for (k, Recorded { name, unit, factor }) in recorded_columns(setting).into_iter().enumerate() {
-        if name.starts_with("rms.") {
-            let value = |e: &BifurcationEvent| e.recorded.get(k).map_or(f64::NAN, |x| x * factor);
-            columns.push(float(name, unit, of(&value)));
-        }
+    for (k, heading) in rms(swept) {
+        let value = |e: &BifurcationEvent| e.recorded.get(k).copied().unwrap_or(f64::NAN);
+        columns.push(heading.column(of(&value)));
     }
     if setting.is_si() {
         let hertz = setting.assembly.scales.frequency / std::f64::consts::TAU;

@@ -20,9 +20,9 @@ pub mod parameter;
 mod parameter_response;
 pub mod parameter_study;
 mod poincare_map;
-mod rattle;
 pub mod read;
 mod response;
+mod sections;
 mod time_history;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
@@ -33,13 +33,14 @@ pub use modes::Modes;
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
-pub use response::{Method, Orbits};
+pub use response::{Method, Orbits, ResponseTable, Tables};
 pub use time_history::TimeHistory;
 
 use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
 use crate::interrupt::Interrupt;
 use crate::machine;
+use crate::measure::Units;
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::{Report, Table};
@@ -218,6 +219,11 @@ impl Control for AtomicBool {
 }
 
 impl Setting<'_> {
+    /// Units of the results.
+    pub fn units(&self) -> Units<'_> {
+        Units::new(self.model, self.assembly)
+    }
+
     /// Whether results are in SI units.
     pub fn is_si(&self) -> bool {
         self.model.report_units == ReportUnits::Si

@@ -2,13 +2,12 @@
 
 use super::branch_table::Traced;
 use super::columns::{float, integer};
-use super::response::Swept;
-use crate::report::Table;
+use super::response::{ResponseTable, Swept};
+use super::sections::Sections;
+use crate::report::{Column, Table};
 use crate::solve::branch::BranchPoint;
-use crate::solve::floquet::Spectrum;
 
-/// `multipliers` and `multiplier_estimates` (19)-(22), each by falling modulus; none when stability was not asked for, and no
-/// estimates for long trains: they take a dense eigenvalue problem a point.
+/// `multipliers` and `multiplier_estimates` (19)-(22), each by falling modulus, as far as they are computed.
 pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table> {
     let rows: Vec<Row<'_>> = (traced.iter().enumerate())
         .flat_map(|(b, t)| {
@@ -27,38 +26,36 @@ pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table
             |mu| if k.is_multiple_of(2) { mu.re } else { mu.im },
         )
     };
-    let mut tables = vec![table("multipliers", &rows, count, &exact)];
-    if swept.spectrum() == Spectrum::Leading {
-        return tables;
+    let mut tables = Vec::new();
+    if swept.computes(ResponseTable::Multipliers) {
+        let names = (1..=count).flat_map(|k| ["re", "im"].map(|part| format!("{part}.{k}")));
+        let columns = names.enumerate().map(|(k, name)| {
+            let values = rows.iter().map(|r| exact(r.2, k));
+            float(name, "", values.collect())
+        });
+        tables.push(table("multipliers", &rows, columns));
     }
-    // The recorder puts the estimates last.
-    let estimate = |p: &BranchPoint, k: usize| {
-        let first = p.recorded.len().checked_sub(2 * count);
-        first.map_or(f64::NAN, |first| p.recorded[first + k])
-    };
-    tables.push(table("multiplier_estimates", &rows, count, &estimate));
+    if swept.computes(ResponseTable::MultiplierEstimates) {
+        let sections = Sections::of(swept);
+        let estimates = sections.columns(ResponseTable::MultiplierEstimates);
+        let columns = estimates.map(|(k, heading)| {
+            let values = rows.iter().map(|r| r.2.recorded[k]);
+            heading.clone().column(values)
+        });
+        tables.push(table("multiplier_estimates", &rows, columns));
+    }
     tables
 }
 
 /// Branch, index and content of a point.
 type Row<'a> = (usize, usize, &'a BranchPoint);
 
-/// `part`: real (even) and imaginary (odd) parts, multiplier by multiplier.
-fn table(
-    name: &str,
-    rows: &[Row<'_>],
-    count: usize,
-    part: &dyn Fn(&BranchPoint, usize) -> f64,
-) -> Table {
+fn table(name: &str, rows: &[Row<'_>], parts: impl Iterator<Item = Column>) -> Table {
     let mut columns = vec![
         integer("branch", rows.iter().map(|r| r.0 as i64).collect()),
         integer("point", rows.iter().map(|r| r.1 as i64).collect()),
     ];
-    let names = (1..=count).flat_map(|k| ["re", "im"].map(|word| format!("{word}.{k}")));
-    columns.extend(names.enumerate().map(|(k, name)| {
-        let values = rows.iter().map(|r| part(r.2, k));
-        float(name, "", values.collect())
-    }));
+    columns.extend(parts);
     Table {
         name: name.into(),
         columns,

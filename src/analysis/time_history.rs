@@ -5,6 +5,7 @@ use super::flow::{self, Motion, Stop};
 use super::poincare_map::REPORTED;
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
+use crate::measure::Heading;
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
@@ -303,7 +304,7 @@ fn switch_table(setting: &Setting<'_>, switches: &[(f64, Switch)]) -> Table {
     Table {
         name: "switches".into(),
         columns: vec![
-            time.column(switches.iter().map(|(t, _)| *t).collect()),
+            time.column(switches.iter().map(|(t, _)| *t)),
             columns::text(
                 "connection",
                 switches.iter().map(|(_, s)| connection(s)).collect(),
@@ -329,7 +330,7 @@ fn switch_table(setting: &Setting<'_>, switches: &[(f64, Switch)]) -> Table {
 fn figure(setting: &Setting<'_>) -> Figure {
     let time = columns::time(setting);
     let names = &setting.assembly.connections;
-    let panel = |(quantity, name): (columns::Quantity, &String)| Panel {
+    let panel = |(quantity, name): (Heading, &String)| Panel {
         x_label: time.axis(),
         y_label: quantity.axis(),
         x_range: None,

@@ -1,7 +1,8 @@
 //! From relative coordinates back to the bodies: absolute accelerations, Rook & Singh (1995), eq. (6a).
 
-use super::{Assembly, Coupling, Scales, inertias};
+use super::{Assembly, Coupling, inertias};
 use crate::model::Train;
+use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
 use crate::system::{Scratch, System};
 use nalgebra::{DMatrix, DVector};
@@ -9,86 +10,90 @@ use nalgebra::{DMatrix, DVector};
 /// Share of the mean load that counts as rounding when it accelerates a rigid-body motion.
 const BALANCED: f64 = 1e-9;
 
-/// What (6a) needs besides the motion, SI units.
+/// What (6a) needs besides the motion, SI units. Everything is kept body by body: a train's rows have two or three entries.
 #[derive(Debug, Clone)]
 pub struct Anchor {
     /// Names of the bodies, n_b.
     pub bodies: Vec<String>,
     inertia: DVector<f64>,
-    /// B, e x n_b.
-    incidence: DMatrix<f64>,
-    /// C P^+, n_b x n.
-    rates: DMatrix<f64>,
-    loads: Vec<(usize, Periodic)>,
-    /// Dashpots parallel to a transmission error: connection, c, e.
-    dashpots: Vec<(usize, f64, Periodic)>,
+    /// Columns of B: the connections of each body with their lever arms.
+    arms: Nonzeros,
+    /// Rows of C P^+, n_b x n.
+    rates: Nonzeros,
+    /// Loads of each body.
+    loads: Vec<Vec<Periodic>>,
+    /// Dashpots parallel to a transmission error, of each body: arm, c, e.
+    dashpots: Vec<Vec<(f64, f64, Periodic)>>,
 }
 
-/// One instant of a motion, SI units.
+/// What acts on a body, SI units.
 #[derive(Debug, Clone, Copy)]
-pub struct Instant<'a> {
-    /// Excitation phase omega t \[rad\].
-    pub phase: f64,
-    /// Excitation frequency omega [rad/s].
-    pub frequency: f64,
-    /// Rates of the relative coordinates, n values [m/s or rad/s].
-    pub rates: &'a [f64],
-    /// Forces of the connections without their dashpots, K_j f_j, e values [N or N m].
-    pub forces: &'a [f64],
+pub enum Action<'a> {
+    /// Its load [N m or N].
+    Load(&'a Periodic),
+    /// The rate of a relative coordinate [m/s or rad/s].
+    Rate(usize),
+    /// The force of a connection without its dashpot, K_j f_j [N or N m].
+    Force(usize),
+    /// The dashpot c of a connection with a transmission error e: c de/dt [N or N m].
+    Dashpot(f64, &'a Periodic),
 }
 
 impl Anchor {
     /// `rates`: C P^+, n_b x n.
-    pub(super) fn new(train: &Train, coupling: &Coupling, rates: DMatrix<f64>) -> Anchor {
-        let loads = (train.loads.iter())
-            .filter_map(|(name, load)| {
-                let body = train.bodies.get_index_of(name)?;
-                Some((body, load.series.clone()))
-            })
-            .collect();
-        let dashpots = (train.connections.values().enumerate())
-            .filter(|(_, c)| c.damping > 0.0)
-            .filter_map(|(k, c)| Some((k, c.damping, c.transmission_error.clone()?)))
-            .collect();
+    pub(super) fn new(train: &Train, coupling: &Coupling, rates: &DMatrix<f64>) -> Anchor {
+        let mut loads = vec![Vec::new(); train.bodies.len()];
+        for (name, load) in &train.loads {
+            if let Some(body) = train.bodies.get_index_of(name) {
+                loads[body].push(load.series.clone());
+            }
+        }
+        let arms = Nonzeros::of_columns(&coupling.incidence);
+        let dashpot = |(connection, arm): &(usize, f64)| {
+            let c = &train.connections[*connection];
+            let error = c.transmission_error.as_ref().filter(|_| c.damping > 0.0)?;
+            Some((*arm, c.damping, error.clone()))
+        };
+        let of_body = |body| arms.line(body).iter().filter_map(dashpot).collect();
         Anchor {
             bodies: train.bodies.keys().cloned().collect(),
             inertia: inertias(train),
-            incidence: coupling.incidence.clone(),
-            rates,
+            dashpots: (0..train.bodies.len()).map(of_body).collect(),
+            arms,
+            rates: Nonzeros::of_rows(rates),
             loads,
-            dashpots,
         }
     }
 
-    /// Absolute accelerations of the bodies into `out`, n_b values [rad/s^2; m/s^2 for translating masses].
+    /// What acts on a body, each with its factor; their sum over the inertia is the absolute acceleration.
     ///
     ///     z'' = M^-1 (F - C P^+ r' - B^T diag(K_j) f_j + B^T diag(c) e')
     ///
     /// Exact for trees and loops and for any damping. Rook & Singh (1995), eq. (6a).
-    pub fn accelerations(&self, at: &Instant<'_>, out: &mut [f64]) {
-        out.fill(0.0);
-        for (body, series) in &self.loads {
-            out[*body] += series.value(at.phase);
-        }
-        for (column, rate) in self.rates.column_iter().zip(at.rates) {
-            for (a, c) in out.iter_mut().zip(column.iter()) {
-                *a -= c * rate;
-            }
-        }
-        for (row, force) in self.incidence.row_iter().zip(at.forces) {
-            for (a, arm) in out.iter_mut().zip(row.iter()) {
-                *a -= arm * force;
-            }
-        }
-        for (k, c, error) in &self.dashpots {
-            let force = c * at.frequency * error.derivative(at.phase);
-            for (a, arm) in out.iter_mut().zip(self.incidence.row(*k).iter()) {
-                *a += arm * force;
-            }
-        }
-        for (a, inertia) in out.iter_mut().zip(self.inertia.iter()) {
-            *a /= inertia;
-        }
+    pub fn actions(&self, body: usize) -> impl Iterator<Item = (f64, Action<'_>)> {
+        let loads = self.loads[body]
+            .iter()
+            .map(|load| (1.0, Action::Load(load)));
+        let rates = self.rates.line(body).iter();
+        let forces = self.arms.line(body).iter();
+        let dashpots = self.dashpots[body].iter();
+        loads
+            .chain(rates.map(|(i, c)| (-c, Action::Rate(*i))))
+            .chain(forces.map(|(k, arm)| (-arm, Action::Force(*k))))
+            .chain(dashpots.map(|(arm, c, error)| (*arm, Action::Dashpot(*c, error))))
+    }
+
+    /// Inertia of a body [kg m^2; kg for translating masses].
+    pub fn inertia(&self, body: usize) -> f64 {
+        self.inertia[body]
+    }
+
+    /// Absolute acceleration of one body [rad/s^2; m/s^2 for translating masses] from the values of what acts on it.
+    pub fn acceleration(&self, body: usize, value: impl Fn(Action<'_>) -> f64) -> f64 {
+        let forces = self
+            .actions(body)
+            .map(|(factor, action)| factor * value(action));
+        forces.fold(0.0, |sum, force| sum + force) / self.inertia[body]
     }
 }
 
@@ -104,29 +109,38 @@ impl Assembly {
         state: &[f64],
         scratch: &mut Scratch,
     ) -> Option<Vec<f64>> {
-        let (anchor, coupling) = (self.anchor.as_ref()?, self.coupling.as_ref()?);
+        let anchor = self.anchor.as_ref()?;
         system.respond(tau, state, scratch);
-        let Scales {
-            frequency,
-            displacement: l,
-            stiffness,
-        } = &self.scales;
         let v = &state[system.dof()..];
-        let rates: Vec<f64> = (coupling.coordinates.iter().zip(v))
-            .map(|(k, v)| l[*k] * frequency * v)
-            .collect();
-        let forces: Vec<f64> = (scratch.response.iter().enumerate())
-            .map(|(k, r)| stiffness[k] * l[k] * r.f)
-            .collect();
-        let at = Instant {
-            phase: system.subharmonic() as f64 * tau,
-            frequency: frequency * system.excitation_frequency(),
-            rates: &rates,
-            forces: &forces,
+        let phase = system.subharmonic() as f64 * tau;
+        let value = |action: Action<'_>| match action {
+            Action::Load(series) => series.value(phase),
+            Action::Rate(i) => self.rate_scale(i) * v[i],
+            Action::Force(k) => self.force_scale(k) * scratch.response[k].f,
+            Action::Dashpot(c, error) => c * self.si_frequency(system) * error.derivative(phase),
         };
-        let mut out = vec![0.0; anchor.bodies.len()];
-        anchor.accelerations(&at, &mut out);
-        Some(out)
+        let bodies = 0..anchor.bodies.len();
+        Some(
+            bodies
+                .map(|body| anchor.acceleration(body, value))
+                .collect(),
+        )
+    }
+
+    /// SI rate of a relative coordinate of rate 1, d/d(omega_c t).
+    pub fn rate_scale(&self, coordinate: usize) -> f64 {
+        let measured = self.coupling.as_ref().map(|c| c.coordinates[coordinate]);
+        measured.map_or(1.0, |k| self.scales.displacement[k]) * self.scales.frequency
+    }
+
+    /// SI force of a connection of force 1.
+    pub fn force_scale(&self, connection: usize) -> f64 {
+        self.scales.stiffness[connection] * self.scales.displacement[connection]
+    }
+
+    /// Excitation frequency of a system [rad/s].
+    pub fn si_frequency(&self, system: &System) -> f64 {
+        self.scales.frequency * system.excitation_frequency()
     }
 }
 

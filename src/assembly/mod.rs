@@ -19,7 +19,7 @@ mod reduced;
 mod scaling;
 mod summary;
 
-pub use anchor::{Anchor, Instant};
+pub use anchor::{Action, Anchor};
 pub use coupling::couple;
 pub use damping::{body_damping, refuse_damped_rigid_body};
 pub use modes::{ElasticModes, elastic_modes};
@@ -114,7 +114,7 @@ fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
         .collect();
     Ok(Assembly {
         warnings: warnings(train, &coupling, system.dof()),
-        anchor: Some(Anchor::new(train, &coupling, rates)),
+        anchor: Some(Anchor::new(train, &coupling, &rates)),
         system,
         connections,
         coordinates,

@@ -70,7 +70,8 @@ struct RunArguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Formats of the static figures.
-    #[arg(long, value_delimiter = ',', default_value = "svg", value_parser = figure_format)]
+    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
+    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
     figures: Vec<FigureFormat>,
     /// Only part I of N of the runs of every parameter study, I from 1: for job arrays; see `gearlash merge`.
     #[arg(long, value_name = "I/N")]
@@ -98,7 +99,8 @@ struct MergeArguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Formats of the static figures.
-    #[arg(long, value_delimiter = ',', default_value = "svg", value_parser = figure_format)]
+    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
+    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
     figures: Vec<FigureFormat>,
     /// Print nothing but warnings and errors.
     #[arg(long)]
@@ -207,13 +209,14 @@ fn size(text: &str) -> Result<u64, String> {
 /// A word of `--figures`.
 fn figure_format(word: &str) -> Result<FigureFormat, String> {
     let known = FigureFormat::ALL;
-    known
-        .into_iter()
-        .find(|f| f.extension() == word)
-        .ok_or_else(|| {
+    let found = known.iter().find(|f| f.extension() == word);
+    found.copied().ok_or_else(|| match known {
+        [] => "this program was built without the feature `figures`".into(),
+        _ => {
             let list: Vec<&str> = known.iter().map(|f| f.extension()).collect();
             format!("wanted one of {}", list.join(", "))
-        })
+        }
+    })
 }
 
 /// An error as text for the terminal, with the places in the model file.

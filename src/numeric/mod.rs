@@ -11,6 +11,7 @@ pub mod factors;
 pub mod fourier;
 pub mod fraction;
 pub mod jacobian;
+pub mod nonzeros;
 mod pairs;
 pub mod pattern;
 pub mod periodic;

@@ -183,6 +183,62 @@ pub fn maximum(mut f: impl FnMut(f64) -> f64, (mut low, mut high): (f64, f64)) -
     0.5 * (low + high)
 }
 
+/// Largest value of a function near an abscissa at which it is larger than at both ends of the interval around it: Brent's
+/// method, parabolas through the best three values where they help, golden section elsewhere. Ends when these three values
+/// differ by rounding, or their abscissae by a 1e-10th of the interval (at a kink). At a smooth top it takes a dozen values.
+pub fn summit(mut f: impl FnMut(f64) -> f64, (start, value): (f64, f64), ends: (f64, f64)) -> f64 {
+    let (mut low, mut high) = ends;
+    let resolution = 1e-10 * (high - low);
+    // Best, second, third; the last step but one.
+    let (mut x, mut w, mut v) = (start, start, start);
+    let (mut fx, mut fw, mut fv) = (value, value, value);
+    let (mut stride, mut before) = (0.0_f64, 0.0_f64);
+    for step in 0..2 * GOLDEN_STEPS {
+        let middle = 0.5 * (low + high);
+        let is_flat = (fx - fv).abs().max((fx - fw).abs()) <= 2.0 * f64::EPSILON * fx.abs();
+        if (step > 2 && is_flat) || high - low <= 2.0 * resolution {
+            break;
+        }
+        let (r, q) = ((x - w) * (fx - fv), (x - v) * (fx - fw));
+        let parabola = -((x - v) * q - (x - w) * r) / (2.0 * (q - r));
+        let helps = parabola.abs() < 0.5 * before.abs()
+            && x + parabola > low + resolution
+            && x + parabola < high - resolution;
+        before = stride;
+        stride = if helps {
+            parabola
+        } else {
+            before = if x < middle { high - x } else { low - x };
+            GOLDEN * before
+        };
+        let next = x + stride.abs().max(resolution).copysign(stride);
+        let fnext = f(next);
+        if fnext >= fx {
+            if next >= x {
+                low = x
+            } else {
+                high = x
+            }
+            (v, fv, w, fw, x, fx) = (w, fw, x, fx, next, fnext);
+        } else {
+            if next < x {
+                low = next
+            } else {
+                high = next
+            }
+            if fnext >= fw || w == x {
+                (v, fv, w, fw) = (w, fw, next, fnext);
+            } else if fnext >= fv || v == x || v == w {
+                (v, fv) = (next, fnext);
+            }
+        }
+    }
+    fx
+}
+
+/// Share of the longer part of an interval that a step by golden section takes.
+const GOLDEN: f64 = 0.381_966_011_250_105_1;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -194,6 +250,38 @@ mod tests {
         assert!((top - 0.2).abs() < 1e-7, "{top}");
         let top = maximum(|x| -(x - 0.7).abs(), (-1.0, 1.0));
         assert!((top - 0.7).abs() < 1e-9, "{top}");
+    }
+
+    #[test]
+    fn summits_are_found_in_few_steps() {
+        let mut calls = 0;
+        let top = summit(
+            |x| {
+                calls += 1;
+                (x - 0.2).cos()
+            },
+            (0.19, 0.01_f64.cos()),
+            (0.1, 0.3),
+        );
+        assert!(
+            (top - 1.0).abs() < 4.0 * f64::EPSILON && calls <= 12,
+            "{top} {calls}"
+        );
+        // A kink, a kink that is steep on one side, a flat top, and a top at which the search starts.
+        let top = summit(|x| 1.0 - (x - 0.7).abs(), (0.65, 0.95), (0.6, 0.9));
+        assert!((top - 1.0).abs() < 1e-9, "{top}");
+        let steep = |x: f64| {
+            1.0 - if x < 0.7 {
+                0.1 * (0.7 - x)
+            } else {
+                40.0 * (x - 0.7)
+            }
+        };
+        let top = summit(steep, (0.69, steep(0.69)), (0.6, 0.8));
+        assert!((top - 1.0).abs() < 1e-8, "{top}");
+        assert_eq!(summit(|_| 3.0, (0.5, 3.0), (0.0, 1.0)), 3.0);
+        let top = summit(|x| 2.0 - (x - 0.5).powi(2), (0.5, 2.0), (0.0, 1.0));
+        assert_eq!(top, 2.0);
     }
 
     #[test]

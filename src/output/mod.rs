@@ -5,7 +5,9 @@
 
 pub mod csv;
 pub mod folder;
+#[cfg(feature = "figures")]
 pub mod html;
+#[cfg(feature = "figures")]
 pub mod image;
 pub mod journal;
 pub mod json;
@@ -13,13 +15,20 @@ pub mod manifest;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod stream;
+#[cfg(feature = "figures")]
 pub mod svg;
 
+#[cfg(feature = "figures")]
 mod axis;
+#[cfg(feature = "figures")]
 mod draw;
+#[cfg(feature = "figures")]
 mod legend;
+#[cfg(feature = "figures")]
 mod orbit_data;
+#[cfg(feature = "figures")]
 mod plot_data;
+#[cfg(feature = "figures")]
 mod series;
 
 use std::io::Write;
@@ -42,8 +51,11 @@ pub enum FigureFormat {
 }
 
 impl FigureFormat {
-    /// Every format.
-    pub const ALL: [FigureFormat; 3] = [FigureFormat::Svg, FigureFormat::Png, FigureFormat::Pdf];
+    /// Every format that this build can write: none without the feature `figures`.
+    pub const ALL: &[FigureFormat] = match cfg!(feature = "figures") {
+        true => &[FigureFormat::Svg, FigureFormat::Png, FigureFormat::Pdf],
+        false => &[],
+    };
 
     /// Ending of the file name.
     pub fn extension(self) -> &'static str {
@@ -133,27 +145,56 @@ pub fn write_report(
     let path = out_dir.join(format!("{}.json", report.name));
     write_json(&path, &json::value(report))?;
     files.push(path);
-    if let Some(figure) = &report.figure {
-        let svg = svg::render(figure, report)?;
-        for format in figures {
-            let path = out_dir.join(format!("{}.{}", report.name, format.extension()));
-            let bytes = match format {
-                FigureFormat::Svg => Ok(svg.clone().into_bytes()),
-                FigureFormat::Png => image::png(&svg),
-                FigureFormat::Pdf => image::pdf(&svg),
-            };
-            let bytes = bytes
-                .map_err(|message| file_error("draw", &path, std::io::Error::other(message)))?;
-            write_file(&path, |out| out.write_all(&bytes))?;
-            files.push(path);
-        }
+    files.extend(write_figures(out_dir, report, figures)?);
+    Ok(files)
+}
+
+/// Writes the figure of a report in every format asked for.
+#[cfg(feature = "figures")]
+fn write_figures(
+    out_dir: &Path,
+    report: &Report,
+    formats: &[FigureFormat],
+) -> Result<Vec<PathBuf>, Error> {
+    let Some(figure) = &report.figure else {
+        return Ok(Vec::new());
+    };
+    let svg = svg::render(figure, report)?;
+    let mut files = Vec::new();
+    for format in formats {
+        let path = out_dir.join(format!("{}.{}", report.name, format.extension()));
+        let bytes = match format {
+            FigureFormat::Svg => Ok(svg.clone().into_bytes()),
+            FigureFormat::Png => image::png(&svg),
+            FigureFormat::Pdf => image::pdf(&svg),
+        };
+        let bytes =
+            bytes.map_err(|message| file_error("draw", &path, std::io::Error::other(message)))?;
+        write_file(&path, |out| out.write_all(&bytes))?;
+        files.push(path);
     }
     Ok(files)
 }
 
-/// Writes `report.html`, `timings.json` (`{NAME: {seconds}}`) and, last, `manifest.json`, which lists `files` (those written
-/// before) and the page. Returns the three paths. Times are in a file of their own that no manifest lists, so that equal
-/// results have equal files.
+/// Refuses every format: this build has no figures.
+#[cfg(not(feature = "figures"))]
+fn write_figures(
+    out_dir: &Path,
+    report: &Report,
+    formats: &[FigureFormat],
+) -> Result<Vec<PathBuf>, Error> {
+    let Some(format) = formats.first() else {
+        return Ok(Vec::new());
+    };
+    let path = out_dir.join(format!("{}.{}", report.name, format.extension()));
+    let reason = "gearlash was built without the feature `figures`";
+    let source = std::io::Error::new(std::io::ErrorKind::Unsupported, reason);
+    Err(file_error("draw", &path, source))
+}
+
+/// Writes `report.html` (with the feature `figures`), `timings.json` (`{NAME: {seconds}}`) and, last, `manifest.json`, which
+/// lists `files` (those written before) and the page. Returns their paths. Times are in a file of their own that no manifest
+/// lists, so that equal results have equal files.
 ///
 /// # Errors
 ///
@@ -166,11 +207,8 @@ pub fn write_summary(
     files: &[PathBuf],
 ) -> Result<Vec<PathBuf>, Error> {
     create_folder(out_dir)?;
-    let page = out_dir.join("report.html");
-    let content = html::render(reports, options)?;
-    write_file(&page, |out| content.write(out))?;
-    let mut listed = files.to_vec();
-    listed.push(page.clone());
+    let mut written = write_page(out_dir, reports, options)?;
+    let listed: Vec<PathBuf> = files.iter().chain(&written).cloned().collect();
     let timings = out_dir.join("timings.json");
     let times = reports.iter().filter_map(|report| {
         let times = report.summary.get(json::TIMINGS)?.clone();
@@ -180,7 +218,26 @@ pub fn write_summary(
     let path = out_dir.join("manifest.json");
     let value = manifest::value(out_dir, &options.inputs, &options.settings, &listed)?;
     write_json(&path, &value)?;
-    Ok(vec![page, timings, path])
+    written.extend([timings, path]);
+    Ok(written)
+}
+
+#[cfg(feature = "figures")]
+fn write_page(
+    out_dir: &Path,
+    reports: &[Report],
+    options: &RunOptions,
+) -> Result<Vec<PathBuf>, Error> {
+    let page = out_dir.join("report.html");
+    let content = html::render(reports, options)?;
+    write_file(&page, |out| content.write(out))?;
+    Ok(vec![page])
+}
+
+/// No page without figures.
+#[cfg(not(feature = "figures"))]
+fn write_page(_: &Path, _: &[Report], _: &RunOptions) -> Result<Vec<PathBuf>, Error> {
+    Ok(Vec::new())
 }
 
 /// File name of a table: `NAME.csv`, or `NAME.TABLE.csv` for all but the main one.

@@ -12,6 +12,7 @@
     neimark_sacker: "circle", grazing: "cross-thin",
   };
   const MANY_DOTS = 15000;
+  const CELLS = 2000;
 
   const text = (s) => String(s).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
   const number = (v) => (v === null || v === undefined ? "" : String(v));
@@ -59,11 +60,26 @@
     };
   }
 
-  function pointTrace(data, panel, curve, rows, marker) {
+  // One of all dots that lie on each other, to a share of the range that no screen resolves.
+  function distinct(data, curve, rows) {
+    const places = [data.columns[curve.x], data.columns[curve.y]].map((values) => {
+      let low = Infinity, high = -Infinity;
+      for (const r of rows) if (values[r] !== null) { low = Math.min(low, values[r]); high = Math.max(high, values[r]); }
+      return rows.map((r) => Math.round((values[r] - low) / (high - low || 1) * CELLS));
+    });
+    const seen = new Set();
+    return rows.filter((_, k) => {
+      const key = places[0][k] * (CELLS + 1) + places[1][k];
+      return !seen.has(key) && seen.add(key);
+    });
+  }
+
+  function pointTrace(data, panel, curve, all, marker) {
+    const rows = all.length > MANY_DOTS ? distinct(data, curve, all) : all;
     return {
       x: rows.map((r) => data.columns[curve.x][r]), y: rows.map((r) => data.columns[curve.y][r]),
       mode: "markers", marker, meta: { connection: connection(curve) }, customdata: rows.map((r) => place(data, curve, r)),
-      type: rows.length > MANY_DOTS ? "scattergl" : "scatter",
+      type: "scatter",
       text: rows.map((r) => hover(data, curve, r, panel).join("<br>")), hoverinfo: "text",
     };
   }

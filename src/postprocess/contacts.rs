@@ -1,5 +1,6 @@
 //! Contacts of one connection along an orbit: how long, how often, how fast, on which flank.
 
+use crate::numeric::nonzeros::sparse_dot;
 use crate::solve::orbit::Crossing;
 use crate::system::System;
 use std::f64::consts::TAU;
@@ -128,8 +129,7 @@ impl Contacts {
 /// energy of the relative motion at the impact, over K_j l_j^2. `None` where (W kappa)_jj is not positive: a reduced system of
 /// no mechanical origin.
 pub fn effective_mass(system: &System, connection: usize) -> Option<f64> {
-    let row = system.element_map().row(connection);
-    let column = system.stiffness().column(connection);
-    let mobility: f64 = row.iter().zip(column.iter()).map(|(w, k)| w * k).sum();
+    let column = system.stiffness_column(connection);
+    let mobility = sparse_dot(system.element_map_row(connection), column);
     (mobility > 0.0).then(|| 1.0 / mobility)
 }

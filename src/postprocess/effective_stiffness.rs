@@ -1,9 +1,9 @@
 //! Effective stiffness and the natural frequencies that follow from it.
 
+use crate::numeric::nonzeros::sparse_dot;
 use crate::numeric::symmetric::{self, symmetriser};
 use crate::system::System;
 use nalgebra::DMatrix;
-use std::cmp::Ordering;
 
 /// Effective stiffness of a connection from the Fourier coefficients of its deformation and its force.
 ///
@@ -66,22 +66,6 @@ fn symmetric_frequencies(system: &System, slopes: &[f64]) -> Option<Vec<f64>> {
     }
     let squares = symmetric::eigenvalues(&matrix)?;
     Some(squares[e - n..].iter().map(|x| x.max(0.0).sqrt()).collect())
-}
-
-/// Product of two ascending lists of nonzero entries.
-fn sparse_dot(mut a: &[(usize, f64)], mut b: &[(usize, f64)]) -> f64 {
-    let mut sum = 0.0;
-    while let (Some((i, x)), Some((j, y))) = (a.first(), b.first()) {
-        match i.cmp(j) {
-            Ordering::Less => a = &a[1..],
-            Ordering::Greater => b = &b[1..],
-            Ordering::Equal => {
-                sum += x * y;
-                (a, b) = (&a[1..], &b[1..]);
-            }
-        }
-    }
-    sum
 }
 
 fn general_frequencies(system: &System, slopes: &[f64]) -> Vec<f64> {

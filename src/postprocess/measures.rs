@@ -296,11 +296,7 @@ fn force_at(
     let mount = &system.mounts()[e];
     let phase = nu_of(orbit) * tau;
     let [x, slope] = deformation.at(tau);
-    let s = mount
-        .stiffness_variation
-        .as_ref()
-        .map_or(1.0, |s| s.value(phase));
-    s * mount.element.eval(x, orbit.omega * slope, phase).f
+    mount.respond(x, orbit.omega * slope, phase).f
 }
 
 /// Forces on both sides of every step of a rectangular stiffness variation.

@@ -50,13 +50,8 @@ impl Piece<'_> {
         let (q, slope) = self.deformation.at(x);
         let phase = self.deformation.phase(x);
         let v = slope * self.rate;
-        let r = self.mount.element.eval(q, v, phase);
-        let s = self
-            .mount
-            .stiffness_variation
-            .as_ref()
-            .map_or(1.0, |s| s.value(phase));
-        [q, v, s * r.f, s * r.df_dq, s * r.df_dv]
+        let r = self.mount.respond(q, v, phase);
+        [q, v, r.f, r.df_dq, r.df_dv]
     }
 }
 

@@ -24,6 +24,14 @@ impl Orbit {
             Orbit::Segments(orbit) => orbit.state(tau, state),
         }
     }
+
+    /// Value and rate, d/d(omega_c t), of one coordinate at tau.
+    pub fn coordinate(&self, i: usize, tau: f64) -> [f64; 2] {
+        match self {
+            Orbit::Fourier(orbit) => orbit.coordinate(i, tau),
+            Orbit::Segments(orbit) => orbit.coordinate(i, tau),
+        }
+    }
 }
 
 /// Sum of the amplitudes, relative to the mean, up to which a deformation does not move: what solvers leave of the rest.
@@ -203,10 +211,15 @@ impl FourierOrbit {
     /// State [q; v] at tau into `state`, 2n values.
     pub fn state(&self, tau: f64, state: &mut [f64]) {
         let n = self.coefficients.len();
-        for (i, a) in self.coefficients.iter().enumerate() {
-            let [q, slope, _] = trigonometric::evaluate(a, tau);
-            (state[i], state[n + i]) = (q, self.omega * slope);
+        for i in 0..n {
+            [state[i], state[n + i]] = self.coordinate(i, tau);
         }
+    }
+
+    /// Value and rate, d/d(omega_c t), of one coordinate at tau.
+    pub fn coordinate(&self, i: usize, tau: f64) -> [f64; 2] {
+        let [q, slope, _] = trigonometric::evaluate(&self.coefficients[i], tau);
+        [q, self.omega * slope]
     }
 
     /// Every passage of a breakpoint in one response period, in the order of time; for one connection.

@@ -143,11 +143,10 @@ impl SegmentOrbit {
         stretch: &'a Stretch,
     ) -> StretchDeformation<'a> {
         let mut polynomial = vec![0.0; stretch.count];
-        let row = system.element_map().row(connection);
-        for (i, w) in row.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+        for (i, w) in system.element_map_row(connection) {
             polynomial
                 .iter_mut()
-                .zip(stretch.coordinate(i))
+                .zip(stretch.coordinate(*i))
                 .for_each(|(p, c)| *p += w * c);
         }
         StretchDeformation {
@@ -209,17 +208,33 @@ impl SegmentOrbit {
         }
     }
 
+    /// The stretch at tau, and the place in it.
+    fn stretch_at(&self, tau: f64) -> Option<(&Stretch, f64)> {
+        let tau = tau.rem_euclid(TAU);
+        let after = self.stretches.partition_point(|s| s.tau <= tau);
+        let stretch = self.stretches.get(after.saturating_sub(1))?;
+        let x = ((tau - stretch.tau) / stretch.width).clamp(0.0, 1.0);
+        Some((stretch, x))
+    }
+
     /// State [q; v] at tau into `state`, 2n values.
     pub fn state(&self, tau: f64, state: &mut [f64]) {
-        let tau = tau.rem_euclid(TAU);
-        let index = self
-            .stretches
-            .partition_point(|s| s.tau <= tau)
-            .saturating_sub(1);
-        if let Some(stretch) = self.stretches.get(index) {
-            let x = ((tau - stretch.tau) / stretch.width).clamp(0.0, 1.0);
+        if let Some((stretch, x)) = self.stretch_at(tau) {
             stretch.segment().state(x, self.omega, state);
         }
+    }
+
+    /// Value and rate, d/d(omega_c t), of one coordinate at tau.
+    pub fn coordinate(&self, i: usize, tau: f64) -> [f64; 2] {
+        let mut state = [0.0; 2];
+        if let Some((stretch, x)) = self.stretch_at(tau) {
+            let alone = Segment {
+                coefficients: stretch.coordinate(i),
+                ..stretch.segment()
+            };
+            alone.state(x, self.omega, &mut state);
+        }
+        state
     }
 }
 

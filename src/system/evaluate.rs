@@ -44,43 +44,31 @@ impl System {
         let (q, v) = state.split_at(n);
         let phase = self.subharmonic as f64 * tau;
         for (k, mount) in self.mounts.iter().enumerate() {
-            let (mut x, mut rate) = if self.is_tree {
-                (q[k], v[k])
+            let motion = if self.is_tree {
+                [q[k], v[k]]
             } else {
                 self.deform(k, q, v)
             };
-            if let Some(error) = &mount.transmission_error {
-                x -= error.value(phase);
-                rate -= self.excitation_frequency() * error.derivative(phase);
-            }
-            let mut response = match windows {
-                None => mount.element.eval(x, rate, phase),
+            let [x, rate] = mount.deformation(motion, phase, self.excitation_frequency());
+            let response = match windows {
+                None => mount.respond(x, rate, phase),
                 Some(windows) => {
                     let inside = x.clamp(windows[k].0, windows[k].1);
                     let mut response = mount.element.eval(inside, rate, phase);
                     response.f += response.df_dq * (x - inside);
-                    response
+                    mount.vary(response, phase)
                 }
             };
-            if let Some(variation) = &mount.stiffness_variation {
-                let s = variation.value(phase);
-                response = Response {
-                    f: s * response.f,
-                    df_dq: s * response.df_dq,
-                    df_dv: s * response.df_dv,
-                };
-            }
             (scratch.deformation[k], scratch.rate[k], scratch.response[k]) = (x, rate, response);
         }
     }
 
-    fn deform(&self, k: usize, q: &[f64], v: &[f64]) -> (f64, f64) {
-        let row = self.element_map.row(k);
-        row.iter()
-            .zip(q.iter().zip(v))
-            .fold((0.0, 0.0), |(x, rate), (w, (q, v))| {
-                (x + w * q, rate + w * v)
-            })
+    /// W q and W v of one connection.
+    fn deform(&self, k: usize, q: &[f64], v: &[f64]) -> [f64; 2] {
+        let row = self.element_map_row(k).iter();
+        row.fold([0.0; 2], |[x, rate], (j, w)| {
+            [x + w * q[*j], rate + w * v[*j]]
+        })
     }
 
     /// Acceleration d^2 q / d(omega_c t)^2 = Q - Gam v - kappa f.
@@ -112,14 +100,14 @@ impl System {
             }
         }
         let v = &state[self.dof()..];
-        for (column, v) in self.damping.column_iter().zip(v) {
-            for (a, g) in out.iter_mut().zip(column.iter()) {
-                *a -= g * v;
+        for (j, v) in v.iter().enumerate() {
+            for (i, g) in self.damping_column(j) {
+                out[*i] -= g * v;
             }
         }
-        for (column, response) in self.stiffness.column_iter().zip(&scratch.response) {
-            for (a, k) in out.iter_mut().zip(column.iter()) {
-                *a -= k * response.f;
+        for (k, response) in scratch.response.iter().enumerate() {
+            for (i, kappa) in self.stiffness_column(k) {
+                out[*i] -= kappa * response.f;
             }
         }
     }

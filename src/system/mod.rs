@@ -7,38 +7,17 @@
 
 mod evaluate;
 mod line;
-mod nonzeros;
+mod mount;
 
 pub use evaluate::Scratch;
 pub use line::Line;
+pub use mount::Mount;
 
 use crate::element::Element;
 use crate::error::SolveError;
+use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
 use nalgebra::{DMatrix, DVector};
-use nonzeros::Nonzeros;
-
-/// A law in place, with its time-varying stiffness and its transmission error.
-#[derive(Debug, Clone)]
-pub struct Mount {
-    /// The law, nondimensional.
-    pub element: Box<dyn Element>,
-    /// s(phase), mean 1: multiplies the force.
-    pub stiffness_variation: Option<Periodic>,
-    /// e(phase): the law sees W q - e and its rate.
-    pub transmission_error: Option<Periodic>,
-}
-
-impl Mount {
-    /// A law with constant stiffness and no transmission error.
-    pub fn new(element: Box<dyn Element>) -> Mount {
-        Mount {
-            element,
-            stiffness_variation: None,
-            transmission_error: None,
-        }
-    }
-}
 
 /// How a load follows from its series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -30,7 +30,7 @@ fn tables(report: &Report) -> (&Table, &Table) {
 fn exact_for_a_linear_system() {
     let report = run(
         LINEAR,
-        "{type: frequency_response, from: 1.5, to: 0.5, harmonics: 3}",
+        "{type: frequency_response, from: 1.5, to: 0.5, harmonics: 3, tables: all}",
     );
     let (table, estimates) = tables(&report);
     assert_eq!(names(table), names(estimates));
@@ -46,7 +46,7 @@ fn exact_for_a_linear_system() {
 fn the_pair_has_the_right_determinant_everywhere_and_the_right_multipliers_in_contact() {
     let report = run(
         PAIR,
-        "{type: frequency_response, from: 2.5, to: 1.45, harmonics: 9}",
+        "{type: frequency_response, from: 2.5, to: 1.45, harmonics: 9, tables: all}",
     );
     let (main, (table, estimates)) = (main_table(&report), tables(&report));
     let (omega, contact) = (floats(main, "omega"), floats(main, "contact_ratio.mesh_1"));

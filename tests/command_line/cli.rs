@@ -56,7 +56,6 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response.csv",
         "response.events.csv",
         "response.json",
-        "response.multiplier_estimates.csv",
         "response.multipliers.csv",
         "response.rattle.csv",
         "response.svg",
@@ -68,7 +67,7 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response",
         "frequency_response",
         "complete",
-        "13 files in results/m",
+        "12 files in results/m",
     ] {
         assert!(ended.out.contains(part), "{part}: {}", ended.out);
     }

@@ -12,6 +12,7 @@ mod ends_of_runs;
 mod folders;
 mod hostile_input;
 mod laws_in_models;
+mod long_trains;
 mod messages;
 mod output_files;
 mod page;

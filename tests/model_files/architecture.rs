@@ -47,6 +47,19 @@ const FLOORS: &[(&str, &[&str])] = &[
             "solve",
         ],
     ),
+    (
+        "measure",
+        &[
+            "report",
+            "numeric",
+            "element",
+            "model",
+            "system",
+            "assembly",
+            "solve",
+            "postprocess",
+        ],
+    ),
     // floor 5: siblings
     (
         "analysis",
@@ -64,6 +77,7 @@ const FLOORS: &[(&str, &[&str])] = &[
             "assembly",
             "solve",
             "postprocess",
+            "measure",
         ],
     ),
     ("output", &["error", "report", "machine"]),

@@ -1,4 +1,4 @@
-//! Long trains: leading multipliers without the transition matrix, whole processes on two hundred meshes.
+//! Long trains: leading multipliers without the transition matrix.
 
 use gearlash::solve::floquet::{Floquet, Spectrum, multipliers};
 use gearlash::solve::orbit::FourierOrbit;

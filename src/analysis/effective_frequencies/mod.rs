@@ -2,10 +2,11 @@
 
 mod motion;
 
-use super::columns::{Quantity as Reported, float, refused};
+use super::columns::refused;
 use super::cost::Cost;
 use super::{Analysis, Fault, Setting};
 use crate::error::Error;
+use crate::measure::Heading;
 use crate::postprocess::describing_function::{describing_function, mean_for_force};
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::quantity::Quantity;
@@ -113,13 +114,13 @@ fn table(setting: &Setting<'_>, moving: &[Moving], shares: &[f64], rows: &[Vec<S
         .collect();
     let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
     let amplitude = shares.iter().map(|share| from + (to - from) * share);
-    let mut columns = vec![amplitude_of(setting, moving).column(amplitude.collect())];
+    let mut columns = vec![amplitude_of(setting, moving).column(amplitude)];
     columns.extend(connection_columns(setting, rows));
-    let scale = frequency_scale(setting);
     for i in 0..setting.assembly.system.dof() {
-        let values = frequencies.iter().map(|row| row[i] * scale.factor);
-        let name = format!("effective_frequency.{}", i + 1);
-        columns.push(float(name, &scale.unit, values.collect()));
+        let heading = setting
+            .units()
+            .frequency(format!("effective_frequency.{}", i + 1));
+        columns.push(heading.column(frequencies.iter().map(|row| row[i])));
     }
     Table {
         name: String::new(),
@@ -155,62 +156,36 @@ fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<State> {
 
 /// `mean.c.., force_mean.c.., effective_stiffness.c..`.
 fn connection_columns(setting: &Setting<'_>, rows: &[Vec<State>]) -> Vec<Column> {
-    type Part = (&'static str, fn(&State) -> Option<f64>);
-    let parts: [Part; 3] = [
-        ("mean", |s| s.mean),
-        ("force_mean", |s| s.mean_force),
-        ("effective_stiffness", |s| s.stiffness),
+    type Part<'p> = (
+        &'p dyn Fn(usize, &str) -> Heading,
+        fn(&State) -> Option<f64>,
+    );
+    let units = setting.units();
+    let parts: [Part<'_>; 3] = [
+        (&|e, c| units.displacement(format!("mean.{c}"), e), |s| {
+            s.mean
+        }),
+        (&|e, c| units.force(format!("force_mean.{c}"), e), |s| {
+            s.mean_force
+        }),
+        (
+            &|_, c| Heading::number(format!("effective_stiffness.{c}")),
+            |s| s.stiffness,
+        ),
     ];
-    let scales = &setting.assembly.scales;
     let mut columns = Vec::new();
-    for (part, value) in parts {
+    for (heading, value) in parts {
         for (e, connection) in setting.assembly.connections.iter().enumerate() {
-            let (x, force) = setting.model.units_of(e);
-            let (l, k) = (scales.displacement[e], scales.stiffness[e]);
-            let (unit, factor) = match part {
-                "mean" if setting.is_si() => (x, l),
-                "force_mean" if setting.is_si() => (force, k * l),
-                _ => ("", 1.0),
-            };
-            let values = rows.iter().map(|row| value(&row[e]));
-            let values = values.map(|x| x.map_or(f64::NAN, |x| x * factor));
-            columns.push(float(
-                format!("{part}.{connection}"),
-                unit,
-                values.collect(),
-            ));
+            let values = rows.iter().map(|row| value(&row[e]).unwrap_or(f64::NAN));
+            columns.push(heading(e, connection).column(values));
         }
     }
     columns
 }
 
-fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> Reported {
+fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> Heading {
     let connection = moving.first().map_or(0, |m| m.connection);
-    let (unit, factor) = if setting.is_si() {
-        let l = setting.assembly.scales.displacement[connection];
-        (setting.model.units_of(connection).0, l)
-    } else {
-        ("", 1.0)
-    };
-    Reported {
-        name: "amplitude".into(),
-        unit: unit.into(),
-        factor,
-    }
-}
-
-fn frequency_scale(setting: &Setting<'_>) -> Reported {
-    let (unit, factor) = if setting.is_si() {
-        let w_c = setting.assembly.scales.frequency;
-        ("Hz", w_c / std::f64::consts::TAU)
-    } else {
-        ("", 1.0)
-    };
-    Reported {
-        name: "effective natural frequency".into(),
-        unit: unit.into(),
-        factor,
-    }
+    setting.units().displacement("amplitude", connection)
 }
 
 fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Vec<State>]) -> Vec<String> {
@@ -235,7 +210,7 @@ fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Vec<State>]) -> Ve
     list
 }
 
-fn figure(setting: &Setting<'_>, amplitude: &Reported) -> Figure {
+fn figure(setting: &Setting<'_>, amplitude: &Heading) -> Figure {
     let curve = |i: usize| Curve {
         table: String::new(),
         x: "amplitude".into(),

@@ -1,7 +1,7 @@
 //! What is known of the error of every point of Galerkin branches.
 
 use super::{BranchSettings, Swept};
-use crate::analysis::branch_table::{Recorded, recorded_columns};
+use crate::analysis::branch_table::rms;
 use crate::analysis::columns::{float, integer};
 use crate::error::SolveError;
 use crate::report::{Column, Table};
@@ -90,11 +90,9 @@ impl Accuracies {
             float("sampling_error", "", of(&|r| r.estimate.sampling)),
             float("truncation", "", of(&|r| r.estimate.truncation)),
         ];
-        let recorded = recorded_columns(swept.setting).into_iter();
-        let rms: Vec<Recorded> = recorded.filter(|c| c.name.starts_with("rms.")).collect();
-        for (k, Recorded { name, unit, factor }) in rms.iter().enumerate() {
-            let error = |r: &Row| r.estimate.errors[k].displacement.abs() * factor;
-            columns.push(float(format!("error_{name}"), unit, of(&error)));
+        for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
+            let error = |r: &Row| r.estimate.errors[k].displacement.abs();
+            columns.push(heading.prefixed("error_").column(of(&error)));
         }
         for (k, name) in swept.setting.assembly.connections.iter().enumerate() {
             let error =
@@ -103,7 +101,7 @@ impl Accuracies {
             columns.push(float(name, "", of(&error)));
         }
         if settings.convergence_check {
-            columns.extend(self.check_columns(swept, &rms));
+            columns.extend(self.check_columns(swept));
         }
         Table {
             name: "accuracy".into(),
@@ -112,14 +110,14 @@ impl Accuracies {
     }
 
     /// What the convergence check says.
-    fn check_columns(&self, swept: &Swept<'_>, rms: &[Recorded]) -> Vec<Column> {
+    fn check_columns(&self, swept: &Swept<'_>) -> Vec<Column> {
         let of = |f: &dyn Fn(&Row) -> f64| self.0.iter().map(f).collect::<Vec<f64>>();
         let converged = |r: &Row| r.check.as_ref().is_some_and(|c| c.outcome.is_converged());
         let converged = self.0.iter().map(|r| converged(r).into()).collect();
         let mut columns = vec![integer("check_converged", converged)];
-        for (k, Recorded { name, unit, factor }) in rms.iter().enumerate() {
-            let first = |r: &Row| r.checked(k).map_or(f64::NAN, |c| c.first * factor);
-            columns.push(float(format!("check_{name}"), unit, of(&first)));
+        for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
+            let first = |r: &Row| r.checked(k).map_or(f64::NAN, |c| c.first);
+            columns.push(heading.prefixed("check_").column(of(&first)));
         }
         for (k, name) in swept.setting.assembly.connections.iter().enumerate() {
             let difference = |r: &Row| r.checked(k).map_or(f64::NAN, |c| c.difference);

@@ -56,6 +56,10 @@ macro_rules! response_keys {
             /// Which orbits to keep.
             #[serde(default)]
             pub orbits: crate::analysis::response::Orbits,
+            /// Tables to compute and write: a list, or `all`; all but `multiplier_estimates` when absent, `rattle` where a law
+            /// has a gap.
+            #[serde(default, skip_serializing_if = "crate::analysis::Tables::are_usual")]
+            pub tables: crate::analysis::Tables,
             /// Which points of Galerkin branches to take through the flow: none, all, or every k-th.
             #[serde(default)]
             pub verify: crate::analysis::response::Verify,
@@ -124,6 +128,7 @@ macro_rules! branch_settings {
             starts: $keys.starts.clone(),
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
+            tables: $keys.tables.clone(),
             verify: $keys.verify,
             error_estimate: $keys.error_estimate,
             convergence_check: $keys.convergence_check,

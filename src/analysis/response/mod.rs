@@ -4,7 +4,7 @@
 //! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
 //! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `integration`: the method that follows
 //! attractors; `verify`: the same points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
-//! takes; `expense`: what they cost; `outcome`: how branches ended; `report`: tables and figure.
+//! takes; `expense`: what they cost; `outcome`: how branches ended; `tables`: which ones are written; `report`: tables and figure.
 
 mod accuracy;
 mod crossings;
@@ -21,6 +21,7 @@ mod report;
 mod settings;
 mod starts;
 mod swept;
+mod tables;
 mod trace;
 mod verify;
 
@@ -29,6 +30,7 @@ pub use harmonics::Harmonics;
 pub use keys::{BranchSettings, Method, Orbits, Quadrature};
 pub(super) use keys::{branch_settings, defaults, response_keys};
 pub use starts::Starts;
-pub(super) use swept::{Here, Swept};
+pub(super) use swept::Swept;
+pub use tables::{ResponseTable, Tables};
 pub(super) use trace::{run, tables};
 pub use verify::Verify;

@@ -1,7 +1,9 @@
 //! The orbits kept along a branch: 256 rows each.
 
 use crate::analysis::Setting;
-use crate::report::{Column, Table, Values};
+use crate::analysis::columns::{connections, integer};
+use crate::measure::Heading;
+use crate::report::{Column, Table};
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 use std::f64::consts::TAU;
@@ -51,47 +53,18 @@ impl OrbitTable {
 const ORBIT_ROWS: usize = 256;
 
 fn orbit_columns(setting: &Setting<'_>, numbers: Vec<Vec<i64>>, series: Vec<Vec<f64>>) -> Table {
-    let scales = &setting.assembly.scales;
-    let mut columns: Vec<Column> = ["branch", "point"]
-        .into_iter()
+    let names = ["branch", "point"].into_iter();
+    let mut columns: Vec<Column> = names
         .zip(numbers)
-        .map(|(name, values)| Column {
-            name: name.into(),
-            unit: String::new(),
-            values: Values::Integer(values),
-        })
+        .map(|(name, n)| integer(name, n))
         .collect();
-    let mut described = vec![("tau".to_string(), "rad".to_string(), 1.0)];
-    for kind in ["q", "v", "f"] {
-        for (k, connection) in setting.assembly.connections.iter().enumerate() {
-            let (x, force) = setting.model.units_of(k);
-            let (l, w, stiffness) = (
-                scales.displacement[k],
-                scales.frequency,
-                scales.stiffness[k],
-            );
-            let (unit, factor) = match kind {
-                "q" => (x.to_string(), l),
-                "v" => (format!("{x}/s"), l * w),
-                _ => (force.to_string(), stiffness * l),
-            };
-            let (unit, factor) = if setting.is_si() {
-                (unit, factor)
-            } else {
-                (String::new(), 1.0)
-            };
-            described.push((format!("{kind}.{connection}"), unit, factor));
-        }
-    }
+    let headings = [Heading::new("tau", "rad", 1.0)]
+        .into_iter()
+        .chain(connections(setting));
     columns.extend(
-        described
-            .into_iter()
+        headings
             .zip(series)
-            .map(|((name, unit, factor), values)| Column {
-                name,
-                unit,
-                values: Values::Float(values.into_iter().map(|x| x * factor).collect()),
-            }),
+            .map(|(heading, values)| heading.column(values)),
     );
     Table {
         name: "orbits".into(),

@@ -4,7 +4,7 @@ use super::accuracy::Accuracies;
 use super::crossings::Origin;
 use super::orbits::OrbitTable;
 use super::verify::Verification;
-use super::{BranchSettings, Method, Swept};
+use super::{BranchSettings, Method, ResponseTable, Swept};
 use crate::analysis::branch_figure::{self, MAX_PANELS};
 use crate::analysis::branch_table::{self, Traced};
 use crate::analysis::columns::{float, integer, text};
@@ -180,8 +180,10 @@ pub(super) fn assemble(
     report
         .tables
         .extend(multiplier_table::multipliers(swept, &traced));
-    report.tables.push(events);
-    report.tables.push(branch_table::rattle(swept, &traced));
+    if swept.computes(ResponseTable::Events) {
+        report.tables.push(events);
+    }
+    report.tables.extend(branch_table::rattle(swept, &traced));
     report.tables.extend(orbits.map(|o| o.finish(setting)));
     if let Some(verification) = verification {
         report.tables.push(verification.table(swept));

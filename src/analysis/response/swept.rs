@@ -1,16 +1,17 @@
 //! The continued parameter of a response: what it means, the systems along it, and how it is reported.
 
-use super::BranchSettings;
 use super::model_family::ModelFamily;
+use super::{BranchSettings, ResponseTable, Tables};
 use crate::analysis::parameter::{Parameter, Variation, joined};
 use crate::analysis::{Fault, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
 use crate::model::Model;
+use crate::postprocess::measures::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::floquet::Spectrum;
-use crate::system::System;
+use crate::system::{Mount, System};
 use crate::yaml::Node;
 use std::borrow::Cow;
 
@@ -27,6 +28,8 @@ pub(in crate::analysis) struct Swept<'a> {
     starts: usize,
     /// Unit of the reported parameter.
     pub unit: String,
+    tables: Tables,
+    stability: bool,
     subharmonic: usize,
     kind: Kind,
 }
@@ -77,6 +80,31 @@ impl<'a> Swept<'a> {
         Spectrum::of(self.setting.assembly.system.dof())
     }
 
+    /// Whether a table is computed and written.
+    pub fn computes(&self, table: ResponseTable) -> bool {
+        // A dense eigenvalue problem per point, and comparable only where all multipliers are known.
+        let is_possible = match table {
+            ResponseTable::Main | ResponseTable::Events | ResponseTable::Rattle => true,
+            ResponseTable::Multipliers => self.stability,
+            ResponseTable::MultiplierEstimates => {
+                self.stability && self.spectrum() == Spectrum::All
+            }
+        };
+        is_possible && self.tables.include(table, self.has_gap())
+    }
+
+    /// Whether a law has a gap, in the model as written or at an end of the range.
+    fn has_gap(&self) -> bool {
+        let gap = |mount: &Mount| is_clearance(mount.element.as_ref());
+        let written = self.setting.assembly.system.mounts();
+        let at = |lambda: f64| {
+            self.system(lambda)
+                .is_ok_and(|s| s.mounts().iter().any(gap))
+        };
+        let varies = matches!(self.kind, Kind::Number(_));
+        written.iter().any(gap) || (varies && (at(self.range.0) || at(self.range.1)))
+    }
+
     /// The excitation frequency.
     ///
     /// # Errors
@@ -96,6 +124,8 @@ impl<'a> Swept<'a> {
             marks,
             starts: settings.starts_at().len(),
             unit,
+            tables: settings.tables.clone(),
+            stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: Kind::Frequency { factor },
         })
@@ -130,6 +160,8 @@ impl<'a> Swept<'a> {
             marks: shares,
             starts: settings.starts_at().len(),
             unit: unit(setting, settings, path),
+            tables: settings.tables.clone(),
+            stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: Kind::Number(track),
         })

@@ -16,7 +16,6 @@ use crate::solve::branch::{self, Begin, TraceOptions};
 use crate::solve::continuation::{PathEnd, PathPoint, Side};
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
-use crate::solve::floquet::Spectrum;
 use crate::solve::galerkin::Galerkin;
 use crate::solve::galerkin::adaptive::{Adaptive, Sizes};
 use crate::solve::residual::PeriodicResidual;
@@ -352,9 +351,6 @@ impl<'a> Work<'a> {
         };
         let samples = settings.size_for(delivered.subharmonic).samples;
         let mut recorder = MeasureRecorder::new(swept, samples);
-        if settings.stability && swept.spectrum() == Spectrum::All {
-            recorder = recorder.with_multiplier_estimates();
-        }
         let begin = source.begin(problem);
         let branch = match branch::trace(problem, begin, &options, &mut recorder)? {
             Ok(branch) => branch,

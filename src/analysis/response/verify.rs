@@ -2,7 +2,7 @@
 
 use super::guarded::Guarded;
 use super::{BranchSettings, Swept};
-use crate::analysis::branch_table::{Recorded, recorded_columns};
+use crate::analysis::branch_table::rms;
 use crate::analysis::columns::{float, integer, text};
 use crate::error::SolveError;
 use crate::postprocess::measures::Meter;
@@ -152,10 +152,8 @@ impl Verification {
                 of(&|r| r.fold().map_or(f64::NAN, |x| swept.value(x))),
             ),
         ];
-        let recorded = recorded_columns(swept.setting).into_iter();
-        let rms = recorded.filter(|c| c.name.starts_with("rms."));
-        for (k, Recorded { name, unit, factor }) in rms.enumerate() {
-            columns.push(float(name, unit, of(&|r| r.rms[k] * factor)));
+        for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
+            columns.push(heading.column(of(&|r| r.rms[k])));
         }
         Table {
             name: "verify".into(),

@@ -1,10 +1,11 @@
 //! Entries of a matrix that are not 0, line by line: trains are long and their couplings short.
 
 use nalgebra::DMatrix;
+use std::cmp::Ordering;
 
 /// Nonzero entries of the lines (rows or columns) of a matrix.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Nonzeros {
+pub struct Nonzeros {
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
 }
@@ -34,4 +35,20 @@ impl Nonzeros {
     pub fn line(&self, k: usize) -> &[(usize, f64)] {
         &self.entries[self.starts[k]..self.starts[k + 1]]
     }
+}
+
+/// Product of two ascending lists of nonzero entries.
+pub fn sparse_dot(mut a: &[(usize, f64)], mut b: &[(usize, f64)]) -> f64 {
+    let mut sum = 0.0;
+    while let (Some((i, x)), Some((j, y))) = (a.first(), b.first()) {
+        match i.cmp(j) {
+            Ordering::Less => a = &a[1..],
+            Ordering::Greater => b = &b[1..],
+            Ordering::Equal => {
+                sum += x * y;
+                (a, b) = (&a[1..], &b[1..]);
+            }
+        }
+    }
+    sum
 }

@@ -1,0 +1,103 @@
+//! Which tables of a response are computed and written.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// A table that costs something or takes space. Tables with a key of their own (`orbits`, `verify`, ..) follow that key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ResponseTable {
+    /// One row per point: `NAME.csv`. Figures and page draw it, so it is always written.
+    Main,
+    /// Events of the branches.
+    Events,
+    /// Contacts, impacts, forces, accelerations.
+    Rattle,
+    /// Floquet multipliers.
+    Multipliers,
+    /// Their estimate from the averaged system.
+    MultiplierEstimates,
+}
+
+/// The tables asked for.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Tables {
+    /// All but the estimated multipliers; rattle where a law has a gap.
+    #[default]
+    Usual,
+    /// All.
+    All,
+    /// These, and the main one.
+    Listed(Vec<ResponseTable>),
+}
+
+impl Tables {
+    /// Whether a table is computed; `has_gap`: whether any law has one.
+    pub fn include(&self, table: ResponseTable, has_gap: bool) -> bool {
+        match (self, table) {
+            (_, ResponseTable::Main) | (Tables::All, _) => true,
+            (Tables::Listed(list), _) => list.contains(&table),
+            (Tables::Usual, ResponseTable::Rattle) => has_gap,
+            (Tables::Usual, ResponseTable::MultiplierEstimates) => false,
+            (Tables::Usual, ResponseTable::Events | ResponseTable::Multipliers) => true,
+        }
+    }
+
+    /// Whether nothing was asked for.
+    pub fn are_usual(&self) -> bool {
+        *self == Tables::Usual
+    }
+}
+
+impl JsonSchema for Tables {
+    fn schema_name() -> Cow<'static, str> {
+        "Tables".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let table = generator.subschema_for::<ResponseTable>();
+        json_schema!({ "anyOf": [{ "const": "all" }, { "type": "array", "items": table }] })
+    }
+}
+
+impl Serialize for Tables {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Tables::Usual => serializer.serialize_none(),
+            Tables::All => serializer.serialize_str("all"),
+            Tables::Listed(list) => list.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Tables {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(WrittenTables)
+    }
+}
+
+struct WrittenTables;
+
+impl<'de> serde::de::Visitor<'de> for WrittenTables {
+    type Value = Tables;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("`all`, or a list of tables such as [main, events, rattle]")
+    }
+
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Tables, E> {
+        match word {
+            "all" => Ok(Tables::All),
+            _ => Err(E::invalid_value(serde::de::Unexpected::Str(word), &self)),
+        }
+    }
+
+    fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<Tables, A::Error> {
+        let mut tables = Vec::new();
+        while let Some(table) = list.next_element()? {
+            tables.push(table);
+        }
+        Ok(Tables::Listed(tables))
+    }
+}

@@ -1,0 +1,71 @@
+//! What is recorded at every point of a branch: the measures of each table, one behind the other.
+
+use super::response::{ResponseTable, Swept};
+use crate::measure::{
+    Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Measure,
+    PeakAccelerations, Sheet, Solved,
+};
+
+/// Values of one table among those of a point.
+struct Section {
+    table: ResponseTable,
+    sheet: Sheet,
+    headings: Vec<Heading>,
+    /// Place of its first value.
+    begin: usize,
+}
+
+/// All sections of a response.
+pub(super) struct Sections(Vec<Section>);
+
+impl Sections {
+    /// What a response records; the same every time.
+    pub fn of(swept: &Swept<'_>) -> Sections {
+        let setting = swept.setting;
+        let dof = setting.assembly.system.dof();
+        let mut list: Vec<(ResponseTable, Vec<Box<dyn Measure>>)> = vec![(
+            ResponseTable::Main,
+            vec![
+                Box::new(Connections),
+                Box::new(EffectiveFrequencies { dof }),
+            ],
+        )];
+        if swept.computes(ResponseTable::Rattle) {
+            let accelerations = PeakAccelerations::new(setting.model, setting.assembly);
+            let measures: Vec<Box<dyn Measure>> =
+                vec![Box::new(ContactMetrics), Box::new(accelerations)];
+            list.push((ResponseTable::Rattle, measures));
+        }
+        if swept.computes(ResponseTable::MultiplierEstimates) {
+            let measures: Vec<Box<dyn Measure>> = vec![Box::new(EstimatedMultipliers { dof })];
+            list.push((ResponseTable::MultiplierEstimates, measures));
+        }
+        let mut begin = 0;
+        let section = |(table, measures)| {
+            let sheet = Sheet::new(measures);
+            let headings = sheet.headings(&setting.units());
+            let section = Section {
+                table,
+                sheet,
+                begin,
+                headings,
+            };
+            begin += section.headings.len();
+            section
+        };
+        Sections(list.into_iter().map(section).collect())
+    }
+
+    /// Appends the values of one solution.
+    pub fn measure(&mut self, at: &Solved<'_>, values: &mut Vec<f64>) {
+        for section in &mut self.0 {
+            section.sheet.measure(at, values);
+        }
+    }
+
+    /// Headings of a table, each with the place of its values among those of a point; none where it is not computed.
+    pub fn columns(&self, table: ResponseTable) -> impl Iterator<Item = (usize, &Heading)> {
+        let sections = self.0.iter().filter(move |s| s.table == table);
+        sections.flat_map(|s| (s.begin..).zip(&s.headings))
+    }
+}

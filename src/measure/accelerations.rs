@@ -1,0 +1,335 @@
+//! Peak accelerations of the bodies along an orbit, and the rattle index that follows from them.
+//!
+//! The motion is sampled once for all bodies; where the samples of a body show a peak that may be its largest, the search
+//! evaluates that body alone, from the two or three connections that act on it. The cost grows with the number of bodies.
+
+use super::{Heading, Measure, Solved, Units};
+use crate::assembly::{Action, Anchor, Assembly};
+use crate::element::ResponseSeries;
+use crate::model::{Model, Structure};
+use crate::numeric::fourier::Fourier;
+use crate::numeric::{roots, trigonometric};
+use crate::postprocess::measures::is_clearance;
+use crate::solve::orbit::Orbit;
+use crate::system::System;
+use std::f64::consts::TAU;
+
+/// Instants per response period at which an integrated motion is sampled,
+const INSTANTS: usize = 512;
+/// at least this many per excitation period,
+const INSTANTS_PER_EXCITATION: usize = 64;
+/// and this many per harmonic of a Fourier series.
+const INSTANTS_PER_HARMONIC: usize = 16;
+/// Peaks of the samples of one body that are looked at closely: those that may rise highest.
+const CANDIDATES: usize = 4;
+
+/// `peak_acceleration.<body>..`, then `rattle_index.<body>..` of the loose bodies.
+#[derive(Debug)]
+pub struct PeakAccelerations {
+    accelerometer: Accelerometer,
+    loose: Vec<LooseBody>,
+}
+
+impl PeakAccelerations {
+    /// Measures of the bodies of a model as written.
+    pub fn new(model: &Model, assembly: &Assembly) -> PeakAccelerations {
+        PeakAccelerations {
+            accelerometer: Accelerometer::default(),
+            loose: loose_bodies(model, assembly),
+        }
+    }
+}
+
+impl Measure for PeakAccelerations {
+    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+        let mut list = units.accelerations("peak_acceleration");
+        let index = |body: &LooseBody| Heading::number(format!("rattle_index.{}", body.name));
+        list.extend(self.loose.iter().map(index));
+        list
+    }
+
+    fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
+        let peaks = self.accelerometer.peaks(at.assembly, at.system, at.orbit);
+        out.extend(&peaks);
+        out.extend(self.loose.iter().map(|body| body.index(at.model, &peaks)));
+    }
+}
+
+/// A body that only clearances hold, driven by no alternating load of its own: it rattles when its inertia demands more
+/// than its drag torque.
+#[derive(Debug)]
+struct LooseBody {
+    number: usize,
+    name: String,
+}
+
+impl LooseBody {
+    /// Inertia times the peak acceleration over the modulus of the mean load.
+    fn index(&self, model: &Model, peaks: &[f64]) -> f64 {
+        let Structure::Train(train) = &model.structure else {
+            return f64::NAN;
+        };
+        let load = train.loads.get(&self.name);
+        let drag = load.map_or(0.0, |load| load.series.mean());
+        train.bodies[self.number].inertia * peaks[self.number] / drag.abs()
+    }
+}
+
+/// Loose bodies with a drag torque.
+fn loose_bodies(model: &Model, assembly: &Assembly) -> Vec<LooseBody> {
+    let Structure::Train(train) = &model.structure else {
+        return Vec::new();
+    };
+    let mounts = assembly.system.mounts();
+    let is_held = |body: usize| {
+        let connections = train.connections.values().zip(mounts);
+        let mut own = connections.filter(|(c, _)| c.arms.iter().any(|(b, _)| *b == body));
+        own.any(|(_, mount)| !is_clearance(mount.element.as_ref()))
+    };
+    let loose = |(number, name): (usize, &String)| {
+        let load = &train.loads.get(name)?.series;
+        let is_loose = load.mean() != 0.0 && load.is_constant() && !is_held(number);
+        is_loose.then(|| LooseBody {
+            number,
+            name: name.clone(),
+        })
+    };
+    train.bodies.keys().enumerate().filter_map(loose).collect()
+}
+
+/// Finds peak accelerations; owns its buffers.
+#[derive(Debug, Default)]
+struct Accelerometer {
+    fourier: Option<Fourier>,
+    /// Coordinates and their rates, n lists of instants each.
+    q: Vec<f64>,
+    v: Vec<f64>,
+    /// Forces of the connections, e lists.
+    force: Vec<f64>,
+    phase: Vec<f64>,
+    deformation: Vec<f64>,
+    rate: Vec<f64>,
+    slopes: [Vec<f64>; 2],
+    acceleration: Vec<f64>,
+}
+
+impl Accelerometer {
+    /// Largest modulus of the acceleration of every body over one response period, SI; none for reduced systems.
+    fn peaks(&mut self, assembly: &Assembly, system: &System, orbit: &Orbit) -> Vec<f64> {
+        let Some(anchor) = &assembly.anchor else {
+            return Vec::new();
+        };
+        self.sample(system, orbit);
+        self.respond(system);
+        let motion = Motion {
+            assembly,
+            anchor,
+            system,
+            orbit,
+        };
+        let bodies = 0..anchor.bodies.len();
+        bodies
+            .map(|body| {
+                self.accelerate(&motion, body);
+                peak(&self.acceleration, |tau| motion.acceleration(body, tau))
+            })
+            .collect()
+    }
+
+    /// Coordinates and rates at equally spaced instants.
+    fn sample(&mut self, system: &System, orbit: &Orbit) {
+        let (n, nu) = (system.dof(), system.subharmonic());
+        let least = match orbit {
+            Orbit::Fourier(orbit) => INSTANTS_PER_HARMONIC * (orbit.harmonics() + 1),
+            Orbit::Segments(_) => INSTANTS,
+        };
+        let count = least.max(INSTANTS_PER_EXCITATION * nu).next_power_of_two();
+        let width = TAU / count as f64;
+        self.phase.clear();
+        self.phase
+            .extend((0..count).map(|j| nu as f64 * (j as f64 * width)));
+        self.q.resize(n * count, 0.0);
+        self.v.resize(n * count, 0.0);
+        match orbit {
+            Orbit::Segments(orbit) => {
+                let mut state = vec![0.0; 2 * n];
+                for j in 0..count {
+                    orbit.state(j as f64 * width, &mut state);
+                    for i in 0..n {
+                        (self.q[i * count + j], self.v[i * count + j]) = (state[i], state[n + i]);
+                    }
+                }
+            }
+            Orbit::Fourier(orbit) => {
+                let fourier = match &mut self.fourier {
+                    Some(fourier) if fourier.samples() == count => fourier,
+                    other => other.insert(Fourier::new(count)),
+                };
+                let mut derivative = vec![0.0; 2 * orbit.harmonics() + 1];
+                let lists = self.q.chunks_exact_mut(count);
+                let lists = lists.zip(self.v.chunks_exact_mut(count));
+                for (a, (q, v)) in orbit.coefficients.iter().zip(lists) {
+                    fourier.to_samples(a, q);
+                    trigonometric::differentiate(a, &mut derivative);
+                    derivative.iter_mut().for_each(|d| *d *= orbit.omega);
+                    fourier.to_samples(&derivative, v);
+                }
+            }
+        }
+    }
+
+    /// Forces of the connections at these instants.
+    fn respond(&mut self, system: &System) {
+        let (count, frequency) = (self.phase.len(), system.excitation_frequency());
+        self.force.resize(system.element_count() * count, 0.0);
+        for buffer in self.slopes.iter_mut() {
+            buffer.resize(count, 0.0);
+        }
+        let mounts = system.mounts().iter().enumerate();
+        for ((k, mount), force) in mounts.zip(self.force.chunks_exact_mut(count)) {
+            self.deformation.clear();
+            self.deformation.resize(count, 0.0);
+            self.rate.clear();
+            self.rate.resize(count, 0.0);
+            for (i, w) in system.element_map_row(k) {
+                let part = i * count..(i + 1) * count;
+                add(&mut self.deformation, *w, &self.q[part.clone()]);
+                add(&mut self.rate, *w, &self.v[part]);
+            }
+            if mount.transmission_error.is_some() {
+                let motion = self.deformation.iter_mut().zip(&mut self.rate);
+                for ((x, rate), phase) in motion.zip(&self.phase) {
+                    [*x, *rate] = mount.deformation([*x, *rate], *phase, frequency);
+                }
+            }
+            let [df_dq, df_dv] = &mut self.slopes;
+            let out = ResponseSeries {
+                f: force,
+                df_dq,
+                df_dv,
+            };
+            let (x, rate) = (&self.deformation, &self.rate);
+            mount.element.eval_many(x, rate, &self.phase, out);
+            if let Some(variation) = &mount.stiffness_variation {
+                let values = force.iter_mut().zip(&self.phase);
+                values.for_each(|(f, phase)| *f *= variation.value(*phase));
+            }
+        }
+    }
+
+    /// Modulus of the acceleration of one body at these instants.
+    fn accelerate(&mut self, motion: &Motion<'_>, body: usize) {
+        let (assembly, count) = (motion.assembly, self.phase.len());
+        let list = |k: usize| k * count..(k + 1) * count;
+        self.acceleration.clear();
+        self.acceleration.resize(count, 0.0);
+        let out = &mut self.acceleration;
+        for (factor, action) in motion.anchor.actions(body) {
+            match action {
+                Action::Rate(i) => {
+                    let scale = assembly.rate_scale(i);
+                    add(out, factor * scale, &self.v[list(i)]);
+                }
+                Action::Force(k) => {
+                    let scale = assembly.force_scale(k);
+                    add(out, factor * scale, &self.force[list(k)]);
+                }
+                Action::Load(series) if series.is_constant() => {
+                    out.iter_mut().for_each(|a| *a += factor * series.mean());
+                }
+                Action::Load(_) | Action::Dashpot(..) => {
+                    for (a, phase) in out.iter_mut().zip(&self.phase) {
+                        *a += factor * motion.value(action, *phase);
+                    }
+                }
+            }
+        }
+        let inertia = motion.anchor.inertia(body);
+        out.iter_mut().for_each(|a| *a = (*a / inertia).abs());
+    }
+}
+
+/// sum += factor values.
+fn add(sum: &mut [f64], factor: f64, values: &[f64]) {
+    for (sum, value) in sum.iter_mut().zip(values) {
+        *sum += factor * value;
+    }
+}
+
+/// Largest modulus of a function of tau from the moduli of its samples over a period. Between two samples it may rise above the
+/// larger one by as much as it has risen up to there: the peaks of the samples that may so become the largest are looked at
+/// closely.
+fn peak(samples: &[f64], f: impl Fn(f64) -> f64) -> f64 {
+    let Some(last) = samples.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let width = TAU / samples.len() as f64;
+    let mut largest = samples.iter().fold(0.0_f64, |m, a| m.max(*a));
+    let mut candidates: Vec<(f64, usize)> = Vec::new();
+    let mut look = |left: f64, j: usize, right: f64| {
+        let here = samples[j];
+        let reach = here + (here - left).max(here - right);
+        if here >= left && here > right && reach > largest {
+            candidates.push((reach, j));
+        }
+    };
+    look(samples[last], 0, samples[1.min(last)]);
+    for (k, w) in samples.windows(3).enumerate() {
+        look(w[0], k + 1, w[2]);
+    }
+    look(samples[last.saturating_sub(1)], last, samples[0]);
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    for (reach, j) in candidates.into_iter().take(CANDIDATES) {
+        if reach > largest {
+            let tau = j as f64 * width;
+            let ends = (tau - width, tau + width);
+            let top = roots::summit(|x| f(x).abs(), (tau, samples[j]), ends);
+            largest = largest.max(top);
+        }
+    }
+    largest
+}
+
+/// What moves the bodies.
+struct Motion<'a> {
+    assembly: &'a Assembly,
+    anchor: &'a Anchor,
+    system: &'a System,
+    orbit: &'a Orbit,
+}
+
+impl Motion<'_> {
+    /// Acceleration of one body.
+    fn acceleration(&self, body: usize, tau: f64) -> f64 {
+        let phase = self.system.subharmonic() as f64 * tau;
+        self.anchor.acceleration(body, |action| match action {
+            Action::Rate(i) => self.assembly.rate_scale(i) * self.orbit.coordinate(i, tau)[1],
+            Action::Force(k) => self.assembly.force_scale(k) * self.force(k, tau),
+            Action::Load(_) | Action::Dashpot(..) => self.value(action, phase),
+        })
+    }
+
+    /// What acts whatever the motion; 0 for the rest.
+    fn value(&self, action: Action<'_>, phase: f64) -> f64 {
+        match action {
+            Action::Load(series) => series.value(phase),
+            Action::Dashpot(c, error) => {
+                c * self.assembly.si_frequency(self.system) * error.derivative(phase)
+            }
+            Action::Rate(_) | Action::Force(_) => 0.0,
+        }
+    }
+
+    /// Force of one connection.
+    fn force(&self, connection: usize, tau: f64) -> f64 {
+        let (system, mount) = (self.system, &self.system.mounts()[connection]);
+        let phase = system.subharmonic() as f64 * tau;
+        let row = system.element_map_row(connection).iter();
+        let motion = row.fold([0.0; 2], |[x, rate], (i, w)| {
+            let [q, v] = self.orbit.coordinate(*i, tau);
+            [x + w * q, rate + w * v]
+        });
+        let [x, rate] = mount.deformation(motion, phase, system.excitation_frequency());
+        mount.respond(x, rate, phase).f
+    }
+}

@@ -1,0 +1,71 @@
+//! Measured quantities: what is said of a periodic solution. One file per quantity, which owns its columns and its values.
+
+mod accelerations;
+mod connections;
+mod contacts;
+mod frequencies;
+mod multipliers;
+mod units;
+
+pub use accelerations::PeakAccelerations;
+pub use connections::Connections;
+pub use contacts::ContactMetrics;
+pub use frequencies::EffectiveFrequencies;
+pub use multipliers::EstimatedMultipliers;
+pub use units::{Heading, Numbers, Units};
+
+use crate::assembly::Assembly;
+use crate::model::Model;
+use crate::postprocess::measures::Measures;
+use crate::solve::orbit::Orbit;
+use crate::system::System;
+
+/// A periodic solution with everything that measures read.
+pub struct Solved<'a> {
+    /// The model at this solution.
+    pub model: &'a Model,
+    /// Its assembly.
+    pub assembly: &'a Assembly,
+    /// The system, at its frequency.
+    pub system: &'a System,
+    /// The orbit.
+    pub orbit: &'a Orbit,
+    /// Motion and force of every connection; forces in units of the model as written.
+    pub connections: &'a [Measures],
+    /// Stiffness of every connection over the one of the model as written.
+    pub stiffening: &'a [f64],
+}
+
+/// A measured quantity, or several that are computed together.
+pub trait Measure {
+    /// Its columns in the units of a report.
+    fn headings(&self, units: &Units<'_>) -> Vec<Heading>;
+
+    /// Appends the values of one solution, one per column; NaN is an empty cell.
+    fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>);
+}
+
+/// The measures of one table.
+pub struct Sheet {
+    measures: Vec<Box<dyn Measure>>,
+}
+
+impl Sheet {
+    /// A sheet of measures, in the order of their columns.
+    pub fn new(measures: Vec<Box<dyn Measure>>) -> Sheet {
+        Sheet { measures }
+    }
+
+    /// Columns of all measures.
+    pub fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+        let lists = self.measures.iter().map(|m| m.headings(units));
+        lists.flatten().collect()
+    }
+
+    /// Appends the values of all measures.
+    pub fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
+        for measure in &mut self.measures {
+            measure.measure(at, out);
+        }
+    }
+}

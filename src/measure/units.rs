@@ -1,0 +1,183 @@
+//! Names and units of reported quantities: the one place that knows how nondimensional values are reported.
+
+use crate::assembly::Assembly;
+use crate::model::{Body, Model, Motion, ReportUnits, Structure};
+use crate::report::{Column, Values};
+use std::f64::consts::TAU;
+
+/// What the numbers of a column are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Numbers {
+    /// Real numbers.
+    #[default]
+    Real,
+    /// Whole numbers.
+    Whole,
+}
+
+/// A column without its numbers: name, unit, and factor from nondimensional to reported values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heading {
+    /// Name of the column.
+    pub name: String,
+    /// Unit; empty: dimensionless.
+    pub unit: String,
+    /// Reported over nondimensional value.
+    pub factor: f64,
+    /// What the numbers are.
+    pub numbers: Numbers,
+}
+
+impl Heading {
+    /// A heading of real numbers.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>, factor: f64) -> Heading {
+        Heading {
+            name: name.into(),
+            unit: unit.into(),
+            factor,
+            numbers: Numbers::Real,
+        }
+    }
+
+    /// A dimensionless quantity.
+    pub fn number(name: impl Into<String>) -> Heading {
+        Heading::new(name, "", 1.0)
+    }
+
+    /// A whole number.
+    pub fn code(name: impl Into<String>) -> Heading {
+        Heading {
+            numbers: Numbers::Whole,
+            ..Heading::number(name)
+        }
+    }
+
+    /// The same quantity under a longer name.
+    pub fn prefixed(self, prefix: &str) -> Heading {
+        Heading {
+            name: format!("{prefix}{}", self.name),
+            ..self
+        }
+    }
+
+    /// The column of nondimensional values.
+    pub fn column(self, values: impl IntoIterator<Item = f64>) -> Column {
+        let values = values.into_iter();
+        Column {
+            name: self.name,
+            unit: self.unit,
+            values: match self.numbers {
+                Numbers::Real => Values::Float(values.map(|x| x * self.factor).collect()),
+                Numbers::Whole => Values::Integer(values.map(|x| x as i64).collect()),
+            },
+        }
+    }
+
+    /// Text of an axis: the name with its unit.
+    pub fn axis(&self) -> String {
+        if self.unit.is_empty() {
+            self.name.clone()
+        } else {
+            format!("{} [{}]", self.name, self.unit)
+        }
+    }
+}
+
+/// Units of a report: SI, or none in nondimensional reports.
+#[derive(Debug, Clone, Copy)]
+pub struct Units<'a> {
+    model: &'a Model,
+    assembly: &'a Assembly,
+}
+
+impl<'a> Units<'a> {
+    /// Units of the report that a model asks for; its assembly has the scales.
+    pub fn new(model: &'a Model, assembly: &'a Assembly) -> Units<'a> {
+        Units { model, assembly }
+    }
+
+    /// Whether results are in SI units.
+    pub fn is_si(&self) -> bool {
+        self.model.report_units == ReportUnits::Si
+    }
+
+    /// Names of the connections.
+    pub fn connections(&self) -> &'a [String] {
+        &self.assembly.connections
+    }
+
+    /// Nondimensional, or with a unit and a factor in SI reports.
+    fn scaled(&self, name: impl Into<String>, unit: impl Into<String>, factor: f64) -> Heading {
+        if self.is_si() {
+            Heading::new(name, unit, factor)
+        } else {
+            Heading::number(name)
+        }
+    }
+
+    /// A deformation of a connection.
+    pub fn displacement(&self, name: impl Into<String>, connection: usize) -> Heading {
+        let unit = self.model.units_of(connection).0;
+        self.scaled(name, unit, self.assembly.scales.displacement[connection])
+    }
+
+    /// A rate of deformation of a connection.
+    pub fn rate(&self, name: impl Into<String>, connection: usize) -> Heading {
+        let scales = &self.assembly.scales;
+        let unit = format!("{}/s", self.model.units_of(connection).0);
+        self.scaled(
+            name,
+            unit,
+            scales.displacement[connection] * scales.frequency,
+        )
+    }
+
+    /// A force of a connection.
+    pub fn force(&self, name: impl Into<String>, connection: usize) -> Heading {
+        let scales = &self.assembly.scales;
+        let unit = self.model.units_of(connection).1;
+        let factor = scales.stiffness[connection] * scales.displacement[connection];
+        self.scaled(name, unit, factor)
+    }
+
+    /// An energy of a connection.
+    pub fn energy(&self, name: impl Into<String>, connection: usize) -> Heading {
+        let scales = &self.assembly.scales;
+        let (k, l) = (
+            scales.stiffness[connection],
+            scales.displacement[connection],
+        );
+        self.scaled(name, "J", k * l * l)
+    }
+
+    /// A frequency over omega_c, in hertz in SI reports.
+    pub fn frequency(&self, name: impl Into<String>) -> Heading {
+        self.scaled(name, "Hz", self.assembly.scales.frequency / TAU)
+    }
+
+    /// A time, in seconds in SI reports.
+    pub fn time(&self, name: impl Into<String>) -> Heading {
+        self.scaled(name, "s", 1.0 / self.assembly.scales.frequency)
+    }
+
+    /// `NAME.<body>` of accelerations from SI values: rad/s^2 (m/s^2 for translating masses), or rad/T^2 (m/T^2), divided by
+    /// omega_c^2, in nondimensional reports. None for reduced systems.
+    pub fn accelerations(&self, name: &str) -> Vec<Heading> {
+        let Structure::Train(train) = &self.model.structure else {
+            return Vec::new();
+        };
+        let (per, factor) = if self.is_si() {
+            ("s^2", 1.0)
+        } else {
+            ("T^2", self.assembly.scales.frequency.powi(-2))
+        };
+        let one = |(body, Body { motion, .. }): (&String, &Body)| {
+            let angle = match motion {
+                Motion::Rotation => "rad",
+                Motion::Translation => "m",
+            };
+            Heading::new(format!("{name}.{body}"), format!("{angle}/{per}"), factor)
+        };
+        train.bodies.iter().map(one).collect()
+    }
+}
