@@ -12,6 +12,7 @@ mod attractor_labels;
 mod branches_all;
 mod crosscheck_methods;
 mod effective_frequencies;
+mod first_contact;
 mod floquet_estimate;
 mod parameter_response;
 mod parameter_response_mistakes;
