@@ -2,7 +2,7 @@
 
 use super::progress::Terminal;
 use super::{ENDED_EARLY, INTERRUPTED, RunArguments, print};
-use crate::error::Error;
+use crate::error::{Diagnostic, Error};
 use crate::report::{Report, Values};
 use crate::study::{Outcome, RunSettings, Shard, Study};
 use comfy_table::{Table, presets};
@@ -12,6 +12,9 @@ use std::process::ExitCode;
 /// Loads, runs, writes, prints a short table.
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     let study = Study::load(&arguments.file, &arguments.set, &arguments.only)?;
+    if study.runs.is_empty() {
+        return Err(nothing_to_run());
+    }
     let jobs = arguments.jobs.map_or_else(
         || std::thread::available_parallelism().map_or(1, usize::from),
         usize::from,
@@ -36,10 +39,19 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     for name in &outcome.left_out {
         eprintln!("note: {name} is no parameter_study and runs only without --shard");
     }
-    if study.runs.is_empty() && !arguments.quiet {
-        print("the file has no analyses\n")?;
-    }
     tell(&outcome, &settings.out, arguments.quiet)
+}
+
+fn nothing_to_run() -> Error {
+    Error::Input(vec![Diagnostic {
+        location: None,
+        path: "analyses".into(),
+        message: "the file has no analyses: there is nothing to run".into(),
+        help: Some(
+            "add one, such as `analyses: {lines: {type: modes}}`; `gearlash check` needs none"
+                .into(),
+        ),
+    }])
 }
 
 /// Prints warnings, early ends and a short table; the exit status.
