@@ -13,4 +13,5 @@ mod laws_in_models;
 mod messages;
 mod output_files;
 mod page;
+mod statics;
 mod verify;

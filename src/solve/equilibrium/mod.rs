@@ -1,6 +1,6 @@
 //! Static equilibrium under the mean load.
 //!
-//! Statics know no inertia: the balance is that of forces, W^T diag(k) f(W q - mean(e)) = F ([`Balance`]). In a train without
+//! Statics know no inertia: the balance is that of forces, W^T diag(k) f(W q - mean(e)) = F ([`crate::system::Balance`]). In a train without
 //! loops it gives the force of every connection at once, and each deformation is read off its law. In a train with loops the
 //! equilibrium is the minimum of the energy, which is found in finitely many steps where the laws are broken lines
 //! (`energy`). Only what has no energy (reduced systems that are not symmetric, falling laws in loops) is left to Newton's
