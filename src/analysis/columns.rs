@@ -83,20 +83,44 @@ pub(super) fn connection_of(setting: &Setting<'_>, coordinate: usize) -> Option<
     coupling.coordinates.get(coordinate).copied()
 }
 
-/// `q.r.., v.r..` of the relative coordinates, geometric, without transmission error.
+/// The relative coordinates, geometric, without transmission error: `q.c.., v.c..` where they are the deformation of connection c
+/// and its rate, else `r.c.., dr.c..`.
 pub(super) fn coordinates(setting: &Setting<'_>) -> Vec<Heading> {
     let names = &setting.assembly.coordinates;
-    let plain = |kind: &str, i: usize| Heading::number(format!("{kind}.{}", names[i]));
-    let position = |i| match connection_of(setting, i) {
-        Some(k) => displacement(setting, k),
-        None => plain("q", i),
-    };
-    let velocity = |i| match connection_of(setting, i) {
-        Some(k) => rate(setting, k),
-        None => plain("v", i),
+    let described = |i: usize, is_rate: bool| {
+        let own = match connection_of(setting, i) {
+            Some(k) if is_rate => rate(setting, k),
+            Some(k) => displacement(setting, k),
+            None => Heading::number(""),
+        };
+        let kind = match (is_deformation(setting, i), is_rate) {
+            (true, false) => "q",
+            (true, true) => "v",
+            (false, false) => "r",
+            (false, true) => "dr",
+        };
+        Heading {
+            name: format!("{kind}.{}", names[i]),
+            ..own
+        }
     };
     let n = names.len();
-    (0..n).map(position).chain((0..n).map(velocity)).collect()
+    let positions = (0..n).map(|i| described(i, false));
+    positions
+        .chain((0..n).map(|i| described(i, true)))
+        .collect()
+}
+
+/// Whether a relative coordinate is the deformation of the connection that has its name.
+fn is_deformation(setting: &Setting<'_>, coordinate: usize) -> bool {
+    let assembly = setting.assembly;
+    let name = &assembly.coordinates[coordinate];
+    let Some(k) = assembly.connections.iter().position(|c| c == name) else {
+        return false;
+    };
+    let error = &assembly.system.mounts()[k].transmission_error;
+    let is_shifted = (error.as_ref()).is_some_and(|e| !e.is_constant() || e.mean() != 0.0);
+    !is_shifted && assembly.system.element_map_row(k) == [(coordinate, 1.0)]
 }
 
 /// `acceleration.<body>..` from SI values. None for reduced systems.

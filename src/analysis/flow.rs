@@ -5,7 +5,7 @@ use super::{Fault, Initial, Setting, limits};
 use crate::postprocess::attractor::{self, Label};
 use crate::postprocess::lyapunov::{Exponents, Lyapunov};
 use crate::quantity::Quantity;
-use crate::solve::equilibrium::equilibrium;
+use crate::solve::equilibrium::{NoEquilibrium, equilibrium};
 use crate::solve::integrate::{self, IntegrationEnd, Integrator, IntegratorChoice};
 use crate::system::System;
 use std::f64::consts::TAU;
@@ -111,13 +111,22 @@ impl std::fmt::Display for Stop {
     }
 }
 
-/// Static equilibrium at rest, [q; v], 2n values, with a warning where there is none or several.
+/// Static equilibrium at rest, [q; v], 2n values, with a warning where there is none or several: motion then starts undeformed, or
+/// in the middle of the gap.
 pub fn rest(system: &System) -> (Vec<f64>, Option<String>) {
     let n = system.dof();
     let mut state = vec![0.0; 2 * n];
-    let Some(found) = equilibrium(system) else {
-        let warning = "there is no static equilibrium: motion starts from zero, at rest";
-        return (state, Some(warning.into()));
+    let found = match equilibrium(system) {
+        Ok(found) => found,
+        Err(NoEquilibrium::NotCarried { .. }) => {
+            let warning = "there is no static equilibrium (nothing carries the mean load): motion starts from q = 0, v = 0; \
+                           `initial` chooses another state";
+            return (state, Some(warning.into()));
+        }
+        Err(NoEquilibrium::NotFound) => {
+            let warning = "no static equilibrium was found: motion starts from q = 0, v = 0; `initial` chooses another state";
+            return (state, Some(warning.into()));
+        }
     };
     state[..n].copy_from_slice(found.q.as_slice());
     let warning = "the static equilibrium is not unique: motion starts from the middle of the gap";

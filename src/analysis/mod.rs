@@ -29,7 +29,7 @@ pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
 pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
-pub use modes::Modes;
+pub use modes::{Modes, frequencies_at_rest};
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;

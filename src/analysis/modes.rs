@@ -5,6 +5,8 @@ use super::{Analysis, Fault, Setting, columns, limits};
 use crate::error::Error;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::solve::equilibrium::{Equilibrium, equilibrium};
+use crate::system::System;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +18,21 @@ pub struct Modes {
     pub effective_stiffness: [f64; 2],
     /// Number of values, both ends included.
     pub points: usize,
-    /// Connections whose stiffness varies together, the others keeping 1; all when absent.
+    /// Connections whose stiffness varies together, the others keeping that of the state; all when absent.
     pub vary: Option<Vec<String>>,
+    /// State whose stiffness is 1.
+    pub state: State,
+}
+
+/// State about which the train is linearised.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// Full contact: slope 1 in every connection that is a spring.
+    #[default]
+    Contact,
+    /// The static equilibrium: the slope of every law there, 0 where a connection is open.
+    Rest,
 }
 
 impl Default for Modes {
@@ -26,6 +41,7 @@ impl Default for Modes {
             effective_stiffness: [0.0, 1.0],
             points: 101,
             vary: None,
+            state: State::Contact,
         }
     }
 }
@@ -52,6 +68,9 @@ impl Analysis for Modes {
                 ));
             }
         }
+        if let Err(message) = self.slopes(setting) {
+            faults.push(Fault::new("state", message));
+        }
         faults
     }
 
@@ -66,6 +85,8 @@ impl Analysis for Modes {
         let [from, to] = self.effective_stiffness;
         let n = assembly.system.dof();
         let varies = |name: &String| self.vary.as_ref().is_none_or(|list| list.contains(name));
+        let state = (self.slopes(setting))
+            .map_err(|message| columns::refused(setting, Fault::new("state", message)))?;
         let mut stiffness = Vec::with_capacity(self.points);
         let mut frequencies = vec![Vec::with_capacity(self.points); n];
         for k in 0..self.points {
@@ -73,7 +94,8 @@ impl Analysis for Modes {
             let slopes: Vec<f64> = assembly
                 .connections
                 .iter()
-                .map(|name| if varies(name) { value } else { 1.0 })
+                .zip(&state)
+                .map(|(name, slope)| if varies(name) { value * slope } else { *slope })
                 .collect();
             stiffness.push(value);
             let list = natural_frequencies(&assembly.system, &slopes);
@@ -95,6 +117,35 @@ impl Analysis for Modes {
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
         let none = vec![Vec::new(); setting.assembly.system.dof()];
         vec![table(setting, Vec::new(), none)]
+    }
+}
+
+/// Natural frequencies over omega_c of the train linearised at its static equilibrium, ascending, n values: 0 for motions that
+/// meet no stiffness there. `names`: those of the connections.
+///
+/// # Errors
+/// A connection that sticks to a jump of its force.
+pub fn frequencies_at_rest(
+    system: &System,
+    rest: &Equilibrium,
+    names: &[String],
+) -> Result<Vec<f64>, String> {
+    let slopes = rest.slopes(names)?;
+    Ok(natural_frequencies(system, &slopes))
+}
+
+impl Modes {
+    /// Slopes of the laws in the state asked for, e values; or why there are none.
+    fn slopes(&self, setting: &Setting<'_>) -> Result<Vec<f64>, String> {
+        let system = &setting.assembly.system;
+        match self.state {
+            State::Contact => Ok(system.contact_slopes()),
+            State::Rest => {
+                let names = &setting.assembly.connections;
+                let rest = equilibrium(system).map_err(|none| none.describe(names))?;
+                rest.slopes(names)
+            }
+        }
     }
 }
 

@@ -119,6 +119,9 @@ impl Analysis for TimeHistory {
             if period == self.transient {
                 record.row(period, 0, &state);
             }
+            if period == 0 && self.transient == 0 {
+                integrator.start(&system, 0.0, &state, &mut record);
+            }
             let end = if period < self.transient {
                 integrator.advance(&system, (0.0, TAU), &mut state, &mut ())
             } else {

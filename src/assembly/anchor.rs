@@ -1,14 +1,17 @@
 //! From relative coordinates back to the bodies: absolute accelerations, Rook & Singh (1995), eq. (6a).
 
-use super::{Assembly, Coupling, inertias};
+use super::scaling::RigidBody;
+use super::{Assembly, Coupling, Scales, inertias};
 use crate::model::Train;
 use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
 use crate::system::{Scratch, System};
 use nalgebra::{DMatrix, DVector};
 
-/// Share of the mean load that counts as rounding when it accelerates a rigid-body motion.
-const BALANCED: f64 = 1e-9;
+/// Remainder of the mean loads, relative to the largest of them, that counts as balanced: torques rounded to a few digits.
+const BALANCED: f64 = 1e-4;
+/// The same relative to all loads, alternating parts included.
+const NOTICEABLE: f64 = 1e-5;
 
 /// What (6a) needs besides the motion, SI units. Everything is kept body by body: a train's rows have two or three entries.
 #[derive(Debug, Clone)]
@@ -144,30 +147,32 @@ impl Assembly {
     }
 }
 
-/// A warning when the mean loads accelerate a rigid-body motion, with the acceleration.
+/// A warning when the mean loads accelerate a rigid-body motion, with the acceleration and the torque that is missing.
 ///
 ///     z'' = N (N^T M N)^-1 N^T F
+///
+/// Torques are compared as they act on each rigid-body motion: the remainder N^T F with the largest mean load in it, and with
+/// all that the loads do, alternating parts included.
 pub(super) fn unbalanced_mean_load(train: &Train, coupling: &Coupling) -> Option<String> {
     let motions = &coupling.rigid_body;
-    let inertia = inertias(train);
-    let mut force = DVector::zeros(inertia.len());
+    let mut force = DVector::zeros(train.bodies.len());
+    let mut swing = DVector::<f64>::zeros(train.bodies.len());
     for (name, load) in &train.loads {
         if let Some(body) = train.bodies.get_index_of(name) {
             force[body] += load.series.mean();
+            swing[body] += load.series.mean().abs() + load.series.swing();
         }
     }
-    let mut heavy = motions.clone();
-    for (mut row, m) in heavy.row_iter_mut().zip(inertia.iter()) {
-        row *= *m;
-    }
-    let share = motions.tr_mul(&heavy).cholesky()?;
-    let acceleration = motions * share.solve(&motions.tr_mul(&force));
-    // Judged by energy: the part of M^(-1/2) F along the rigid-body motions against the whole.
-    let root = inertia.map(f64::sqrt);
-    let whole = force.component_div(&root).norm();
-    if acceleration.component_mul(&root).norm() <= BALANCED * whole {
+    let is_unbalanced = motions.column_iter().any(|motion| {
+        let remainder = motion.dot(&force).abs();
+        let parts = motion.component_mul(&force);
+        let all = motion.component_mul(&swing).map(f64::abs).sum();
+        remainder > BALANCED * parts.amax() && remainder > NOTICEABLE * all
+    });
+    if !is_unbalanced {
         return None;
     }
+    let acceleration = RigidBody::new(train, coupling).acceleration(&force)?;
     let largest = acceleration.amax();
     let list: Vec<String> = (train.bodies.keys().zip(acceleration.iter()))
         .filter(|(_, a)| a.abs() > 1e-6 * largest)

@@ -1,6 +1,6 @@
 //! Relative coordinates: which rows of B are independent, and how the others follow from them.
 
-use super::{Coupling, mistake};
+use super::{Coupling, closure, mistake};
 use crate::error::Diagnostic;
 use crate::model::Train;
 use nalgebra::{DMatrix, DVector};
@@ -9,6 +9,8 @@ use nalgebra::{DMatrix, DVector};
 const CLOSES: f64 = 1e-10;
 /// A row whose remainder is larger is a coordinate of its own. In between a loop almost closes: a locked train, a typing error.
 const OPEN: f64 = 1e-3;
+/// A row that closes a loop with a remainder below this is accepted with a warning: a slip in a lever arm, more likely than a design.
+const NEAR: f64 = 0.05;
 /// Entries of W closer to 0 or 1 than this are rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -30,6 +32,7 @@ pub fn couple(train: &Train) -> Result<Coupling, Vec<Diagnostic>> {
     let mut forest = Forest::new(n_b);
     let mut basis = Basis::default();
     let (mut coordinates, mut dependent, mut list) = (Vec::new(), Vec::new(), Vec::new());
+    let mut warnings = Vec::new();
     for k in 0..e {
         let row = balanced.rows.row(k).transpose();
         let is_branch = forest.join(&row);
@@ -38,6 +41,12 @@ pub fn couple(train: &Train) -> Result<Coupling, Vec<Diagnostic>> {
         if is_branch || size >= OPEN {
             if !is_branch {
                 forest.lock(&row);
+                if size < NEAR {
+                    let w = basis.combination(&share);
+                    let near = nearly_closes(train, k, size, &coordinates, &w);
+                    let help = near.help.unwrap_or_default();
+                    warnings.push(format!("{} {}; {help}", near.path, near.message));
+                }
             }
             basis.push(share, remainder, size);
             coordinates.push(k);
@@ -66,7 +75,11 @@ pub fn couple(train: &Train) -> Result<Coupling, Vec<Diagnostic>> {
         return Err(list);
     }
     let rigid_body = balanced.restore(basis.complement(n_b));
+    if warnings.is_empty() && rigid_body.ncols() == 0 {
+        warnings.extend(closure::locked(train));
+    }
     Ok(Coupling {
+        warnings,
         incidence,
         transform,
         element_map,
@@ -132,12 +145,15 @@ fn nearly_closes(
         "nearly closes a loop with {}: its lever arms miss what the others give by {mismatch:.2e} of the row",
         partners.join(", ")
     );
-    let help = "write the ratios around the loop exactly (all digits of each radius); a train that does not close is locked";
-    mistake(
-        format!("connections.{}", name(k)),
-        message,
-        Some(help.into()),
-    )
+    let involved = (coordinates.iter().zip(w))
+        .filter(|(_, w)| w.abs() > 1e-6 * largest)
+        .map(|(k, _)| *k);
+    let involved: Vec<usize> = involved.chain([k]).collect();
+    let help = format!(
+        "write the ratios around the loop exactly (all digits of each radius); a train that does not close is locked{}",
+        closure::suggestion(train, &involved)
+    );
+    mistake(format!("connections.{}", name(k)), message, Some(help))
 }
 
 /// B with rows and columns of unit size: B = diag(size) rows diag(column).

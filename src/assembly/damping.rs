@@ -77,7 +77,7 @@ pub(super) fn rate_map(
     if let Some(ratios) = ratios {
         let mut kw = coupling.element_map.clone();
         for (mut row, connection) in kw.row_iter_mut().zip(train.connections.values()) {
-            row *= connection.stiffness;
+            row *= connection.contact_stiffness();
         }
         let mut share = (&coupling.incidence * &modes.shapes).tr_mul(&kw);
         for (k, mut row) in share.row_iter_mut().enumerate() {
@@ -97,7 +97,7 @@ pub(super) fn rate_map(
 /// Coefficients that act on the deformation rate of each connection: own dashpot and share of the stiffness.
 fn local(train: &Train) -> impl Iterator<Item = f64> {
     let share = train.damping.stiffness_proportional;
-    (train.connections.values()).map(move |c| c.damping + share * c.stiffness)
+    (train.connections.values()).map(move |c| c.damping + share * c.contact_stiffness())
 }
 
 /// M U, n_b x n.

@@ -11,12 +11,14 @@
 //! `reduced` is the nondimensional front door.
 
 mod anchor;
+mod closure;
 mod coupling;
 mod damping;
 mod kinematics;
 mod modes;
 mod reduced;
 mod scaling;
+mod slips;
 mod summary;
 
 pub use anchor::{Action, Anchor};
@@ -43,6 +45,8 @@ pub struct Coupling {
     pub rigid_body: DMatrix<f64>,
     /// Connection that each relative coordinate measures.
     pub coordinates: Vec<usize>,
+    /// Loops whose ratios miss each other so little that a slip is likely.
+    pub warnings: Vec<String>,
 }
 
 /// Characteristic values; the only bridge between SI and nondimensional numbers.
@@ -161,7 +165,8 @@ fn inertias(train: &Train) -> DVector<f64> {
 }
 
 fn warnings(train: &Train, coupling: &Coupling, n: usize) -> Vec<String> {
-    let mut list = Vec::new();
+    let mut list = coupling.warnings.clone();
+    list.extend(slips::slips(train));
     list.extend(anchor::unbalanced_mean_load(train, coupling));
     if train.damping.modal.is_some() {
         list.extend(full_damping(n));

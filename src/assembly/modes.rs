@@ -1,6 +1,6 @@
 //! Elastic modes of a train in full contact.
 
-use super::{Coupling, inertias, mistake};
+use super::{Coupling, couple, inertias, mistake};
 use crate::error::Diagnostic;
 use crate::model::Train;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -12,14 +12,15 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 pub struct ElasticModes {
     /// Squares of the natural frequencies [rad^2/s^2], ascending, n values.
     pub eigenvalues: DVector<f64>,
-    /// U, n_b x n: motions of the bodies.
+    /// U, n_b x n, n elastic modes: motions of the bodies.
     pub shapes: DMatrix<f64>,
 }
 
 /// Elastic modes of a train from the symmetric matrix M^(-1/2) B^T K B M^(-1/2).
 ///
-/// The n_b - n rigid-body modes are left out: their number is known from the coupling, so no threshold decides. Eigenvalues of
-/// elastic modes below n eps max(Lam) are rounding and become 0.
+/// The n_b - n rigid-body modes are left out: their number is known from the coupling, so no threshold decides. Motions that
+/// meet friction only are no elastic modes either: n is the rank of the rows of springs. Eigenvalues of elastic modes below
+/// n eps max(Lam) are rounding and become 0.
 ///
 /// # Errors
 /// Matrices that overflow.
@@ -31,15 +32,28 @@ pub fn elastic_modes(train: &Train, coupling: &Coupling) -> Result<ElasticModes,
     }
     let mut ka = a.clone();
     for (mut row, connection) in ka.row_iter_mut().zip(train.connections.values()) {
-        row *= connection.stiffness;
+        row *= connection.contact_stiffness();
     }
     let (squares, vectors) = symmetric_eigen(a.tr_mul(&ka)).ok_or_else(out_of_range)?;
-    let (n_b, n) = (root.len(), coupling.coordinates.len());
+    let (n_b, n) = (root.len(), spring_rank(train, coupling)?);
     let shapes = DMatrix::from_fn(n_b, n, |i, j| vectors[(i, n_b - n + j)] / root[i]);
     Ok(ElasticModes {
         eigenvalues: DVector::from_iterator(n, squares.iter().skip(n_b - n).copied()),
         shapes,
     })
+}
+
+/// Number of independent connections whose laws are springs.
+fn spring_rank(train: &Train, coupling: &Coupling) -> Result<usize, Vec<Diagnostic>> {
+    if train.connections.values().all(|c| c.element.is_spring()) {
+        return Ok(coupling.coordinates.len());
+    }
+    let mut springs = train.clone();
+    springs.connections.retain(|_, c| c.element.is_spring());
+    if springs.connections.is_empty() {
+        return Ok(0);
+    }
+    Ok(couple(&springs)?.coordinates.len())
 }
 
 fn out_of_range() -> Vec<Diagnostic> {

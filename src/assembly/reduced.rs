@@ -24,7 +24,13 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
         );
         return Err(vec![mistake("reduced", message, None)]);
     }
-    let full_contact = &reduced.stiffness * &reduced.element_map;
+    let mut springs = reduced.stiffness.clone();
+    for (mut column, law) in springs.column_iter_mut().zip(reduced.elements.values()) {
+        if !law.element.is_spring() {
+            column.fill(0.0);
+        }
+    }
+    let full_contact = springs * &reduced.element_map;
     let mut warnings = Vec::new();
     let spectrum = Spectrum::new(&full_contact);
     let gamma = match &reduced.damping {

@@ -4,8 +4,8 @@ use super::{Coupling, ElasticModes, Scales, mistake};
 use crate::element::{Units, nondimensional};
 use crate::error::{Diagnostic, SolveError};
 use crate::model::{Connection, FrequencyScale, Scaling, Train};
-use crate::system::{LoadKind, LoadSource, Mount, System};
-use nalgebra::{DMatrix, DVector};
+use crate::system::{Balance, LoadKind, LoadSource, Mount, System};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// omega_c and one displacement scale a connection.
 ///
@@ -13,10 +13,10 @@ use nalgebra::{DMatrix, DVector};
 /// Scales that are not positive and finite.
 pub(super) fn scales(train: &Train, modes: &ElasticModes) -> Result<Scales, Vec<Diagnostic>> {
     let frequency = match train.scaling.frequency {
-        FrequencyScale::FirstMode => modes.eigenvalues[0].sqrt(),
+        FrequencyScale::FirstMode => modes.eigenvalues.iter().next().map_or(0.0, |x| x.sqrt()),
         FrequencyScale::FirstConnection => train.connections.values().next().map_or(0.0, |c| {
             let share = |(body, arm): &(usize, f64)| arm * arm / train.bodies[*body].inertia;
-            (c.stiffness * c.arms.iter().map(share).sum::<f64>()).sqrt()
+            (c.contact_stiffness() * c.arms.iter().map(share).sum::<f64>()).sqrt()
         }),
         FrequencyScale::Value(value) => value,
     };
@@ -96,13 +96,84 @@ pub(super) fn system(
     });
     let mounts = train.connections.values().enumerate();
     let mounts = mounts.map(|(k, c)| mount(c, w_c, l[k])).collect();
-    System::new(
-        gamma,
-        kappa,
-        w,
-        mounts,
-        loads(train, &mobility, &drive, scales),
-    )
+    let loads = loads(train, &mobility, &drive, scales);
+    let balance = balance(train, coupling, scales, loads.len());
+    Ok(System::new(gamma, kappa, w, mounts, loads)?.with_balance(balance))
+}
+
+/// The balance of forces at rest; `loads`: how many the system has, those of the bodies first.
+///
+///     W*^T diag(K l^2) f = D_r g,    P^T g = F - M N (N^T M N)^-1 N^T F
+///
+/// What the loads leave unbalanced accelerates the train as a whole: its inertia torques are taken off (d'Alembert), and no
+/// inertia enters otherwise.
+fn balance(train: &Train, coupling: &Coupling, scales: &Scales, loads: usize) -> Balance {
+    let l = &scales.displacement;
+    let l_r: Vec<f64> = coupling.coordinates.iter().map(|k| l[*k]).collect();
+    let n = l_r.len();
+    // Columns of unit size, so that lever arms of all sizes count alike.
+    let size = DVector::from_iterator(n, coupling.transform.row_iter().map(|row| row.norm()));
+    let mut arms = coupling.transform.transpose();
+    for (mut column, size) in arms.column_iter_mut().zip(size.iter()) {
+        column /= *size;
+    }
+    let factors = arms.qr();
+    let (q, r) = (factors.q(), factors.r());
+    let rigid = RigidBody::new(train, coupling);
+    let forces = train.loads.keys().filter_map(|name| {
+        let body = train.bodies.get_index_of(name)?;
+        let mut torque = DVector::zeros(train.bodies.len());
+        torque[body] = 1.0;
+        rigid.take_inertia_off(&mut torque);
+        let mut g = r.solve_upper_triangular(&q.tr_mul(&torque))?;
+        g.component_div_assign(&size);
+        Some(DVector::from_fn(n, |i, _| g[i] * l_r[i]))
+    });
+    let mut forces: Vec<DVector<f64>> = forces.collect();
+    forces.resize(loads, DVector::zeros(n));
+    Balance {
+        stiffness: (l.iter().zip(&scales.stiffness))
+            .map(|(l, k)| k * l * l)
+            .collect(),
+        loads: forces,
+        weight: DVector::from_fn(n, |i, _| size[i] / l_r[i]),
+    }
+}
+
+/// Motions of the train as a whole, with their inertias.
+pub(super) struct RigidBody<'a> {
+    motions: &'a DMatrix<f64>,
+    /// M N, n_b x r.
+    heavy: DMatrix<f64>,
+    share: Option<Cholesky<f64, Dyn>>,
+}
+
+impl<'a> RigidBody<'a> {
+    pub(super) fn new(train: &Train, coupling: &'a Coupling) -> RigidBody<'a> {
+        let motions = &coupling.rigid_body;
+        let mut heavy = motions.clone();
+        for (mut row, body) in heavy.row_iter_mut().zip(train.bodies.values()) {
+            row *= body.inertia;
+        }
+        let share = motions.tr_mul(&heavy).cholesky();
+        RigidBody {
+            motions,
+            heavy,
+            share,
+        }
+    }
+
+    /// Accelerations z'' = N (N^T M N)^-1 N^T F of all bodies under torques; `None` where inertias leave the range of numbers.
+    pub(super) fn acceleration(&self, torque: &DVector<f64>) -> Option<DVector<f64>> {
+        let share = self.share.as_ref()?;
+        Some(self.motions * share.solve(&self.motions.tr_mul(torque)))
+    }
+
+    fn take_inertia_off(&self, torque: &mut DVector<f64>) {
+        if let Some(share) = &self.share {
+            *torque -= &self.heavy * share.solve(&self.motions.tr_mul(torque));
+        }
+    }
 }
 
 fn mount(connection: &Connection, w_c: f64, l: f64) -> Mount {

@@ -2,6 +2,7 @@
 
 use super::{CheckArguments, kinematics, print};
 use crate::analysis::cost::Cost;
+use crate::analysis::frequencies_at_rest;
 use crate::assembly::summary;
 use crate::error::Error;
 use crate::interrupt::Interrupt;
@@ -20,32 +21,66 @@ use std::fmt::Write;
 /// Loads and validates everything, analyses included, and prints the system.
 pub fn check(arguments: &CheckArguments) -> Result<(), Error> {
     let study = Study::load(&arguments.file, &arguments.set, &[])?;
-    let rest = equilibrium(&study.assembly.system);
-    let mut warnings = warnings(&study, rest.as_ref());
+    let state = AtRest::of(&study);
+    let mut warnings = warnings(&study, &state);
     let costs = study.costs(&Interrupt::default())?;
     warnings.extend(study.forewarnings(&Interrupt::default())?);
     let text = if arguments.json {
-        let mut value = as_value(&study, rest.as_ref(), &warnings);
+        let mut value = as_value(&study, &state, &warnings);
         let costs = costs.iter().map(|(name, cost)| (name.clone(), json!(cost)));
         value["costs"] = Value::Object(costs.collect());
         format!("{value:#}\n")
     } else {
-        as_text(&study, rest.as_ref(), &warnings) + &estimates(&costs)
+        as_text(&study, &state, &warnings) + &estimates(&costs)
     };
     print(&text).map(|_| ())
 }
 
-fn warnings(study: &Study, rest: Option<&Equilibrium>) -> Vec<String> {
+/// Where the train rests and its natural frequencies there, or why they are not known.
+struct AtRest {
+    rest: Result<Equilibrium, String>,
+    /// Over omega_c, ascending, n values: 0 for motions that meet no stiffness.
+    frequencies: Result<Vec<f64>, String>,
+}
+
+impl AtRest {
+    fn of(study: &Study) -> AtRest {
+        let (system, names) = (&study.assembly.system, &study.assembly.connections);
+        let rest = equilibrium(system).map_err(|none| none.describe(names));
+        AtRest {
+            frequencies: (rest.as_ref().map_err(String::clone))
+                .and_then(|rest| frequencies_at_rest(system, rest, names)),
+            rest,
+        }
+    }
+
+    /// The frequencies where they are others than those of full contact.
+    fn own_frequencies(&self, study: &Study) -> Option<&[f64]> {
+        let own = self.frequencies.as_ref().ok()?;
+        let contact = &study.assembly.natural_frequencies;
+        let is_same = own.len() == contact.len()
+            && own
+                .iter()
+                .zip(contact.iter())
+                .all(|(a, b)| (a - b).abs() <= SAME * b.abs());
+        (!is_same).then_some(own)
+    }
+}
+
+/// Natural frequencies that differ by less are those of full contact.
+const SAME: f64 = 1e-9;
+
+fn warnings(study: &Study, state: &AtRest) -> Vec<String> {
     // The assembly hands on the warnings of the model.
     let mut list = study.assembly.warnings.clone();
-    match rest {
-        None => list.push("there is no static equilibrium under the mean load".into()),
-        Some(rest) if !rest.is_unique => list.push(
+    match &state.rest {
+        Err(reason) => list.push(reason.clone()),
+        Ok(rest) if !rest.is_unique => list.push(
             "the static equilibrium is not unique (no load decides where in its gap a connection rests): the middle of the gap \
              is taken"
                 .into(),
         ),
-        Some(_) => {}
+        Ok(_) => {}
     }
     list
 }
@@ -66,12 +101,23 @@ fn at_rest(study: &Study, rest: &Equilibrium) -> Vec<f64> {
         .collect()
 }
 
-fn as_value(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> Value {
+fn as_value(study: &Study, state: &AtRest, warnings: &[String]) -> Value {
     let mut value = summary(&study.model, &study.assembly);
     let is_block = stored_blocks(&study.assembly.system).is_some();
     value["jacobian"] = json!(if is_block { "blocks" } else { "dense" });
-    value["static_displacement"] = json!(rest.map(|r| at_rest(study, r)));
-    value["static_flank"] = json!(rest.map(|r| r.flank.clone()));
+    let rest = state.rest.as_ref();
+    value["static_displacement"] = json!(rest.ok().map(|r| at_rest(study, r)));
+    value["static_flank"] = json!(rest.ok().map(|r| r.flank.clone()));
+    value["static_reason"] = json!(rest.err());
+    let frequencies = state.frequencies.as_ref();
+    value["natural_frequencies_at_rest"] = json!(frequencies.ok());
+    let w_c = study.assembly.scales.frequency;
+    let is_train = study.assembly.coupling.is_some();
+    value["natural_frequencies_at_rest_rad_s"] = json!(
+        (frequencies.ok().filter(|_| is_train))
+            .map(|list| list.iter().map(|w| w * w_c).collect::<Vec<_>>())
+    );
+    value["natural_frequencies_at_rest_reason"] = json!(frequencies.err());
     let names = study.assembly.connections.iter();
     let mounts = study.assembly.system.mounts().iter();
     let supported = names.zip(mounts.map(support::of));
@@ -79,7 +125,7 @@ fn as_value(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> V
         .map(|(name, list)| (name.clone(), json!(list)))
         .collect::<serde_json::Map<_, _>>()
         .into();
-    value["static_is_unique"] = json!(rest.map(|r| r.is_unique));
+    value["static_is_unique"] = json!(rest.ok().map(|r| r.is_unique));
     value["analyses"] = json!(
         study
             .runs
@@ -91,7 +137,7 @@ fn as_value(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> V
     value
 }
 
-fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> String {
+fn as_text(study: &Study, state: &AtRest, warnings: &[String]) -> String {
     let (model, assembly) = (&study.model, &study.assembly);
     let data = summary(model, assembly);
     let mut text = format!("{}\n\n", model.name);
@@ -120,10 +166,17 @@ fn as_text(study: &Study, rest: Option<&Equilibrium>, warnings: &[String]) -> St
         Some([stored, all]) => format!("by blocks, {stored} of {all}"),
     };
     let _ = writeln!(text, "Galerkin Jacobian:     {jacobian}\n");
-    let _ = writeln!(text, "{}\n", connections(study, rest));
+    let _ = writeln!(text, "{}\n", connections(study, state));
     text.push_str(&kinematics::text(model));
     text.push_str(&solvers(study));
-    let _ = writeln!(text, "{}\n", frequencies(study));
+    let contact = study.assembly.natural_frequencies.as_slice();
+    let _ = writeln!(text, "{}\n", frequencies(study, "mode in contact", contact));
+    if let Some(own) = state.own_frequencies(study) {
+        let _ = writeln!(text, "{}\n", frequencies(study, "mode at rest", own));
+    }
+    if let (Ok(_), Err(reason)) = (&state.rest, &state.frequencies) {
+        let _ = writeln!(text, "no natural frequencies at rest: {reason}\n");
+    }
     for (name, matrix) in [
         ("stiffness (kappa, n x e)", assembly.system.stiffness()),
         ("damping (Gam, n x n)", assembly.system.damping()),
@@ -201,11 +254,12 @@ fn word(support: &Support) -> &str {
 }
 
 /// One line a connection: scale, law, where it rests.
-fn connections(study: &Study, rest: Option<&Equilibrium>) -> Table {
+fn connections(study: &Study, state: &AtRest) -> Table {
     let assembly = &study.assembly;
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header(["connection", "law", "scale l", "at rest", "rests on"]);
+    let rest = state.rest.as_ref().ok();
     let at_rest = rest.map(|r| at_rest(study, r));
     for (e, name) in assembly.connections.iter().enumerate() {
         let element = &assembly.system.mounts()[e].element;
@@ -231,12 +285,12 @@ fn connections(study: &Study, rest: Option<&Equilibrium>) -> Table {
     table
 }
 
-fn frequencies(study: &Study) -> Table {
+fn frequencies(study: &Study, title: &str, list: &[f64]) -> Table {
     let is_train = study.assembly.coupling.is_some();
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
-    table.set_header(["mode", "omega/omega_c", "Hz", "rpm"]);
-    for (k, w) in study.assembly.natural_frequencies.iter().enumerate() {
+    table.set_header([title, "omega/omega_c", "Hz", "rpm"]);
+    for (k, w) in list.iter().enumerate() {
         let hertz = w * study.assembly.scales.frequency / TAU;
         let dimensional = |x: f64| if is_train { number(x) } else { "-".to_string() };
         table.add_row([

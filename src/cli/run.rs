@@ -1,8 +1,8 @@
 //! `gearlash run`.
 
 use super::progress::{Limits, Terminal};
-use super::{BAD_INPUT, ENDED_EARLY, RunArguments, print, say};
-use crate::error::Error;
+use super::{ENDED_EARLY, RunArguments, print, say};
+use crate::error::{Diagnostic, Error};
 use crate::report::{Report, Values};
 use crate::study::{Outcome, RunSettings, Shard, Study};
 use comfy_table::{Table, presets};
@@ -12,6 +12,9 @@ use std::process::ExitCode;
 /// Loads, runs, writes, prints a short table.
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     let study = Study::load(&arguments.file, &arguments.set, &arguments.only)?;
+    if study.runs.is_empty() {
+        return Err(nothing_to_run());
+    }
     let jobs = arguments.jobs.map_or_else(
         || std::thread::available_parallelism().map_or(1, usize::from),
         usize::from,
@@ -26,12 +29,6 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
         }
     };
     let settings = RunSettings { out, figures, jobs };
-    if study.names.is_empty() {
-        say(
-            "error: the file has no analyses: nothing to run; add some under `analyses:` (`gearlash new` shows how)",
-        );
-        return Ok(ExitCode::from(BAD_INPUT));
-    }
     let limits = Limits {
         time: arguments.time_limit,
         memory: arguments.memory_limit,
@@ -56,6 +53,18 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     Ok(control
         .cause()
         .map_or(status, |cause| ExitCode::from(cause.status())))
+}
+
+fn nothing_to_run() -> Error {
+    Error::Input(vec![Diagnostic {
+        location: None,
+        path: "analyses".into(),
+        message: "the file has no analyses: there is nothing to run".into(),
+        help: Some(
+            "add one, such as `analyses: {lines: {type: modes}}`; `gearlash check` needs none"
+                .into(),
+        ),
+    }])
 }
 
 /// Prints warnings, early ends and a short table; the exit status.

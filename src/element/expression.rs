@@ -7,7 +7,7 @@ mod reader;
 mod token;
 
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response, Scale};
-use formula::{Formula, is_reserved};
+use formula::{Formula, Node, Variable, is_reserved};
 use indexmap::IndexMap;
 use kinks::Kinks;
 use program::{Point, run};
@@ -314,6 +314,11 @@ impl Element for Expression {
 
     fn has_hidden_jumps(&self) -> bool {
         self.kinks.hidden.iter().any(|h| h.may_jump) || self.jumps_with_the_phase
+    }
+
+    fn is_spring(&self) -> bool {
+        let is_displacement = |node: &Node| matches!(node, Node::Variable(Variable::Displacement));
+        (self.formula.as_ref()).map_or(true, |f| f.nodes.iter().any(is_displacement))
     }
 
     fn depends_on_velocity(&self) -> bool {

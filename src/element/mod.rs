@@ -253,6 +253,12 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         true
     }
 
+    /// False when f does not depend on q, as of pure friction: the reference stiffness then cancels in the force, may be left out, and
+    /// adds nothing to modes, scales and modal damping.
+    fn is_spring(&self) -> bool {
+        true
+    }
+
     /// True when df/dv >= 0 for every q and v: the law never takes damping away. Default: laws without v.
     fn is_passive(&self) -> bool {
         !self.depends_on_velocity()

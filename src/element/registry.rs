@@ -106,6 +106,13 @@ pub struct ElementInfo {
     pub example: &'static str,
 }
 
+impl ElementInfo {
+    /// The law of the example; `None` where it cannot be read.
+    pub fn example_law(&self) -> Option<Box<dyn Element>> {
+        read_example(self).ok()
+    }
+}
+
 inventory::collect!(ElementInfo);
 
 /// Every registered law, plugins included, by tag.

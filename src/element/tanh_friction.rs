@@ -58,6 +58,10 @@ impl Element for TanhFriction {
         });
     }
 
+    fn is_spring(&self) -> bool {
+        false
+    }
+
     fn is_passive(&self) -> bool {
         true
     }

@@ -63,7 +63,6 @@ pub(super) fn connection(
         Some(unit) => Measure::Si(d(unit)),
         None => Measure::Si(d(guessed_unit(fields))),
     };
-    fields.required("stiffness", "the reference stiffness, > 0", mistakes);
     let stiffness = si(DeformationUnit::stiffness);
     let stiffness = fields.number("stiffness", stiffness, Range::Positive, mistakes);
     let damping = si(DeformationUnit::damping);
@@ -77,6 +76,15 @@ pub(super) fn connection(
         Some(node) => on_line_of_action(node, &element_path, teeth, mistakes)
             .and_then(|node| law(Some(&node), &element_path, units, &[], mistakes)),
         None => law(None, &element_path, units, &[], mistakes),
+    };
+    let is_spring = element.as_ref().is_none_or(|law| law.is_spring());
+    if is_spring {
+        fields.required("stiffness", "the reference stiffness, > 0", mistakes);
+    }
+    // Of a law without displacement the stiffness cancels: any will do.
+    let stiffness = match fields.get("stiffness") {
+        None if !is_spring => Some(1.0),
+        _ => stiffness,
     };
     let base = unit(fields, mesh, orders, mistakes);
     let stiffness_variation = fields.get("stiffness_variation").and_then(|node| {

@@ -14,6 +14,8 @@ pub(super) struct Mistakes {
     list: Vec<Diagnostic>,
     /// Mistakes beyond those kept.
     more: usize,
+    /// What is allowed but looks like a slip.
+    warnings: Vec<String>,
 }
 
 impl Mistakes {
@@ -32,6 +34,20 @@ impl Mistakes {
 
     pub(super) fn count(&self) -> usize {
         self.list.len() + self.more
+    }
+
+    /// Notes what is allowed but looks like a slip.
+    pub(super) fn warn(&mut self, warning: String) {
+        if self.warnings.len() < KEPT {
+            self.warnings.push(warning);
+        }
+    }
+
+    pub(super) fn take_warnings(&mut self) -> Vec<String> {
+        let mut list = std::mem::take(&mut self.warnings);
+        let mut seen = std::collections::HashSet::new();
+        list.retain(|warning| seen.insert(warning.clone()));
+        list
     }
 
     /// The value if there is one and nothing was wrong.

@@ -186,7 +186,7 @@ pub struct Connection {
     pub unit: DeformationUnit,
     /// The wheels of a mesh that is given by tooth numbers.
     pub teeth: Option<Teeth>,
-    /// Reference stiffness K [N/m or N m/rad], > 0.
+    /// Reference stiffness K [N/m or N m/rad], > 0. Where the law is no spring it cancels in the force.
     pub stiffness: f64,
     /// Viscous damper parallel to the law [N s/m or N m s/rad], >= 0.
     pub damping: f64,
@@ -198,6 +198,17 @@ pub struct Connection {
     pub transmission_error: Option<Periodic>,
     /// Own displacement scale l [m or rad].
     pub length: Option<f64>,
+}
+
+impl Connection {
+    /// Stiffness in full contact: K, and 0 where the law is no spring.
+    pub fn contact_stiffness(&self) -> f64 {
+        if self.element.is_spring() {
+            self.stiffness
+        } else {
+            0.0
+        }
+    }
 }
 
 /// Damping of the whole train; each adds to the connections' own dampers.

@@ -65,6 +65,7 @@ fn model(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
     let name = name.and_then(|node| mistakes.note(node.as_text("name")));
     let report_units = fields.get("report").and_then(|node| units(node, mistakes));
     let (structure, mut warnings) = structure(&fields, mistakes)?;
+    warnings.extend(mistakes.take_warnings());
     warnings.extend(cautions(&structure));
     // Whoever writes kilograms wants metres; a reduced system has no units.
     let usual = match &structure {

@@ -5,7 +5,7 @@ use super::orders::Orders;
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{Fraction, gcd};
 use crate::numeric::periodic::{Harmonic, Periodic};
-use crate::quantity::UnitDimension;
+use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::Node;
 use num_traits::One;
 
@@ -31,6 +31,8 @@ impl Unit {
     }
 }
 
+/// A turn, a little more for those who round it.
+const TURN: f64 = 1.001 * std::f64::consts::TAU;
 /// A stiffness variation whose mean misses 1 by more is a mistake.
 const MEAN_ONE: f64 = 1e-9;
 
@@ -228,10 +230,25 @@ pub(super) fn harmonic_order(
     orders.multiple(order.as_ref(), node, path, mistakes)
 }
 
+/// Whether a number has no unit.
+fn is_bare(node: &Node) -> bool {
+    Quantity::from_node(node, "").is_ok_and(|q| q.dimension.is_none())
+}
+
 fn angle(fields: &Fields<'_>, key: &str, mistakes: &mut Mistakes) -> f64 {
     let radian = Measure::Si(UnitDimension::ANGLE);
     let value = fields.number(key, radian, Range::Any, mistakes);
-    value.unwrap_or(0.0)
+    let value = value.unwrap_or(0.0);
+    let written = fields.get(key).filter(|_| value.abs() > TURN);
+    if let Some(node) = written.filter(|node| is_bare(node)) {
+        mistakes.warn(format!(
+            "{} = {} is a bare number, so in rad, and more than a turn: write `{} deg` if degrees are meant",
+            fields.path_of(key),
+            node.describe(),
+            value
+        ));
+    }
+    value
 }
 
 fn table(

@@ -112,6 +112,19 @@ impl Periodic {
         }
     }
 
+    /// Bound on the distance from the mean.
+    pub fn swing(&self) -> f64 {
+        let mean = self.mean();
+        let farthest = |values: &[f64]| values.iter().fold(0.0_f64, |m, x| m.max((x - mean).abs()));
+        match self {
+            Periodic::Fourier { harmonics, .. } => {
+                harmonics.iter().map(|h| h.cos.hypot(h.sin)).sum()
+            }
+            Periodic::Table { values, .. } => farthest(values),
+            Periodic::Rectangular { high, low, .. } => farthest(&[*high, *low]),
+        }
+    }
+
     /// Phases in [0, 2 pi) where the function or its derivative is not smooth, ascending.
     pub fn kinks(&self) -> Vec<f64> {
         let mut list = match self {

@@ -3,6 +3,7 @@
 use super::scalars::{Range, count, nullable, quantity, text};
 use super::series::{Units, keys};
 use super::{NAME, exactly_one, excludes, named, object, reference};
+use crate::element::{find, registered};
 use crate::model::GEOMETRY;
 use serde_json::{Map, Value, json};
 
@@ -152,7 +153,7 @@ fn connection() -> Value {
     properties.insert(
         "stiffness".into(),
         quantity(
-            "Reference stiffness, > 0 [N/m; N m/rad for shafts].",
+            "Reference stiffness, > 0 [N/m; N m/rad for shafts]; may be left out for laws without displacement (friction).",
             Range::Positive,
         ),
     );
@@ -166,9 +167,24 @@ fn connection() -> Value {
     properties.insert("length".into(), nullable(quantity(scale, Range::Positive)));
     properties.extend(keys(Units::Si));
     let about = "A compliant connection: one geometry, a stiffness, a law.";
-    let mut value = object(about, Value::Object(properties), &["stiffness"]);
-    value["allOf"] = json!([exactly_one(&GEOMETRY)]);
+    let mut value = object(about, Value::Object(properties), &[]);
+    value["allOf"] = json!([exactly_one(&GEOMETRY), stiffness_or_friction()]);
     value
+}
+
+/// A stiffness, or a law that may do without one.
+fn stiffness_or_friction() -> Value {
+    let is_optional = |tag: &&str| {
+        let example = find(tag).and_then(|info| info.example_law());
+        *tag == "expression" || example.is_some_and(|law| !law.is_spring())
+    };
+    let tags = registered().into_iter().map(|info| info.tag);
+    let tags: Vec<&str> = tags.filter(|tag| is_optional(tag)).collect();
+    let law = json!({ "type": "object", "properties": { "type": { "enum": tags } }, "required": ["type"] });
+    json!({ "anyOf": [
+        { "required": ["stiffness"] },
+        { "properties": { "element": law }, "required": ["element"] },
+    ] })
 }
 
 fn damping() -> Value {

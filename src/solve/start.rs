@@ -1,7 +1,7 @@
 //! The first periodic solution of a branch.
 
 use super::continuation::{Advance, Continuation, ContinuationOptions, PathEnd, Started};
-use super::equilibrium::equilibrium;
+use super::equilibrium::{NoEquilibrium, equilibrium};
 use super::family::{ExcitationFamily, Family, FrequencyFamily};
 use super::galerkin::{Galerkin, GalerkinOptions};
 use super::integrate::{Dopri5, Dopri5Options, IntegrationEnd, Integrator};
@@ -84,12 +84,17 @@ pub fn find(
     let mut failures = Vec::new();
     let mut mean = DVector::zeros(problem.dim());
     match &rest {
-        Some(rest) => rest
+        Ok(rest) => rest
             .q
             .iter()
             .enumerate()
             .for_each(|(i, q)| mean[i * c] = *q),
-        None => failures.push("no static equilibrium under the mean load".to_string()),
+        Err(NoEquilibrium::NotCarried { .. }) => {
+            failures.push("no static equilibrium: nothing carries the mean load".to_string())
+        }
+        Err(NoEquilibrium::NotFound) => {
+            failures.push("no static equilibrium under the mean load was found".to_string());
+        }
     }
     let guess = match mode {
         StartMode::Auto => linear_response(&mut problem, &mean, frequency)?,

@@ -135,6 +135,11 @@ impl System {
             visit(load.direction.as_mut_slice());
             visit_series(&mut load.series, visit);
         }
+        if let Some(balance) = &mut self.balance {
+            visit(&mut balance.stiffness);
+            visit(balance.weight.as_mut_slice());
+            (balance.loads.iter_mut()).for_each(|force| visit(force.as_mut_slice()));
+        }
     }
 }
 

@@ -39,6 +39,22 @@ pub struct LoadSource {
     pub kind: LoadKind,
 }
 
+/// The balance of forces in which a train rests, free of inertias.
+///
+///     W^T diag(k) f(W q - mean(e)) = sum over loads of mean F
+///
+/// The equation of motion says the same multiplied by the inverse of the generalised masses, kappa = A W^T diag(k) and Q = A F:
+/// a nearly massless body then takes digits away that the balance has.
+#[derive(Debug, Clone)]
+pub struct Balance {
+    /// k, e values: K l^2 \[J\].
+    pub stiffness: Vec<f64>,
+    /// F of a unit of every load, n values each: those of rates, which rest does not know, are 0.
+    pub loads: Vec<DVector<f64>>,
+    /// Size of the torques on bodies per F, n values: what rounding of F is judged by.
+    pub weight: DVector<f64>,
+}
+
 /// The system (4a). Shapes and finiteness are checked once, in `new`.
 #[derive(Debug, Clone)]
 pub struct System {
@@ -47,6 +63,7 @@ pub struct System {
     element_map: DMatrix<f64>,
     mounts: Vec<Mount>,
     loads: Vec<LoadSource>,
+    balance: Option<Balance>,
     omega: f64,
     subharmonic: usize,
     revolutions: usize,
@@ -109,6 +126,7 @@ impl System {
             element_map,
             mounts,
             loads,
+            balance: None,
             omega: 1.0,
             subharmonic: 1,
             revolutions: 1,
@@ -116,6 +134,20 @@ impl System {
         };
         system.index();
         Ok(system)
+    }
+
+    /// The same system with the balance of forces at rest.
+    #[must_use]
+    pub fn with_balance(self, balance: Balance) -> System {
+        System {
+            balance: Some(balance),
+            ..self
+        }
+    }
+
+    /// The balance of forces at rest, where the system comes from a train.
+    pub fn balance(&self) -> Option<&Balance> {
+        self.balance.as_ref()
     }
 
     /// Finds the nonzero entries of the matrices again: due after every change of them.
@@ -270,13 +302,19 @@ impl System {
         copy
     }
 
-    /// The same system with every law replaced by one.
+    /// The same system with every law replaced by one, but for those that are no springs.
     pub fn with_laws(&self, law: &dyn Element) -> System {
         let mut copy = self.clone();
-        copy.mounts
-            .iter_mut()
+        (copy.mounts.iter_mut())
+            .filter(|m| m.element.is_spring())
             .for_each(|m| m.element = law.clone_box());
         copy
+    }
+
+    /// Slopes of the laws in full contact, e values: 1, and 0 of those that are no springs.
+    pub fn contact_slopes(&self) -> Vec<f64> {
+        let slope = |m: &Mount| if m.element.is_spring() { 1.0 } else { 0.0 };
+        self.mounts.iter().map(slope).collect()
     }
 
     /// Mean load, n values.

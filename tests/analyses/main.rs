@@ -13,6 +13,7 @@ mod branches_all;
 mod costs;
 mod crosscheck_methods;
 mod effective_frequencies;
+mod first_contact;
 mod floquet_estimate;
 mod parameter_response;
 mod parameter_response_mistakes;

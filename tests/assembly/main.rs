@@ -10,3 +10,4 @@ mod assembly_absolute;
 mod assembly_reference;
 mod assembly_topology;
 mod start_and_statics;
+mod statics_property;

@@ -191,18 +191,3 @@ fn limits_are_written_with_units() {
     }
 }
 
-#[test]
-fn a_file_without_analyses_has_nothing_to_run() {
-    for end in ["analyses: {}\n", "analyses:\n", ""] {
-        let place = Place::with(&format!(
-            "{}{end}",
-            REDUCED.split("analyses:").next().unwrap()
-        ));
-        place
-            .run(&["run", "m.yaml"])
-            .ends_with(2)
-            .says(&["no analyses"]);
-        place.run(&["check", "m.yaml"]).ends_with(0);
-        assert_eq!(place.names("."), ["m.yaml"]);
-    }
-}

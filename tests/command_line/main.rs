@@ -18,4 +18,5 @@ mod output_files;
 mod page;
 #[cfg(unix)]
 mod signals;
+mod statics;
 mod verify;

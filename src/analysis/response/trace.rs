@@ -403,7 +403,7 @@ impl<'a> Work<'a> {
 /// Weight of the unknowns in the arclength: a change of the deformations by their own size counts like a change of the
 /// parameter by 1 (the frequency by omega_c, any other by its range).
 fn weight(system: &System) -> f64 {
-    let rest = equilibrium(system);
+    let rest = equilibrium(system).ok();
     let size = system
         .mounts()
         .iter()

@@ -58,6 +58,11 @@ const GROW: f64 = 10.0;
 /// Repetitions of a step that is to land on a breakpoint; two or three are enough unless it is grazed.
 const LANDINGS: usize = 16;
 
+/// Shortest and longest trial step that shows which way a connection leaves the breakpoint on which it starts, in units of the
+/// fastest time scale.
+const SHORTEST_PROBE: f64 = 1e-9;
+const LONGEST_PROBE: f64 = 0.1;
+
 /// Integrator with its buffers. One call depends on its arguments only, not on the calls before.
 ///
 /// Where the force jumps at a breakpoint the state lands on it and Phi gets its saltation matrix; a joint that sticks there
@@ -161,11 +166,29 @@ impl Dopri5 {
         let deformation = self.stepper.deformation(system, self.pieces.clamp(tau));
         self.regions.start(system, deformation);
         self.refresh(system, tau, &mut ());
+        let fastest = (1.0 + system.stiffness().amax()).sqrt();
+        self.probe(system, tau, 1.0 / fastest);
         self.regions.begin();
         self.work = Work::default();
-        let fastest = (1.0 + system.stiffness().amax()).sqrt();
         (self.step, self.last_error) = (self.options.relative.powf(0.2) / fastest, 1e-4);
         self.was_rejected = false;
+    }
+
+    /// Places connections that start on a breakpoint with a rate that does not decide: trial steps, each twice as long as the one before, show which way they leave.
+    fn probe(&mut self, system: &System, tau: f64, unit: f64) {
+        let om = system.omega();
+        let mut waiting = self.regions.undecided(&self.stepper.instant(tau));
+        let longest = (LONGEST_PROBE * unit).min((self.pieces.end() - tau) / om);
+        let mut h = SHORTEST_PROBE * unit;
+        while !waiting.is_empty() && h <= longest {
+            self.attempt(system, tau / om, h);
+            let at = self.stepper.trial_instant(tau + om * h);
+            if self.regions.place_leaving(&mut waiting, &at) {
+                self.stepper
+                    .refresh(system, &self.regions, &self.pieces, tau / om);
+            }
+            h *= 2.0;
+        }
     }
 
     /// Rates after a change of region or stretch, which may bring on further changes.
@@ -351,6 +374,13 @@ impl Dopri5 {
 impl Integrator for Dopri5 {
     fn name(&self) -> &'static str {
         "dopri5"
+    }
+
+    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer) {
+        self.stepper.load(state, None);
+        self.begin(system, tau);
+        self.regions
+            .report_begun(system, &self.stepper.instant(tau), observer);
     }
 
     fn advance(

@@ -108,12 +108,15 @@ impl Observer for () {
 
 /// Advances a state in time.
 ///
-/// Crossings are found on the half-open interval (tau.0, tau.1]: a state that starts on a breakpoint does not fire there. Where
-/// the force jumps at a switch the variation gets the saltation matrix of [`super::jumps`]; a continuous force needs none.
+/// Crossings are found on the half-open interval (tau.0, tau.1]: a state that starts on a breakpoint does not fire there
+/// ([`Integrator::start`] reports it once, at the start of a motion). Where the force jumps at a switch the variation gets the saltation matrix of [`super::jumps`]; a continuous force needs none.
 /// With hidden jumps ([`crate::element::Element::has_hidden_jumps`]) the variation is not known: Phi becomes NaN.
 pub trait Integrator {
     /// `exact` or `dopri5`: the result says which integrator ran.
     fn name(&self) -> &'static str;
+
+    /// Reports the contacts made at the start of a motion: by connections on a breakpoint that move from there into contact.
+    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer);
 
     /// Advances `state` = [q; v], 2n values, over (tau.0, tau.1] in phases of the response.
     fn advance(

@@ -176,13 +176,14 @@ impl Regions {
                 continue;
             }
             while let Some(level) = self.levels[k].get(self.region[k]).copied() {
-                if !self.is_above(system, pieces, at, k, level) {
+                if !self.is_above((system, pieces), at, k, (level, Direction::Down)) {
                     break;
                 }
                 self.pass((system, pieces), at, k, Direction::Up, observer);
             }
             while let Some(below) = self.region[k].checked_sub(1) {
-                if self.is_above(system, pieces, at, k, self.levels[k][below]) {
+                let level = self.levels[k][below];
+                if self.is_above((system, pieces), at, k, (level, Direction::Up)) {
                     break;
                 }
                 self.pass((system, pieces), at, k, Direction::Down, observer);
@@ -191,14 +192,13 @@ impl Regions {
         self.switches > before
     }
 
-    /// Whether a deformation is above a level or, on the level, about to be.
+    /// Whether a deformation is above a level or, on the level, about to be. `side`: where it counts to now.
     fn is_above(
         &self,
-        system: &System,
-        pieces: &Pieces,
+        (system, pieces): (&System, &Pieces),
         at: &Instant<'_>,
         k: usize,
-        level: f64,
+        (level, side): (f64, Direction),
     ) -> bool {
         let (x, rate) = (at.scratch.deformation[k], at.scratch.rate[k]);
         let tolerance = self.tolerance(k, level, at.state, at.tau);
@@ -211,16 +211,85 @@ impl Regions {
             let phase = system.subharmonic() as f64 * pieces.clamp(at.tau);
             bend -= system.excitation_frequency().powi(2) * error.second_derivative(phase);
         }
-        // A rate that the acceleration turns round within the tolerance says nothing.
-        let direction = if rate * rate > 2.0 * bend.abs() * tolerance {
-            rate
-        } else {
-            bend
+        // A rate that the acceleration turns round within the tolerance says nothing: later steps show the way.
+        if rate * rate > 2.0 * bend.abs() * tolerance {
+            return rate > 0.0;
+        }
+        match self.jumps {
+            Some(_) => side == Direction::Up,
+            None if bend == 0.0 => x > level,
+            None => bend > 0.0,
+        }
+    }
+
+    /// Connections on an end of their region, with that level, which their rates do not move off.
+    pub(super) fn undecided(&self, at: &Instant<'_>) -> Vec<(usize, f64)> {
+        let stands = |(k, level): &(usize, f64)| {
+            let tolerance = self.tolerance(*k, *level, at.state, at.tau);
+            let is_slow = at.scratch.rate[*k].abs() <= tolerance;
+            is_slow && (at.scratch.deformation[*k] - level).abs() <= tolerance
         };
-        if direction == 0.0 {
-            x > level
-        } else {
-            direction > 0.0
+        let all = (0..self.levels.len()).flat_map(|k| self.ends(k).map(move |level| (k, level)));
+        all.filter(stands).collect()
+    }
+
+    /// Levels at the ends of a connection's region.
+    fn ends(&self, k: usize) -> impl Iterator<Item = f64> + use<'_> {
+        let (levels, region) = (&self.levels[k], self.region[k]);
+        let below = region.checked_sub(1).map(|r| levels[r]);
+        below.into_iter().chain(levels.get(region).copied())
+    }
+
+    /// Moves those connections that have left their level at a trial state to its side; true if one changed its region.
+    pub(super) fn place_leaving(
+        &mut self,
+        waiting: &mut Vec<(usize, f64)>,
+        at: &Instant<'_>,
+    ) -> bool {
+        let mut has_changed = false;
+        waiting.retain(|(k, level)| {
+            let distance = at.scratch.deformation[*k] - level;
+            if distance.abs() <= 4.0 * self.tolerance(*k, *level, at.state, at.tau) {
+                return true;
+            }
+            let below = self.levels[*k].iter().filter(|l| *l < level).count();
+            let region = below + usize::from(distance > 0.0);
+            has_changed |= region != self.region[*k];
+            self.region[*k] = region;
+            self.set_window(*k);
+            false
+        });
+        has_changed
+    }
+
+    /// Reports connections that stand on a breakpoint and are placed in contact behind it, where they are open on it.
+    pub(super) fn report_begun(
+        &self,
+        system: &System,
+        at: &Instant<'_>,
+        observer: &mut dyn Observer,
+    ) {
+        for k in 0..self.levels.len() {
+            let element = &system.mounts()[k].element;
+            let x = at.scratch.deformation[k];
+            let stands =
+                |level: &f64| (x - level).abs() <= self.tolerance(k, *level, at.state, at.tau);
+            let (low, high) = self.windows[k];
+            for level in self.ends(k).filter(stands) {
+                let inside = if level < low { low } else { high };
+                let (from, to) = (element.flank(level), element.flank(inside));
+                if from == 0 && to != 0 {
+                    let velocity = at.scratch.rate[k];
+                    observer.switch(&Switch {
+                        tau: at.tau,
+                        connection: k,
+                        level,
+                        from,
+                        to,
+                        velocity,
+                    });
+                }
+            }
         }
     }
 

@@ -266,6 +266,29 @@ impl Integrator for Exact {
         "exact"
     }
 
+    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer) {
+        self.series.prepare(system);
+        self.place(system, tau, state);
+        self.stiffen(system, tau);
+        self.series.expand(system, tau, state);
+        for connection in 0..system.element_count() {
+            let (value, slope) = evaluate(self.series.deformation(connection), 0.0);
+            let element = system.mounts()[connection].element.as_ref();
+            let begun = (self.regions).begun(&self.series, (tau, state), connection, value);
+            let Some((level, to)) = begun.filter(|(level, _)| element.flank(*level) == 0) else {
+                continue;
+            };
+            observer.switch(&Switch {
+                tau,
+                connection,
+                level,
+                from: 0,
+                to,
+                velocity: slope / self.series.unit,
+            });
+        }
+    }
+
     fn advance(
         &mut self,
         system: &System,

@@ -176,6 +176,26 @@ impl Regions {
         }
     }
 
+    /// The breakpoint on which a connection stands and the flank of its region, if it is one in contact.
+    pub fn begun(
+        &self,
+        series: &Series,
+        (tau, state): (f64, &[f64]),
+        connection: usize,
+        deformation: f64,
+    ) -> Option<(f64, i8)> {
+        let connection = &self.connections[connection];
+        let flank = connection.law.flanks[connection.region];
+        let (low, high) = connection.law.borders(connection.region);
+        let stands = |level: &f64| {
+            let tolerance = connection.tolerance(*level, size(series, state), tau);
+            (deformation - level).abs() <= tolerance
+        };
+        let level = [low, high].into_iter().filter(|x| x.is_finite());
+        let level = level.into_iter().find(stands)?;
+        (flank != 0).then_some((level, flank))
+    }
+
     /// Copies the region of every connection.
     pub fn save(&self, list: &mut [usize]) {
         let regions = self.connections.iter().map(|c| c.region);
