@@ -11,7 +11,7 @@ use super::series::floats;
 use crate::error::Error;
 use crate::report::{Report, Table};
 
-/// Room for all orbits of a page, in characters: with it, the plotting script and many figures the page stays below 8 MB.
+/// Room for all orbits of a page, in characters: with it, the plotting script and many figures the page stays below 5 MB.
 const ROOM: usize = 1_800_000;
 /// Columns before the series.
 const KEYS: [&str; 3] = ["branch", "point", "tau"];

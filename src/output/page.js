@@ -176,7 +176,7 @@
     const data = JSON.parse(document.getElementById(plot.dataset.source).textContent);
     const canvas = document.createElement("div");
     plot.append(canvas);
-    const config = { responsive: true, displaylogo: false, doubleClick: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "resetScale2d"], toImageButtonOptions: { format: "svg", filename: plot.dataset.name } };
+    const config = { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", doubleClick: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "resetScale2d"], toImageButtonOptions: { format: "svg", filename: plot.dataset.name } };
     try {
       const list = traces(data);
       const base = list.map(({ x, xaxis }) => ({ x, xaxis }));

@@ -52,9 +52,10 @@ def free_row(page):
 
 
 def loads(page, file):
-    check(os.path.getsize(file) < 8e6, "the page is below 8 MB")
+    check(os.path.getsize(file) < 4e6, "the page is below 4 MB, with all its orbits")
     page.open(file)
     page.wait_for("document.querySelectorAll('.js-plotly-plot .main-svg').length >= 4", "plots of both analyses")
+    check(page.evaluate("document.querySelectorAll('[data-title^=Share]').length") == 0, "no button sends a plot away")
     check(page.evaluate(f"{PLOT}.data.length") > 6, "curves are drawn")
     check(page.evaluate("[...document.querySelectorAll('.plot img')].every((i) => i.hidden)"), "static figures gave way")
     check(page.evaluate("document.querySelectorAll('nav li').length") == 2, "the table of contents lists both analyses")
