@@ -343,3 +343,45 @@ fn a_light_drag_decides_the_flank_of_a_hard_mesh() {
         assert_eq!((rest.deformation[1], rest.is_unique), (0.0, false));
     }
 }
+
+#[test]
+fn nothing_rests_where_a_law_falls() {
+    let expression = |force: &str| -> Box<dyn Element> {
+        let text = format!("{{type: expression, force: \"{force}\"}}");
+        gearlash::yaml::parse(&text, "law")
+            .unwrap()
+            .read("")
+            .unwrap()
+    };
+    let rest = |element, torque: f64| {
+        let connections = vec![connection(&[(0, 1.0), (1, -1.0)], 1.0, element)];
+        let assembly = assembled(&loaded(&[1.0, 2.0], connections, &[torque, -torque]));
+        equilibrium(&assembly.system)
+    };
+    // Two wells at -1 and 1, none at 0.
+    for torque in [0.0, 0.1, -0.1] {
+        let x = rest(expression("-q + q^3"), torque).unwrap().deformation[0];
+        assert!(
+            (x * x * x - x - torque).abs() < 1e-12 && x.abs() > 0.9,
+            "{x}"
+        );
+        assert!(torque == 0.0 || x * torque > 0.0, "{x}");
+    }
+    // It carries 1 at most: at q = 1.
+    let found = rest(expression("1.5*q - 0.5*q^3"), 0.9).unwrap();
+    assert!(found.deformation[0] > 0.0 && found.deformation[0] < 1.0);
+    let lost = rest(expression("1.5*q - 0.5*q^3"), 1.1).unwrap_err();
+    assert_eq!(
+        lost,
+        NoEquilibrium::NotCarried {
+            connections: vec![0]
+        }
+    );
+    // A smooth law that never reaches the load.
+    assert!(rest(expression("tanh(q)"), 1.1).is_err());
+    let x = rest(expression("tanh(q)"), 0.5).unwrap().deformation[0];
+    assert!((x - 0.5_f64.atanh()).abs() < 1e-12);
+    // Far softer than its reference stiffness.
+    let x = rest(expression("1e-9*q + q^3"), 1e-3).unwrap().deformation[0];
+    assert!((x - 0.1).abs() < 1e-7, "{x}");
+}

@@ -131,11 +131,11 @@ fn table(setting: &Setting<'_>, moving: &[Moving], shares: &[f64], rows: &[Vec<S
 /// States of all connections at a share of the way from the first to the last amplitude.
 fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<State> {
     let system = &setting.assembly.system;
-    let still = State {
-        slope: 1.0,
+    let still = |slope| State {
+        slope,
         ..State::default()
     };
-    let mut list = vec![still; system.element_count()];
+    let mut list: Vec<State> = system.contact_slopes().into_iter().map(still).collect();
     for m in moving {
         let element = system.mounts()[m.connection].element.as_ref();
         let amplitude = m.amplitude[0] + (m.amplitude[1] - m.amplitude[0]) * share;

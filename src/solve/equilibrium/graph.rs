@@ -58,6 +58,8 @@ const RAMP: f64 = 1e-9;
 const FIRST_STEP: f64 = 1e-3;
 const GROWTH: f64 = 1.25;
 const MAX_STEPS: usize = 250;
+/// Where no force gives the size of the first step: relative to the largest breakpoint.
+const SMALLEST: f64 = 1e-9;
 
 /// Distance from a breakpoint that a law's own rounding does not bridge.
 fn nudge(breakpoint: f64) -> f64 {
@@ -135,7 +137,7 @@ impl<'a> Graph<'a> {
         here.into_iter().find(flat).map_or((x, x), |r| self.ends(r))
     }
 
-    /// Where the law supports a force: the place nearest to 0. `None` where it has no such force.
+    /// Where the law supports a force and does not fall: the place nearest to 0. `None` where there is none.
     pub(super) fn support(&self, force: f64) -> Option<Support> {
         let home = self.region(0.0);
         let sides = if force < 0.0 {
@@ -166,7 +168,7 @@ impl<'a> Graph<'a> {
             return None;
         }
         let (below, above) = (self.inner(home, 0.0), self.inner(home + 1, 0.0));
-        if below != above && (below - force) * (above - force) <= 0.0 {
+        if below < above && (below - force) * (above - force) <= 0.0 {
             return Some(Support::Jump { x: 0.0 });
         }
         // Both sides meet the force: a flat one leaves the place open.
@@ -190,7 +192,8 @@ impl<'a> Graph<'a> {
             }
             let next = if side > 0.0 { region + 1 } else { region - 1 };
             let (here, beyond) = (self.inner(region, end), self.inner(next, end));
-            if here != beyond && (here - force) * (beyond - force) <= 0.0 {
+            let rises = side * (beyond - here) > 0.0;
+            if rises && (here - force) * (beyond - force) <= 0.0 {
                 return Some(Support::Jump { x: end });
             }
             (region, from) = (next, end);
@@ -211,6 +214,9 @@ impl<'a> Graph<'a> {
         };
         if let Some(law) = &self.affine {
             let slope = law.slopes[region];
+            if slope < 0.0 {
+                return None;
+            }
             let x = from + (force - start) / slope;
             let reach = (x - from) * (end - from).signum();
             let is_inside = reach >= 0.0 && reach <= (end - from).abs();
@@ -221,37 +227,51 @@ impl<'a> Graph<'a> {
         Some(Support::Point { x, slope })
     }
 
-    /// The first place between `from` and `end` where a smooth law has the force: growing steps, then bisection.
+    /// The first place between `from` and `end` where a smooth law rises to the force: growing steps, then bisection. Where it falls
+    /// through the force nothing rests.
     fn march(&self, (force, start): (f64, f64), (from, end): (f64, f64)) -> Option<f64> {
-        if start == force {
-            return Some(from);
-        }
         let side = (end - from).signum();
+        let mut is_short = side * (start - force) < 0.0;
+        if start == force {
+            if self.element.eval(from, 0.0, 0.0).df_dq >= 0.0 {
+                return Some(from);
+            }
+            is_short = true;
+        }
         let room = (end - from).abs();
-        let unit = match room.is_finite() {
-            true => room,
-            false => (force - start).abs().max(f64::MIN_POSITIVE),
+        let unit = match (room.is_finite(), start == force) {
+            (true, _) => room,
+            (false, false) => (force - start).abs(),
+            (false, true) => SMALLEST * self.unit(),
         };
         let (mut near, mut step) = (from, FIRST_STEP * unit);
         for _ in 0..MAX_STEPS {
-            let far = match (near + side * step - from).abs() < room {
-                true => near + side * step,
-                false if room.is_finite() => end - side * nudge(end),
+            let is_last = (near + side * step - from).abs() >= room - nudge(end);
+            let far = match is_last && room.is_finite() {
+                true => end - side * nudge(end),
                 false => near + side * step,
             };
             let value = self.eval(far);
             if !value.is_finite() {
                 return None;
             }
-            if (value - force) * (start - force) <= 0.0 {
-                return Some(self.bisect(force, start < force, (near, far)));
+            let has_reached = side * (value - force) >= 0.0;
+            if is_short && has_reached {
+                return Some(self.bisect(force, side > 0.0, (near, far)));
             }
-            if (far - from).abs() >= room - nudge(end) {
+            if is_last {
                 return None;
             }
+            is_short = !has_reached;
             (near, step) = (far, step * GROWTH);
         }
         None
+    }
+
+    /// A deformation that counts as one unit: the largest breakpoint, else 1.
+    fn unit(&self) -> f64 {
+        let largest = self.breakpoints.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+        if largest > 0.0 { largest } else { 1.0 }
     }
 
     fn bisect(&self, force: f64, rises: bool, (mut near, mut far): (f64, f64)) -> f64 {

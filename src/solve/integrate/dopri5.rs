@@ -179,14 +179,16 @@ impl Dopri5 {
         let om = system.omega();
         let mut waiting = self.regions.undecided(&self.stepper.instant(tau));
         let longest = (LONGEST_PROBE * unit).min((self.pieces.end() - tau) / om);
+        if waiting.is_empty() {
+            return;
+        }
         let mut h = SHORTEST_PROBE * unit;
         while !waiting.is_empty() && h <= longest {
             self.attempt(system, tau / om, h);
             let at = self.stepper.trial_instant(tau + om * h);
-            if self.regions.place_leaving(&mut waiting, &at) {
-                self.stepper
-                    .refresh(system, &self.regions, &self.pieces, tau / om);
-            }
+            self.regions.place_leaving(&mut waiting, &at);
+            self.stepper
+                .refresh(system, &self.regions, &self.pieces, tau / om);
             h *= 2.0;
         }
     }

@@ -240,26 +240,18 @@ impl Regions {
         below.into_iter().chain(levels.get(region).copied())
     }
 
-    /// Moves those connections that have left their level at a trial state to its side; true if one changed its region.
-    pub(super) fn place_leaving(
-        &mut self,
-        waiting: &mut Vec<(usize, f64)>,
-        at: &Instant<'_>,
-    ) -> bool {
-        let mut has_changed = false;
+    /// Moves those connections that have left their level at a trial state to its side.
+    pub(super) fn place_leaving(&mut self, waiting: &mut Vec<(usize, f64)>, at: &Instant<'_>) {
         waiting.retain(|(k, level)| {
             let distance = at.scratch.deformation[*k] - level;
             if distance.abs() <= 4.0 * self.tolerance(*k, *level, at.state, at.tau) {
                 return true;
             }
             let below = self.levels[*k].iter().filter(|l| *l < level).count();
-            let region = below + usize::from(distance > 0.0);
-            has_changed |= region != self.region[*k];
-            self.region[*k] = region;
+            self.region[*k] = below + usize::from(distance > 0.0);
             self.set_window(*k);
             false
         });
-        has_changed
     }
 
     /// Reports connections that stand on a breakpoint and are placed in contact behind it, where they are open on it.
