@@ -3,11 +3,11 @@
 use super::columns::{float, integer, text};
 use super::response::{Method, Swept};
 use super::{Setting, rattle};
-use crate::postprocess::attractor::Label;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::postprocess::floquet_estimate::averaged_multipliers;
 use crate::postprocess::measures::{Measures, Meter};
 use crate::report::Table;
+use crate::solve::attractor::Label;
 use crate::solve::branch::{BranchPoint, Recorder, Stability};
 use crate::solve::events::BifurcationEvent;
 use crate::solve::orbit::Orbit;

@@ -1,11 +1,12 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
-use super::flow::{self, Motion, Stop};
+use super::flow::{self, Motion};
 use super::poincare_map::REPORTED;
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::solve::attractor::Stop;
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
 use crate::system::{Scratch, System};
 use schemars::JsonSchema;

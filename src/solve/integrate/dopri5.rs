@@ -348,6 +348,10 @@ impl Integrator for Dopri5 {
         "dopri5"
     }
 
+    fn error(&self) -> f64 {
+        10.0 * self.options.relative
+    }
+
     fn advance(
         &mut self,
         system: &System,

@@ -112,6 +112,9 @@ pub trait Integrator {
     /// `exact` or `dopri5`: the result says which integrator ran.
     fn name(&self) -> &'static str;
 
+    /// Order of magnitude of the relative error of a period.
+    fn error(&self) -> f64;
+
     /// Advances `state` = [q; v], 2n values, over (tau.0, tau.1] in phases of the response.
     fn advance(
         &mut self,

@@ -261,6 +261,10 @@ impl Integrator for Exact {
         "exact"
     }
 
+    fn error(&self) -> f64 {
+        1e-13
+    }
+
     fn advance(
         &mut self,
         system: &System,
