@@ -4,7 +4,7 @@
 mod sweep;
 
 use super::cost::{Cost, Period};
-use super::flow::{self, Lengths, MapSize};
+use super::flow::{self, LabelKeys};
 use super::map_table::{Rows, dots};
 use super::parameter::Parameter;
 use super::poincare_map::defaults;
@@ -12,6 +12,7 @@ use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, Figure, FrequencyUnit, Panel, Report, Table};
+use crate::solve::attractor::{Lengths, MapSize};
 use crate::solve::integrate::IntegratorChoice;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,6 +57,12 @@ pub struct BifurcationDiagram {
     /// Which integrator runs.
     #[serde(default)]
     pub integrator: IntegratorChoice,
+    /// Longest period that a label may name; 256 when absent.
+    #[serde(default)]
+    pub longest_period: Option<usize>,
+    /// Length to which a record that decides nothing may be extended, in lengths of the record; 8 when absent.
+    #[serde(default)]
+    pub extend: Option<usize>,
 }
 
 fn frequency() -> String {
@@ -108,7 +115,11 @@ impl Analysis for BifurcationDiagram {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = self.check_sweep(setting);
         let runs = self.seeds.as_ref().map_or(2, |s| s.count);
-        faults.extend(self.size().check(self.points.saturating_mul(runs)));
+        faults.extend(flow::check_size(
+            self.size(),
+            self.points.saturating_mul(runs),
+        ));
+        faults.extend(self.label_keys().check());
         if let Some(initial) = &self.initial {
             faults.extend(initial.check(setting, "initial"));
         }
@@ -134,8 +145,8 @@ impl Analysis for BifurcationDiagram {
             (None, _) => 1,
         };
         let period = Period::of(setting, frequency);
-        self.size()
-            .cost(setting, period, runs.saturating_mul(self.points))
+        let records = runs.saturating_mul(self.points);
+        flow::cost(self.size(), setting, period, records)
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
@@ -171,6 +182,13 @@ impl BifurcationDiagram {
             transient: self.transient,
             periods: self.periods,
             exponents: Lengths::wanted(self.lyapunov),
+        }
+    }
+
+    fn label_keys(&self) -> LabelKeys {
+        LabelKeys {
+            longest_period: self.longest_period,
+            extend: self.extend,
         }
     }
 
@@ -282,6 +300,7 @@ impl BifurcationDiagram {
             sweeps,
             seeds,
             size: self.size(),
+            labels: self.label_keys(),
             integrator: self.integrator,
             initial: self.initial.clone().unwrap_or_default(),
             unit,
@@ -293,7 +312,7 @@ impl BifurcationDiagram {
         let mut rows = Rows::new(setting);
         let mut values = Vec::new();
         for point in points {
-            let count = rows.append(point.run, plan.size.transient, &point.record);
+            let count = rows.append(point.run, plan.size.transient, &point.attractor.record);
             values.extend(std::iter::repeat_n(point.value * plan.factor, count));
         }
         let mut main = rows.table();
@@ -401,12 +420,15 @@ fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table 
         columns::integer("run", points.iter().map(|p| p.run as i64).collect()),
         columns::text(
             "label",
-            points.iter().map(|p| p.label.to_string()).collect(),
+            points
+                .iter()
+                .map(|p| p.attractor.label.to_string())
+                .collect(),
         ),
     ];
     for i in 0..2 * setting.assembly.system.dof() {
         let exponent = |p: &Point| {
-            let exponents = p.record.exponents.as_ref();
+            let exponents = p.attractor.record.exponents.as_ref();
             exponents.map_or(f64::NAN, |e| e.values[i])
         };
         let values = points.iter().map(exponent).collect();

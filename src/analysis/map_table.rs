@@ -1,8 +1,8 @@
 //! Records of Poincaré maps as rows of a table and as dots of a figure.
 
-use super::flow::MapRecord;
 use super::{Setting, columns};
 use crate::report::{Curve, CurveStyle, Table};
+use crate::solve::attractor::MapRecord;
 
 /// Runs with a colour of their own.
 const MAX_COLOURS: usize = 6;

@@ -1,14 +1,14 @@
 //! States at phase 0 of the excitation, period after period, from one or several initial states (figures 5 and 6).
 
 use super::cost::{Cost, Period};
-use super::flow::{self, Lengths, MapRecord, MapSize, Motion};
+use super::flow::{self, LabelKeys, Motion};
 use super::map_table::{Rows, dots};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::interrupt;
-use crate::postprocess::attractor::Label;
 use crate::quantity::Quantity;
 use crate::report::{Figure, Panel, Report, Table};
+use crate::solve::attractor::{Attractor, LabelOptions, Lengths, MapSize, Stroboscopic, attractor};
 use crate::solve::integrate::IntegratorChoice;
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -41,6 +41,12 @@ pub struct PoincareMap {
     /// Whether Lyapunov exponents are computed for the labels.
     #[serde(default = "defaults::lyapunov")]
     pub lyapunov: bool,
+    /// Longest period that a label may name; 256 when absent.
+    #[serde(default)]
+    pub longest_period: Option<usize>,
+    /// Length to which a record that decides nothing may be extended, in lengths of the record; 8 when absent.
+    #[serde(default)]
+    pub extend: Option<usize>,
 }
 
 pub(super) mod defaults {
@@ -52,6 +58,8 @@ pub(super) mod defaults {
     }
 }
 
+/// Effort of the search for attracting orbits, in lengths of the record: runs are few.
+const EFFORT: usize = 8;
 /// Periods between two reports of the progress.
 pub(super) const REPORTED: usize = 64;
 
@@ -67,7 +75,8 @@ impl Analysis for PoincareMap {
         if self.initials.as_ref().is_some_and(Vec::is_empty) {
             faults.push(Fault::new("initials", "an empty list: nothing to run"));
         }
-        faults.extend(self.size().check(states.len()));
+        faults.extend(flow::check_size(self.size(), states.len()));
+        faults.extend(self.label_keys().check());
         faults
     }
 
@@ -75,8 +84,8 @@ impl Analysis for PoincareMap {
         let Ok(frequency) = setting.frequency(&self.at) else {
             return Cost::default();
         };
-        self.size()
-            .cost(setting, Period::of(setting, frequency), self.states().len())
+        let period = Period::of(setting, frequency);
+        flow::cost(self.size(), setting, period, self.states().len())
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
@@ -102,8 +111,7 @@ impl Analysis for PoincareMap {
 
 /// What became of one initial state.
 struct Run {
-    record: MapRecord,
-    label: Label,
+    attractor: Attractor,
     integrator: &'static str,
     warning: Option<String>,
 }
@@ -114,6 +122,13 @@ impl PoincareMap {
             transient: self.transient,
             periods: self.periods,
             exponents: Lengths::wanted(self.lyapunov),
+        }
+    }
+
+    fn label_keys(&self) -> LabelKeys {
+        LabelKeys {
+            longest_period: self.longest_period,
+            extend: self.extend,
         }
     }
 
@@ -140,22 +155,29 @@ impl PoincareMap {
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             if count.is_multiple_of(REPORTED) {
                 let words = format!("period {count} of {total}");
-                let share = count as f64 / total as f64;
+                // Extended records take longer than the stated one.
+                let share = (count as f64 / total as f64).min(1.0);
                 setting.control.progress(setting.name, share, &words);
             }
             !setting.control.is_interrupted()
         };
-        let record = flow::poincare(
-            motion.integrator.as_mut(),
-            &motion.system,
+        let mut map = Stroboscopic {
+            system: &motion.system,
+            integrator: motion.integrator.as_mut(),
+        };
+        let options = LabelOptions {
+            effort: EFFORT,
+            ..self.label_keys().options()
+        };
+        let attractor = attractor(
+            &mut map,
             &mut motion.state,
             self.size(),
+            options,
             &mut keep_going,
         );
-        let label = record.label(&motion.system);
         Ok(Run {
-            record,
-            label,
+            attractor,
             integrator: motion.integrator.name(),
             warning: motion.warning,
         })
@@ -165,23 +187,24 @@ impl PoincareMap {
         let mut rows = Rows::new(setting);
         let mut list = Vec::new();
         for (number, run) in runs.iter().enumerate() {
-            let count = rows.append(number, self.transient, &run.record);
-            let values = run.record.exponents.as_ref().map(|e| &e.values);
+            let count = rows.append(number, self.transient, &run.attractor.record);
+            let values = run.attractor.record.exponents.as_ref().map(|e| &e.values);
             list.push(json!({
                 "run": number,
-                "label": run.label.to_string(),
+                "label": run.attractor.label.to_string(),
                 "integrator": run.integrator,
                 "periods": count,
+                "extension": run.attractor.extension,
                 "lyapunov": values,
-                "stop": run.record.stop.map(|s| s.to_string()),
+                "stop": run.attractor.record.stop.map(|s| s.to_string()),
             }));
         }
         let stops: Vec<String> = (runs.iter().enumerate())
-            .filter_map(|(k, run)| Some(format!("run {k}: {}", run.record.stop?)))
+            .filter_map(|(k, run)| Some(format!("run {k}: {}", run.attractor.record.stop?)))
             .collect();
         let mut warnings: Vec<String> = runs.iter().filter_map(|r| r.warning.clone()).collect();
         warnings.dedup();
-        let labels: Vec<String> = runs.iter().map(|r| r.label.to_string()).collect();
+        let labels: Vec<String> = runs.iter().map(|r| r.attractor.label.to_string()).collect();
         let mut report = Report {
             tables: vec![rows.table(), self.summary(setting, runs)],
             figure: Some(figure(setting, &labels)),
@@ -202,7 +225,7 @@ impl PoincareMap {
 
     /// `run, label, lyapunov_1..`, exponents in units of omega_c.
     fn summary(&self, setting: &Setting<'_>, runs: &[Run]) -> Table {
-        let label = |run: &Run| run.label.to_string();
+        let label = |run: &Run| run.attractor.label.to_string();
         let mut list = vec![
             columns::integer("run", (0..runs.len() as i64).collect()),
             columns::text("label", runs.iter().map(label).collect()),
@@ -214,7 +237,7 @@ impl PoincareMap {
         };
         for i in 0..exponents {
             let exponent = |run: &Run| {
-                let exponents = run.record.exponents.as_ref();
+                let exponents = run.attractor.record.exponents.as_ref();
                 exponents.map_or(f64::NAN, |e| e.values[i])
             };
             let values = runs.iter().map(exponent).collect();

@@ -1,13 +1,14 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
 use super::cost::{Cost, Period};
-use super::flow::{self, Motion, Stop};
+use super::flow::{self, Motion};
 use super::poincare_map::REPORTED;
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
 use crate::measure::Heading;
 use crate::quantity::Quantity;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::solve::attractor::Stop;
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
 use crate::system::{Scratch, System};
 use schemars::JsonSchema;

@@ -4,6 +4,7 @@
 //! panic and never an `Err`.
 
 mod affine;
+pub mod attractor;
 pub mod branch;
 pub mod closed_form;
 pub mod continuation;

@@ -8,6 +8,7 @@ mod response_support;
 mod time_domain_support;
 
 mod accuracy;
+mod attractor_cases;
 mod attractor_labels;
 mod branches_all;
 mod costs;

@@ -192,7 +192,7 @@ impl Control for Impatient {
 #[test]
 fn an_interruption_and_a_divergence_keep_what_is_finished() {
     let text = "  it: {type: frequency_response, method: integration, from: 0.9, to: 1.1, points: 5, transient: 10, \
-                periods: 10}";
+                periods: 10, extend: 1}";
     let control = Impatient(AtomicUsize::new(50));
     let report = run_with(PAIR, text, 1, &control).remove(0);
     let message = report.ended_early.clone().unwrap();

@@ -175,7 +175,10 @@ fn any_scales_give_the_same_results() {
             ("galerkin", "harmonics: 8, tolerance: 1e-12"),
             ("shooting", "harmonics: 8"),
             // Few periods: impacts multiply the rounding from one to the next.
-            ("integration", "points: 2, transient: 0, periods: 2"),
+            (
+                "integration",
+                "points: 2, transient: 0, periods: 2, extend: 1",
+            ),
         ] {
             let text = format!(
                 "{{type: frequency_response, method: {method}, from: {:?} rad/s, to: {:?} rad/s, marks: [{at:?} rad/s], {size}}}",

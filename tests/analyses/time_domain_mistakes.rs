@@ -5,7 +5,7 @@ use gearlash::analysis::Control;
 use gearlash::report::Table;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-const FOLLOWED: &str = "{type: bifurcation_diagram, from: 0.9, to: 1.1, points: 3, direction: both, transient: 4, periods: 3}";
+const FOLLOWED: &str = "{type: bifurcation_diagram, from: 0.9, to: 1.1, points: 3, direction: both, transient: 4, periods: 3, extend: 1}";
 
 /// Interrupts after so many questions.
 struct Impatient(AtomicUsize, AtomicBool);

@@ -1,15 +1,15 @@
 //! The runs of a bifurcation diagram, spread over the threads. Each value of the results depends on its own run alone.
 
 use super::{Reach, Seeds};
-use crate::analysis::flow::{self, MapRecord, MapSize, Stop};
+use crate::analysis::flow::{self, LabelKeys};
 use crate::analysis::parameter::{Parameter, joined};
 use crate::analysis::{Fault, Initial, Setting};
 use crate::interrupt;
-use crate::postprocess::attractor::Label;
+use crate::solve::attractor::{
+    Attractor, Cycle, Label, Map, MapSize, Stop, Stroboscopic, attractor, reconsider, scatter,
+};
 use crate::solve::integrate::IntegratorChoice;
 use crate::system::System;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -26,6 +26,7 @@ pub(super) struct Plan {
     pub sweeps: Vec<Vec<f64>>,
     pub seeds: Option<States>,
     pub size: MapSize,
+    pub labels: LabelKeys,
     pub integrator: IntegratorChoice,
     pub initial: Initial,
     /// Unit of the reported parameter, and the factor to it.
@@ -44,8 +45,7 @@ pub(super) struct States {
 pub(super) struct Point {
     pub value: f64,
     pub run: usize,
-    pub record: MapRecord,
-    pub label: Label,
+    pub attractor: Attractor,
     pub integrator: &'static str,
     pub warning: Option<String>,
 }
@@ -65,14 +65,35 @@ impl Seeds {
     }
 }
 
-impl States {
-    /// Moves a state at random within the box; every `stream` has its own numbers.
-    fn scatter(&self, stream: usize, state: &mut [f64]) {
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(stream as u64);
-        for (x, width) in state.iter_mut().zip(&self.widths) {
-            *x += width * random.random_range(-1.0..=1.0);
+/// Periodic orbits found at each value of the parameter, one per period.
+struct Hints(Vec<Vec<Cycle>>);
+
+impl Hints {
+    fn new(values: usize, list: &[(usize, Vec<f64>, Point)]) -> Hints {
+        let mut found: Vec<Vec<Cycle>> = vec![Vec::new(); values];
+        for (k, _, point) in list {
+            let Label::Period(n) = point.attractor.label else {
+                continue;
+            };
+            if let Some(cycle) = &point.attractor.cycle
+                && found[*k].iter().all(|c| c.period != n)
+            {
+                found[*k].push(cycle.clone());
+            }
         }
+        Hints(found)
+    }
+
+    /// Those of a value and its neighbours, its own first, one per period.
+    fn near(&self, k: usize) -> Vec<Cycle> {
+        let mut list: Vec<Cycle> = Vec::new();
+        let neighbours = [k, k.wrapping_sub(1), k + 1];
+        for cycle in neighbours.iter().filter_map(|j| self.0.get(*j)).flatten() {
+            if list.iter().all(|c| c.period != cycle.period) {
+                list.push(cycle.clone());
+            }
+        }
+        list
     }
 }
 
@@ -127,6 +148,8 @@ impl<'a> Work<'a> {
     fn follow(&self, run: usize, values: &[f64]) -> Vec<Point> {
         let mut points = Vec::with_capacity(values.len());
         let mut carried: Option<Vec<f64>> = None;
+        // The last periodic orbit.
+        let mut cycle: Option<Cycle> = None;
         for (k, value) in values.iter().enumerate() {
             if self.setting.control.is_interrupted() {
                 break;
@@ -145,10 +168,14 @@ impl<'a> Work<'a> {
                     continue;
                 }
             };
-            let Some(mut point) = self.point(run, k, *value, &system, &mut state) else {
+            let hints = cycle.as_slice();
+            let Some(mut point) = self.point((run, k, *value), &system, &mut state, hints) else {
                 continue;
             };
-            if point.record.stop.is_none() {
+            if point.attractor.label != Label::Undecided {
+                cycle = point.attractor.cycle.clone().or(cycle);
+            }
+            if point.attractor.record.stop.is_none() {
                 carried = Some(state);
             }
             point.warning = warning;
@@ -164,14 +191,47 @@ impl<'a> Work<'a> {
             let (k, run) = (task / states.count, task % states.count);
             let system = self.system(run, k, values[k])?;
             let (mut state, warning) = flow::rest(&system);
-            states.scatter(task, &mut state);
-            let mut point = self.point(run, k, values[k], &system, &mut state)?;
+            scatter(states.seed, task, &states.widths, &mut state);
+            let mut point = self.point((run, k, values[k]), &system, &mut state, &[])?;
             point.warning = warning;
-            Some(point)
+            Some((k, state, point))
         };
         let tasks = (0..values.len() * states.count).into_par_iter();
         let flag = interrupt::current();
-        tasks.filter_map(|task| flag.scope(|| one(task))).collect()
+        let list = tasks.filter_map(|task| flag.scope(|| one(task)));
+        let list: Vec<(usize, Vec<f64>, Point)> = list.collect();
+        let hints = Hints::new(values.len(), &list);
+        let points = list.into_par_iter().map(|(k, mut state, mut point)| {
+            flag.scope(|| self.reconsider(k, &mut state, &mut point, hints.near(k)));
+            point
+        });
+        points.collect()
+    }
+
+    /// Judges a run again with the periodic orbits of the other runs.
+    fn reconsider(&self, k: usize, state: &mut [f64], point: &mut Point, hints: Vec<Cycle>) {
+        let is_open = !matches!(point.attractor.label, Label::Period(_) | Label::Undecided);
+        if !is_open || hints.is_empty() {
+            return;
+        }
+        let system = self.system(point.run, k, point.value);
+        let Some(system) = system else { return };
+        let chosen = flow::integrator(self.setting, &system, self.plan.integrator);
+        let Ok(mut integrator) = chosen else { return };
+        let mut map = Stroboscopic {
+            system: &system,
+            integrator: integrator.as_mut(),
+        };
+        let options = self.plan.labels.options();
+        let mut keep_going = |_: usize| !self.setting.control.is_interrupted();
+        let moving = (&mut map as &mut dyn Map, state);
+        reconsider(
+            moving,
+            &mut point.attractor,
+            &hints,
+            options,
+            &mut keep_going,
+        );
     }
 
     /// The system at a value; `None` when there is none, or when somebody asked to stop.
@@ -195,11 +255,10 @@ impl<'a> Work<'a> {
     /// One value, from `state`, which ends as the last one; `None` when it was interrupted or cannot be integrated.
     fn point(
         &self,
-        run: usize,
-        k: usize,
-        value: f64,
+        (run, k, value): (usize, usize, f64),
         system: &System,
         state: &mut [f64],
+        hints: &[Cycle],
     ) -> Option<Point> {
         let setting = self.setting;
         let mut integrator = match flow::integrator(setting, system, self.plan.integrator) {
@@ -209,20 +268,21 @@ impl<'a> Work<'a> {
                 return None;
             }
         };
-        let record = flow::poincare(
-            integrator.as_mut(),
+        let mut map = Stroboscopic {
             system,
-            state,
-            self.plan.size,
-            &mut |_| !setting.control.is_interrupted(),
-        );
-        match record.stop {
+            integrator: integrator.as_mut(),
+        };
+        let options = self.plan.labels.options();
+        let mut keep_going = |_: usize| !setting.control.is_interrupted();
+        let mut attractor = attractor(&mut map, state, self.plan.size, options, &mut keep_going);
+        let moving = (&mut map as &mut dyn Map, &mut *state);
+        reconsider(moving, &mut attractor, hints, options, &mut keep_going);
+        match attractor.record.stop {
             // A point that was cut short says nothing about its attractor.
             Some(Stop::Interrupted) => return None,
             Some(stop) => self.stop(run, k, value, &stop.to_string()),
             None => {}
         }
-        let label = record.label(system);
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let share = done as f64 / self.total as f64;
         let words = format!("{done} of {} points", self.total);
@@ -230,8 +290,7 @@ impl<'a> Work<'a> {
         Some(Point {
             value,
             run,
-            record,
-            label,
+            attractor,
             integrator: integrator.name(),
             warning: None,
         })

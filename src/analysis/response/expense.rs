@@ -2,7 +2,7 @@
 
 use super::{BranchSettings, Method};
 use crate::analysis::cost::{self, Cost, Period};
-use crate::analysis::{Fault, Setting};
+use crate::analysis::{Fault, Setting, flow};
 use crate::machine;
 
 /// Columns of the table besides those of connections and coordinates, and per connection, rattle metrics included.
@@ -48,7 +48,7 @@ impl BranchSettings {
                 ),
                 Method::Integration => {
                     let count = self.points();
-                    let all = self.map_size().cost(setting, period, count);
+                    let all = flow::cost(self.map_size(), setting, period, count);
                     // A record is dropped as soon as it is summarised.
                     let bytes = all.bytes / count as f64;
                     let key = if all.time_key == "periods" {

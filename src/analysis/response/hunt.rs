@@ -6,9 +6,10 @@
 use super::report::Delivered;
 use super::starts::{Search, Starts};
 use super::{BranchSettings, Method, Swept};
-use crate::analysis::flow::{self, Lengths, MapSize};
+use crate::analysis::flow;
 use crate::error::{Error, SolveError};
 use crate::numeric::fourier::Fourier;
+use crate::solve::attractor::{Lengths, MapSize, Stroboscopic, poincare, scatter};
 use crate::solve::family::Family;
 use crate::solve::galerkin::Galerkin;
 use crate::solve::newton::{Newton, NewtonOptions};
@@ -17,8 +18,6 @@ use crate::solve::place::Place;
 use crate::solve::residual::{PeriodicResidual, Residual};
 use crate::solve::shooting::Shooting;
 use nalgebra::DVector;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 /// Periods of the excitation after which a motion is a guess: at once and early, when it may still pass by an unstable orbit, and
@@ -126,11 +125,8 @@ impl<'a> Hunt<'a> {
         let no_system = |reason| SolveError::NoSystem { reason };
         let system = swept.system(self.lambda).map_err(no_system)?;
         let (mut state, _) = flow::rest(&system);
-        let mut random = ChaCha8Rng::seed_from_u64(starts.seed);
-        random.set_stream(stream as u64);
-        for x in &mut state {
-            *x += starts.reach * random.random_range(-1.0..=1.0);
-        }
+        let widths = vec![starts.reach; state.len()];
+        scatter(starts.seed, stream, &widths, &mut state);
         let mut guesses = vec![DVector::from_column_slice(&state)];
         let Ok(mut integrator) = flow::integrator(setting, &system, self.settings.integrator)
         else {
@@ -142,8 +138,11 @@ impl<'a> Hunt<'a> {
             exponents: Lengths::Ignored,
         };
         let mut keep_going = |_: usize| !setting.control.is_interrupted();
-        let integrator = integrator.as_mut();
-        let record = flow::poincare(integrator, &system, &mut state, size, &mut keep_going);
+        let mut map = Stroboscopic {
+            system: &system,
+            integrator: integrator.as_mut(),
+        };
+        let record = poincare(&mut map, &mut state, size, &mut keep_going);
         let after = |periods: &usize| record.points.chunks_exact(state.len()).nth(periods - 1);
         let later = GUESSES[1..].iter().filter_map(after);
         guesses.extend(later.map(DVector::from_column_slice));

@@ -7,8 +7,10 @@
 use super::report::{Delivered, Ending, early_message};
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
-use crate::analysis::flow::{self, MapRecord, Stop};
-use crate::postprocess::attractor::Label;
+use crate::analysis::flow;
+use crate::solve::attractor::{
+    Attractor, Cycle, Label, Map, Stop, Stroboscopic, attractor, reconsider,
+};
 use crate::solve::branch::{BranchPoint, Recorder, Stability};
 use crate::solve::integrate::IntegrationEnd;
 use crate::solve::newton::{NewtonOutcome, NewtonStatus};
@@ -35,6 +37,7 @@ pub(super) fn follow(
         recorder,
         keep,
         state: None,
+        cycle: None,
         delivered: Delivered::new(Method::Integration, 1),
         warnings: Vec::new(),
     };
@@ -78,6 +81,8 @@ struct Sweep<'a, 'r> {
     keep: &'a mut dyn FnMut(usize, &System, &Orbit),
     /// Where the last value left the motion.
     state: Option<Vec<f64>>,
+    /// The last periodic orbit.
+    cycle: Option<Cycle>,
     delivered: Delivered,
     warnings: Vec<String>,
 }
@@ -100,24 +105,28 @@ impl Sweep<'_, '_> {
         self.delivered.note_integrator(integrator.name());
         let size = self.settings.map_size();
         let mut keep_going = |_: usize| !setting.control.is_interrupted();
-        let record = flow::poincare(
-            integrator.as_mut(),
-            &system,
-            &mut state,
-            size,
-            &mut keep_going,
+        let mut map = Stroboscopic {
+            system: &system,
+            integrator: integrator.as_mut(),
+        };
+        let options = self.settings.label_keys().options();
+        let mut attractor = attractor(&mut map, &mut state, size, options, &mut keep_going);
+        let (moving, hints) = (
+            (&mut map as &mut dyn Map, &mut *state),
+            self.cycle.as_slice(),
         );
-        if let Some(stop) = record.stop {
+        reconsider(moving, &mut attractor, hints, options, &mut keep_going);
+        if let Some(stop) = attractor.record.stop {
             return Err(reason(stop));
         }
-        let label = record.label(&system);
-        let (system, orbit) = self.measured(system, &record, label, &state)?;
+        let label = attractor.label;
+        let (system, orbit) = self.measured(system, &attractor, &state)?;
         let mut recorded = Vec::new();
         self.recorder.record(lambda, &system, &orbit, &mut recorded);
         // Newton's iteration has no part in it: what was iterated is the Poincaré map.
         let newton = NewtonOutcome {
             status: NewtonStatus::Converged,
-            iterations: size.transient + size.periods,
+            iterations: size.transient + size.periods + attractor.extension,
             residual_norm: f64::NAN,
         };
         let point = BranchPoint {
@@ -137,6 +146,7 @@ impl Sweep<'_, '_> {
         self.delivered.points.push(point);
         self.delivered.labels.push(label);
         self.state = Some(state);
+        self.cycle = attractor.cycle.or(self.cycle.take());
         if go_on {
             Ok(())
         } else {
@@ -148,16 +158,14 @@ impl Sweep<'_, '_> {
     fn measured(
         &self,
         mut system: System,
-        record: &MapRecord,
-        label: Label,
+        attractor: &Attractor,
         last: &[f64],
     ) -> Result<(System, Orbit), Reason> {
-        let (periods, mut state) = match label {
-            Label::Period(n) => (n, last.to_vec()),
-            _ => {
-                let periods = record.points.len() / last.len();
-                (periods, record.points[..last.len()].to_vec())
-            }
+        let points = &attractor.record.points;
+        let (periods, mut state) = match (&attractor.cycle, attractor.label) {
+            (Some(cycle), _) => (cycle.period, cycle.points[..last.len()].to_vec()),
+            (None, Label::Period(n)) => (n, last.to_vec()),
+            (None, _) => (points.len() / last.len(), points[..last.len()].to_vec()),
         };
         system.set_subharmonic(periods);
         let setting = self.swept.setting;

@@ -100,6 +100,12 @@ macro_rules! response_keys {
             /// Integration: periods recorded at every value; 100 when absent.
             #[serde(default)]
             pub periods: Option<usize>,
+            /// Integration: longest period that a label may name; 256 when absent.
+            #[serde(default)]
+            pub longest_period: Option<usize>,
+            /// Integration: length to which a record that decides nothing may be extended, in lengths of the record; 8 when absent.
+            #[serde(default)]
+            pub extend: Option<usize>,
         }
     };
 }
@@ -142,6 +148,8 @@ macro_rules! branch_settings {
             points: $keys.points,
             transient: $keys.transient,
             periods: $keys.periods,
+            longest_period: $keys.longest_period,
+            extend: $keys.extend,
         }
     };
 }

@@ -1,9 +1,11 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
 use super::{BranchSettings, Method, Quadrature};
+use crate::analysis::flow::LabelKeys;
 use crate::analysis::{Fault, Setting, flow, limits};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
+use crate::solve::attractor::{Lengths, MapSize};
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::galerkin::Galerkin;
@@ -37,11 +39,19 @@ impl BranchSettings {
     }
 
     /// Length of an integrated record.
-    pub(super) fn map_size(&self) -> flow::MapSize {
-        flow::MapSize {
+    pub(super) fn map_size(&self) -> MapSize {
+        MapSize {
             transient: self.transient.unwrap_or(TRANSIENT),
             periods: self.periods.unwrap_or(PERIODS),
-            exponents: flow::Lengths::Followed,
+            exponents: Lengths::Followed,
+        }
+    }
+
+    /// How far its labels go.
+    pub(super) fn label_keys(&self) -> LabelKeys {
+        LabelKeys {
+            longest_period: self.longest_period,
+            extend: self.extend,
         }
     }
 
@@ -193,6 +203,8 @@ impl BranchSettings {
                 ("points", self.points),
                 ("transient", self.transient),
                 ("periods", self.periods),
+                ("longest_period", self.longest_period),
+                ("extend", self.extend),
             ];
             for (key, _) in given.iter().filter(|(_, value)| value.is_some()) {
                 let message = format!(
@@ -204,7 +216,8 @@ impl BranchSettings {
             return faults;
         }
         faults.extend(limits::check("points", self.points(), 2, limits::POINTS));
-        faults.extend(self.map_size().check(1));
+        faults.extend(flow::check_size(self.map_size(), 1));
+        faults.extend(self.label_keys().check());
         faults
     }
 

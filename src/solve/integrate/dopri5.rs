@@ -385,6 +385,10 @@ impl Integrator for Dopri5 {
             .report_begun(system, &self.stepper.instant(tau), observer);
     }
 
+    fn error(&self) -> f64 {
+        10.0 * self.options.relative
+    }
+
     fn advance(
         &mut self,
         system: &System,

@@ -118,6 +118,9 @@ pub trait Integrator {
     /// Reports the contacts made at the start of a motion: by connections on a breakpoint that move from there into contact.
     fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer);
 
+    /// Order of magnitude of the relative error of a period.
+    fn error(&self) -> f64;
+
     /// Advances `state` = [q; v], 2n values, over (tau.0, tau.1] in phases of the response.
     fn advance(
         &mut self,

@@ -289,6 +289,10 @@ impl Integrator for Exact {
         }
     }
 
+    fn error(&self) -> f64 {
+        1e-13
+    }
+
     fn advance(
         &mut self,
         system: &System,

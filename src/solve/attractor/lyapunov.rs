@@ -27,6 +27,40 @@ pub struct Exponents {
     pub error: f64,
     /// Time over which the means were taken.
     pub span: f64,
+    /// The largest one over each third of the record.
+    pub thirds: [f64; 3],
+}
+
+/// Standard errors that make an exponent significant.
+const SIGMAS: f64 = 3.0;
+/// Logarithm of the stretching over the record: at least that of a chaotic attractor, at most that of a torus.
+const STRETCH: f64 = 3.0;
+/// Logarithm of the contraction across an invariant curve over the record.
+const CONTRACTION: f64 = 2.0;
+
+impl Exponents {
+    /// Whether neighbours separate: the largest exponent is more than [`SIGMAS`] standard errors above 0, has stretched deviations
+    /// by more than e^[`STRETCH`], and is positive in each third of the record.
+    pub fn is_stretching(&self) -> bool {
+        let largest = self.values[0];
+        let is_steady = self.thirds.iter().all(|x| *x > 0.0);
+        largest > SIGMAS * self.error && largest * self.span > STRETCH && is_steady
+    }
+
+    /// Whether neighbours keep their distance on the whole: nothing is stretched by more than e^[`STRETCH`], and the largest exponent
+    /// is within [`SIGMAS`] standard errors of 0 or has changed deviations by less than a factor e.
+    pub fn is_neutral(&self) -> bool {
+        let largest = self.values[0];
+        let is_small = largest.abs() <= (SIGMAS * self.error).max(1.0 / self.span);
+        self.error.is_finite() && is_small && largest * self.span <= STRETCH
+    }
+
+    /// Whether everything but the direction of the largest exponent contracts, by more than e^[`CONTRACTION`] over the record.
+    pub fn contracts_across(&self) -> bool {
+        self.values
+            .get(1)
+            .is_none_or(|second| second * self.span < -CONTRACTION)
+    }
 }
 
 impl Lyapunov {
@@ -52,6 +86,11 @@ impl Lyapunov {
     pub fn count(&mut self) {
         let stretch = self.orthonormalise();
         self.logarithms.extend(stretch);
+    }
+
+    /// Forgets the counted periods and keeps the frame.
+    pub fn restart(&mut self) {
+        self.logarithms.clear();
     }
 
     fn orthonormalise(&mut self) -> Vec<f64> {
@@ -87,8 +126,20 @@ impl Lyapunov {
             values: order.into_iter().map(|(_, value)| value).collect(),
             error: standard_error(&largest) / period,
             span,
+            thirds: thirds(&largest).map(|mean| mean / period),
         })
     }
+}
+
+/// Mean over each third of a series; what is left over belongs to the last.
+fn thirds(series: &[f64]) -> [f64; 3] {
+    let length = series.len() / 3;
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
+    [
+        mean(&series[..length]),
+        mean(&series[length..2 * length]),
+        mean(&series[2 * length..]),
+    ]
 }
 
 /// Standard error of the mean of a correlated series: spread of the means of successive batches.

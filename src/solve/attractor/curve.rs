@@ -1,0 +1,298 @@
+//! Evidence that a record lies on an invariant curve.
+//!
+//! On an invariant curve, or on several that are visited in turn, the map is a rotation seen through a continuous function:
+//!
+//! ```text
+//! x_k = X(k rho),    X(theta + 1) = X(theta)
+//! ```
+//!
+//! rho is read off the spectrum and refined together with the Fourier coefficients of X. The coefficients come from the first two thirds
+//! of the record; the last third is predicted. No fit predicts chaos, a slow transient or a long period: the first has no rho, the
+//! second no X that stays, the third too few angles.
+
+use super::geometry::Cloud;
+use crate::numeric::fourier::Fourier;
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
+
+/// An invariant curve as a record shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Curve {
+    /// Curves that are visited in turn.
+    pub loops: usize,
+    /// Rotation per `loops` iterates, in (0, 1).
+    pub rotation: f64,
+    /// R.m.s. error of the prediction relative to the size of the curve.
+    pub error: f64,
+    /// The same from the first half of the record.
+    pub error_of_half: f64,
+}
+
+/// Points looked at.
+const LARGEST: usize = 4096;
+/// Points on one curve below which nothing is said.
+const LEAST: usize = 60;
+/// Harmonics of the curve at most.
+const HARMONICS: usize = 40;
+/// Points per harmonic at least.
+const PER_HARMONIC: usize = 8;
+/// Lines of the spectrum that are tried, and the parts of the rotation number that they may be multiples of.
+const LINES: usize = 3;
+const MULTIPLES: usize = 3;
+/// Recurrence below which a record is a cycle, relative to its extent.
+const EXACT: f64 = 1e-7;
+/// Refinements of the rotation number.
+const REFINEMENTS: usize = 4;
+
+/// The curve on which the points lie; `None` where they show no rotation.
+pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<Curve> {
+    let first = cloud.count().saturating_sub(LARGEST);
+    let loops = loops(cloud, first)?;
+    let points: Vec<&[f64]> = (first..cloud.count())
+        .step_by(loops)
+        .map(|k| cloud.point(k))
+        .collect();
+    if points.len() < LEAST {
+        return None;
+    }
+    let motion = Motion::new(&points, &cloud.scale);
+    let half = Motion::new(&points[..points.len() / 2], &cloud.scale);
+    let rough = |rho: &f64| motion.prediction(*rho, 6).map(|(error, rho)| (error, rho));
+    let candidates = candidates(&motion.widest());
+    let found = candidates.iter().filter_map(rough);
+    let (_, rho) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (error, rotation) = motion.prediction(rho, HARMONICS)?;
+    let error_of_half = half
+        .prediction(rotation, HARMONICS)
+        .map_or(f64::INFINITY, |p| p.0);
+    Some(Curve {
+        loops,
+        rotation: rotation.rem_euclid(1.0),
+        error,
+        error_of_half,
+    })
+}
+
+/// Number of curves visited in turn: the best recurrences lie at multiples of it, and the last two of them, being successive
+/// denominators of the rotation number's continued fraction times it, have no other common divisor.
+fn loops(cloud: &Cloud<'_>, first: usize) -> Option<usize> {
+    let count = cloud.count() - first;
+    let (mut least, mut records) = (f64::INFINITY, Vec::new());
+    for n in 1..=count / 2 {
+        let pairs = count - n;
+        let mut worst = 0.0_f64;
+        for k in 0..pairs {
+            worst = worst.max(cloud.lag(first + k, n));
+            if worst >= least {
+                break;
+            }
+        }
+        if worst < least {
+            least = worst;
+            records.push(n);
+        }
+    }
+    // What repeats exactly is a cycle.
+    if least <= EXACT * cloud.extent() {
+        return None;
+    }
+    let last = records.pop()?;
+    Some(records.pop().map_or(1, |before| divisor(last, before)))
+}
+
+fn divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { divisor(b, a % b) }
+}
+
+/// Successive points of one curve, scaled, without their mean.
+struct Motion {
+    /// One row a point.
+    points: DMatrix<f64>,
+}
+
+impl Motion {
+    fn new(points: &[&[f64]], scale: &[f64]) -> Motion {
+        let mut matrix =
+            DMatrix::from_fn(points.len(), scale.len(), |k, i| points[k][i] / scale[i]);
+        for mut column in matrix.column_iter_mut() {
+            let mean = column.mean();
+            column.add_scalar_mut(-mean);
+        }
+        Motion { points: matrix }
+    }
+
+    /// The coordinate that varies most.
+    fn widest(&self) -> Vec<f64> {
+        let columns = self.points.column_iter();
+        let widest = columns.max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+        widest.map_or(Vec::new(), |c| c.iter().copied().collect())
+    }
+
+    /// Error with which the first two thirds predict the last, and the refined rotation number.
+    fn prediction(&self, mut rho: f64, harmonics: usize) -> Option<(f64, f64)> {
+        let (count, size) = self.points.shape();
+        let known = 2 * count / 3;
+        for refinement in 0..=REFINEMENTS {
+            let harmonics = harmonics.min(distinct(rho, known) / PER_HARMONIC);
+            if harmonics < 4 {
+                return None;
+            }
+            let basis = basis(rho, count, harmonics);
+            let train = basis.rows(0, known);
+            let gram = train.tr_mul(&train).cholesky()?;
+            let right = train.tr_mul(&self.points.rows(0, known));
+            let coefficients = gram.solve(&right);
+            let error = &self.points - &basis * &coefficients;
+            if refinement == REFINEMENTS {
+                let missed = error.rows(known, count - known).norm_squared();
+                let all = self.points.norm_squared();
+                let share = missed / (count - known) as f64 / (all / count as f64);
+                return Some((share.sqrt(), rho));
+            }
+            rho += shift(&error, &slopes(&coefficients, &basis), known, size);
+        }
+        None
+    }
+}
+
+/// Rows (1, cos 2 pi theta, sin 2 pi theta, cos 4 pi theta, ..), theta = k rho.
+fn basis(rho: f64, count: usize, harmonics: usize) -> DMatrix<f64> {
+    let mut basis = DMatrix::from_element(count, 2 * harmonics + 1, 1.0);
+    for k in 0..count {
+        let (s1, c1) = (TAU * (k as f64 * rho).fract()).sin_cos();
+        let (mut s, mut c) = (0.0, 1.0);
+        for h in 0..harmonics {
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            (basis[(k, 2 * h + 1)], basis[(k, 2 * h + 2)]) = (c, s);
+        }
+    }
+    basis
+}
+
+/// dX/dtheta at every point.
+fn slopes(coefficients: &DMatrix<f64>, basis: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut turned = DMatrix::zeros(coefficients.nrows(), coefficients.ncols());
+    for h in 0..coefficients.nrows() / 2 {
+        let w = TAU * (h + 1) as f64;
+        for i in 0..coefficients.ncols() {
+            turned[(2 * h + 1, i)] = w * coefficients[(2 * h + 2, i)];
+            turned[(2 * h + 2, i)] = -w * coefficients[(2 * h + 1, i)];
+        }
+    }
+    basis * turned
+}
+
+/// Change of the rotation number that takes out most of a residual.
+fn shift(error: &DMatrix<f64>, slopes: &DMatrix<f64>, known: usize, size: usize) -> f64 {
+    let (mut mixed, mut own) = (0.0, 0.0);
+    for k in 0..known {
+        let time = k as f64 - 0.5 * (known - 1) as f64;
+        for i in 0..size {
+            let change = time * slopes[(k, i)];
+            mixed += change * error[(k, i)];
+            own += change * change;
+        }
+    }
+    if own > 0.0 { mixed / own } else { 0.0 }
+}
+
+/// Angles of a rotation that are apart from each other by a quarter of their mean distance.
+fn distinct(rho: f64, count: usize) -> usize {
+    let mut angles: Vec<f64> = (0..count)
+        .map(|k| (k as f64 * rho).rem_euclid(1.0))
+        .collect();
+    angles.sort_by(f64::total_cmp);
+    let apart = 0.25 / count as f64;
+    let gaps = angles.windows(2).filter(|w| w[1] - w[0] > apart).count();
+    gaps + usize::from(angles[0] + 1.0 - angles[count - 1] > apart)
+}
+
+/// Rotation numbers that the strongest lines of a series may stand for.
+fn candidates(series: &[f64]) -> Vec<f64> {
+    let lines = lines(series);
+    let mut list = Vec::new();
+    for multiple in 1..=MULTIPLES {
+        for line in &lines {
+            let shifts = 0..multiple;
+            list.extend(shifts.map(|j| (line + j as f64) / multiple as f64));
+        }
+    }
+    list
+}
+
+/// Frequencies of the strongest lines, in (0, 1/2).
+fn lines(series: &[f64]) -> Vec<f64> {
+    let count = series.len();
+    let window = |k: usize| 1.0 - (TAU * (k as f64 + 0.5) / count as f64).cos();
+    let windowed: Vec<f64> = (0..count).map(|k| series[k] * window(k)).collect();
+    let samples = (4 * count).next_power_of_two();
+    let mut padded = windowed;
+    padded.resize(samples, 0.0);
+    let mut coefficients = vec![0.0; samples - 1];
+    Fourier::new(samples).to_coefficients(&padded, &mut coefficients);
+    let power: Vec<f64> = coefficients[1..]
+        .chunks_exact(2)
+        .map(|c| c[0] * c[0] + c[1] * c[1])
+        .collect();
+    // Bin k of the transform is power[k - 1]. The window's own width is two bins of the record.
+    let width = 2 * samples / count;
+    let mut peaks: Vec<usize> = (width..power.len().saturating_sub(1))
+        .filter(|k| power[*k] > power[k - 1] && power[*k] >= power[k + 1])
+        .collect();
+    peaks.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
+    peaks.truncate(LINES);
+    let frequency = |k: usize| {
+        // Vertex of the parabola through the logarithms.
+        let [a, b, c] =
+            [power[k - 1], power[k], power[k + 1]].map(|x| x.max(f64::MIN_POSITIVE).ln());
+        let bend = a - 2.0 * b + c;
+        let offset = if bend < 0.0 {
+            0.5 * (a - c) / bend
+        } else {
+            0.0
+        };
+        (k as f64 + 1.0 + offset) / samples as f64
+    };
+    peaks.into_iter().map(frequency).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+
+    #[test]
+    fn common_divisors() {
+        assert_eq!(divisor(26, 10), 2);
+        assert_eq!(divisor(7, 5), 1);
+        assert_eq!(divisor(21, 14), 7);
+    }
+
+    #[test]
+    fn a_rational_rotation_has_few_angles() {
+        assert_eq!(distinct(3.0 / 16.0, 200), 16);
+        assert_eq!(distinct(0.618_033_988_749_895, 200), 200);
+    }
+
+    #[test]
+    fn lines_stand_at_the_frequencies() {
+        let series: Vec<f64> = (0..300)
+            .map(|k| {
+                (TAU * 0.1234 * f64::from(k)).cos() + 0.3 * (TAU * 0.3456 * f64::from(k)).sin()
+            })
+            .collect();
+        let found = lines(&series);
+        assert!((found[0] - 0.1234).abs() < 1e-4, "{found:?}");
+        assert!((found[1] - 0.3456).abs() < 1e-4, "{found:?}");
+    }
+
+    #[test]
+    fn coefficients_have_slopes() {
+        let basis = basis(0.1, 7, 3);
+        let mut coefficients = DMatrix::zeros(7, 1);
+        coefficients[(3, 0)] = 2.0;
+        let slope = slopes(&coefficients, &basis);
+        let wanted = DVector::from_fn(7, |k, _| -4.0 * TAU * (2.0 * TAU * 0.1 * k as f64).sin());
+        assert!((slope.column(0) - wanted).amax() < 1e-12);
+    }
+}

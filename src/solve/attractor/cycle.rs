@@ -1,0 +1,339 @@
+//! Attracting periodic orbits: found by Newton's iteration on iterates of the map, and reached or not by a record.
+
+use super::geometry::{Cloud, distance};
+use super::lyapunov::Exponents;
+use super::map::Map;
+use crate::error::SolveError;
+use crate::solve::floquet;
+use crate::solve::integrate::IntegrationEnd;
+use crate::solve::newton::{Newton, NewtonOptions};
+use crate::solve::residual::{Linearisation, Residual};
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex;
+
+/// An attracting periodic orbit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    /// Minimal period in iterates.
+    pub period: usize,
+    /// Its points in the order of time.
+    pub points: Vec<f64>,
+    /// Multipliers over the minimal period, by falling modulus: all inside the unit circle.
+    pub multipliers: Vec<Complex<f64>>,
+    /// Derivative of the map over the minimal period, from the first point.
+    phi: DMatrix<f64>,
+}
+
+impl Cycle {
+    /// Lyapunov exponents: those of the multipliers.
+    pub(super) fn exponents(&self, duration: f64) -> Exponents {
+        let span = self.period as f64 * duration;
+        let rate = |mu: &Complex<f64>| mu.norm().max(f64::MIN_POSITIVE).ln() / span;
+        let values: Vec<f64> = self.multipliers.iter().map(rate).collect();
+        Exponents {
+            error: 0.0,
+            span,
+            thirds: [values[0]; 3],
+            values,
+        }
+    }
+}
+
+/// Distance from the unit circle below which a multiplier does not count as inside, in errors of the map and at least.
+const INSIDE: (f64, f64) = (1e3, 1e-9);
+/// Rounding of a solution, in errors of the map, over the distance of the multipliers from the circle.
+const SAME: f64 = 1e3;
+/// Two points are one below this, relative to the scale.
+const LEAST_SAME: f64 = 1e-9;
+/// Newton iterations per attempt: attempts start near an orbit or are given up.
+const ITERATIONS: usize = 6;
+/// Share of the contraction of a lap that its nonlinear part may undo.
+const LINEAR: f64 = 0.1;
+/// Laps that have to be linear.
+const LAPS: usize = 3;
+/// Distance from an orbit, relative to the scale, at which a record has arrived; in errors of the map where that is more.
+const ARRIVED: (f64, f64) = (1e-9, 1e3);
+/// Attempts from the end of one record.
+const ATTEMPTS: usize = 4;
+/// Best recurrence that makes a lag worth an attempt, relative to the extent of the record and to its scale.
+const RECURRENT: (f64, f64) = (0.2, 1e-6);
+/// Largest modulus of the eigenvalues of the last lap's derivative for an attempt: near an attracting orbit it is that of its
+/// leading multiplier.
+const LAST_LAP: f64 = 1.01;
+
+/// u -> P^laps(u) - u.
+struct Return<'a> {
+    map: &'a mut dyn Map,
+    laps: usize,
+    phi: DMatrix<f64>,
+    state: Vec<f64>,
+    /// Iterates computed.
+    cost: usize,
+    /// Largest modulus of the record: what a residual is small against where the orbit is at rest.
+    size: f64,
+}
+
+impl Return<'_> {
+    fn advance(&mut self, u: &[f64]) -> bool {
+        self.state.copy_from_slice(u);
+        self.phi.fill_with_identity();
+        for _ in 0..self.laps {
+            self.cost += 1;
+            let end = (self.map).advance_with_variation(&mut self.state, &mut self.phi);
+            let is_finite = self.state.iter().all(|x| x.is_finite());
+            if end != IntegrationEnd::Reached || !is_finite {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+impl Residual for Return<'_> {
+    fn dim(&self) -> usize {
+        self.state.len()
+    }
+
+    fn linearise(
+        &mut self,
+        u: &DVector<f64>,
+        _lambda: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        let valid = if self.advance(u.as_slice()) {
+            1.0
+        } else {
+            f64::NAN
+        };
+        out.dr_dlambda.fill(0.0);
+        out.magnitude = u.amax().max(self.size);
+        for (k, x) in self.state.iter().enumerate() {
+            out.r[k] = valid * (x - u[k]);
+            out.magnitude = out.magnitude.max(x.abs());
+        }
+        let mut jacobian = out.dr_du.block_mut(u.len(), (0, 0));
+        for c in 0..u.len() {
+            let column = jacobian.column(c);
+            column.copy_from_slice(self.phi.column(c).as_slice());
+            column[c] -= 1.0;
+        }
+        Ok(())
+    }
+}
+
+/// Looks for attracting orbits with a bounded number of iterates.
+pub(super) struct Search<'a> {
+    map: &'a mut dyn Map,
+    scale: Vec<f64>,
+    /// Iterates left.
+    budget: usize,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(map: &'a mut dyn Map, cloud: &Cloud<'_>, budget: usize) -> Search<'a> {
+        Search {
+            map,
+            scale: cloud.scale.clone(),
+            budget,
+        }
+    }
+
+    /// The attracting orbit of that period, or of a divisor of it, to which Newton's iteration leads from a state.
+    pub fn attracting(&mut self, guess: &[f64], period: usize) -> Option<Cycle> {
+        let (mut u, mut cycle) = self.solve(guess, period)?;
+        let gap = 1.0 - cycle.multipliers[0].norm();
+        let same = (SAME * self.map.error() / gap).max(LEAST_SAME);
+        let repeats = |d: &usize| {
+            let size = guess.len();
+            distance(
+                &cycle.points[d * size..(d + 1) * size],
+                u.as_slice(),
+                &self.scale,
+            ) <= same
+        };
+        let shorter = (1..period)
+            .filter(|d| period.is_multiple_of(*d))
+            .find(repeats);
+        if let Some(shorter) = shorter {
+            (u, cycle) = self.solve(u.as_slice(), shorter)?;
+        }
+        let is_attracting = u.iter().all(|x| x.is_finite());
+        is_attracting.then_some(cycle)
+    }
+
+    /// A solution with all its multipliers inside the circle.
+    fn solve(&mut self, guess: &[f64], laps: usize) -> Option<(DVector<f64>, Cycle)> {
+        if laps > self.budget {
+            return None;
+        }
+        let (size, error) = (guess.len(), self.map.error());
+        let mut problem = Return {
+            map: self.map,
+            laps,
+            phi: DMatrix::identity(size, size),
+            state: vec![0.0; size],
+            cost: 0,
+            size: self.scale.iter().fold(0.0, |m, s| m.max(*s)),
+        };
+        let options = NewtonOptions {
+            tolerance: 10.0 * error,
+            step_tolerance: 1e-10_f64.max(1e2 * error),
+            max_iterations: ITERATIONS.min(self.budget / laps),
+            min_damping: 0.25,
+        };
+        let mut newton = Newton::new(&problem.structure(), options);
+        let mut u = DVector::from_column_slice(guess);
+        let outcome = newton.solve(&mut problem, &mut u, 0.0);
+        let is_solved = outcome.is_ok_and(|o| o.is_converged());
+        let (cost, phi) = (problem.cost, problem.phi);
+        self.budget = self.budget.saturating_sub(cost);
+        let multipliers = floquet::multipliers(&phi);
+        let inside = (INSIDE.0 * error).max(INSIDE.1);
+        let is_inside = multipliers
+            .first()
+            .is_some_and(|mu| mu.norm() < 1.0 - inside);
+        if !(is_solved && is_inside) {
+            return None;
+        }
+        let points = self.orbit(u.as_slice(), laps)?;
+        Some((
+            u,
+            Cycle {
+                period: laps,
+                points,
+                multipliers,
+                phi,
+            },
+        ))
+    }
+
+    fn orbit(&mut self, u: &[f64], laps: usize) -> Option<Vec<f64>> {
+        let (mut points, mut state) = (u.to_vec(), u.to_vec());
+        for _ in 1..laps {
+            if self.map.advance(&mut state) != IntegrationEnd::Reached {
+                return None;
+            }
+            points.extend_from_slice(&state);
+        }
+        Some(points)
+    }
+}
+
+/// The attracting orbit on which a record ends: its last laps follow the linear part of the return map, so closely that what is
+/// left of the distance must vanish, or have arrived.
+///
+/// ```text
+/// e_k = x_k - u,    |e_(k+n) - Phi e_k| <= 0.1 (1 - |mu|) |e_k|
+/// ```
+pub(super) fn settled(map: &mut dyn Map, cloud: &Cloud<'_>, longest: usize) -> Option<Cycle> {
+    let lags = recurrent_lags(cloud, longest);
+    let budget = 2 * cloud.count() + 4 * lags.first().copied().unwrap_or(0) + 64;
+    let error = map.error();
+    let mut search = Search::new(map, cloud, budget);
+    let start = cloud.count() - 1;
+    lags.into_iter().find_map(|lag| {
+        let lap = cloud.derivative(start - lag, lag);
+        let expands = |phi| {
+            floquet::multipliers(&phi)
+                .first()
+                .is_none_or(|mu| mu.norm() > LAST_LAP)
+        };
+        if lap.is_some_and(expands) {
+            return None;
+        }
+        let cycle = search.attracting(cloud.last(), lag)?;
+        has_arrived(&cycle, cloud, error).then_some(cycle)
+    })
+}
+
+/// The orbit from its point nearest the end of a record, if the record has arrived there.
+pub(super) fn captured(cycle: &Cycle, cloud: &Cloud<'_>, error: f64) -> Option<Cycle> {
+    let size = cloud.size;
+    let gap = |k: &usize| {
+        distance(
+            &cycle.points[k * size..(k + 1) * size],
+            cloud.last(),
+            &cloud.scale,
+        )
+    };
+    let nearest = (0..cycle.period).min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
+    // The transition matrix belongs to the first point: the record is looked at where it passed there.
+    let is_long = cloud.count() > nearest;
+    (is_long && has_arrived(cycle, &cloud.without(nearest), error)).then(|| cycle.clone())
+}
+
+/// Whether the last laps of a record approach the first point of an orbit.
+pub(super) fn has_arrived(cycle: &Cycle, cloud: &Cloud<'_>, error: f64) -> bool {
+    let (count, n) = (cloud.count(), cycle.period);
+    if count <= n {
+        return false;
+    }
+    let u = &cycle.points[..cloud.size];
+    let deviation = |k: usize| {
+        let difference = cloud.point(k).iter().zip(u).map(|(x, u)| x - u);
+        DVector::from_iterator(cloud.size, difference)
+    };
+    let length = |e: &DVector<f64>| {
+        let parts = e.iter().zip(&cloud.scale).map(|(e, s)| (e / s).abs());
+        parts.fold(0.0, f64::max)
+    };
+    let gap = 1.0 - cycle.multipliers[0].norm();
+    let arrived = ARRIVED.0.max(ARRIVED.1 * error);
+    let last = deviation(count - 1);
+    if length(&last) <= arrived {
+        return true;
+    }
+    let laps = LAPS.min((count - 1) / n);
+    laps > 0
+        && (1..=laps).all(|lap| {
+            let (before, after) = (
+                deviation(count - 1 - lap * n),
+                deviation(count - 1 - (lap - 1) * n),
+            );
+            let nonlinear = after - &cycle.phi * &before;
+            length(&nonlinear) <= LINEAR * gap * length(&before)
+        })
+}
+
+/// Lags at which the end of a record repeats, the most promising first: the shortest of about the best recurrence, then those
+/// that repeat better than all shorter ones.
+fn recurrent_lags(cloud: &Cloud<'_>, longest: usize) -> Vec<usize> {
+    let largest = longest.min(cloud.count().saturating_sub(1));
+    let gaps: Vec<f64> = (1..=largest).map(|n| cloud.end_recurrence(n)).collect();
+    let limit = (RECURRENT.0 * cloud.extent()).max(RECURRENT.1);
+    let best = gaps.iter().fold(f64::INFINITY, |m, g| m.min(*g));
+    if best > limit {
+        return Vec::new();
+    }
+    let near = gaps.iter().position(|g| *g <= 10.0 * best + 1e-10);
+    let mut lags: Vec<usize> = near.map(|k| k + 1).into_iter().collect();
+    let mut least = limit;
+    for (k, gap) in gaps.iter().enumerate() {
+        if *gap < least {
+            least = *gap;
+            if !lags.contains(&(k + 1)) {
+                lags.push(k + 1);
+            }
+        }
+    }
+    lags.truncate(ATTEMPTS);
+    lags
+}
+
+/// Period of a record alone, where the derivative of the map is not known: every point repeats to `repeat` at least three
+/// times, and what is left falls at least by half from the first half of the record to the second, or has vanished.
+pub(super) fn repeats(cloud: &Cloud<'_>, longest: usize) -> Option<usize> {
+    (1..=longest)
+        .take_while(|n| (REPEATS + 1) * n <= cloud.count())
+        .find(|n| {
+            let (first, second) = cloud.recurrence_halves(*n);
+            first.max(second) <= REPEAT && (second <= VANISHED || second <= 0.5 * first)
+        })
+}
+
+/// Tolerance of a repeat, relative to the largest modulus of the coordinate.
+const REPEAT: f64 = 1e-6;
+/// Repeats wanted.
+const REPEATS: usize = 3;
+/// A repeat that is exact but for rounding.
+const VANISHED: f64 = 1e-11;
