@@ -1,5 +1,6 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
+mod bounds;
 mod refit;
 mod steps;
 
@@ -71,6 +72,8 @@ pub struct TraceOptions {
     /// Crossings that are known: the branch ends where it returns onto one, or onto an orbit of half its period. `None`: it
     /// goes on there.
     pub known: Option<Vec<Place>>,
+    /// Deformation of every connection beyond which the branch counts as unbounded; empty: it is followed everywhere.
+    pub bounds: Vec<f64>,
 }
 
 /// Where a branch begins.
@@ -160,6 +163,10 @@ pub fn trace(
         let next = tracer.refit(next)?;
         if !tracer.push(&next)? {
             tracer.branch.end = PathEnd::Interrupted;
+            return Ok(Ok(tracer.branch));
+        }
+        if let Some(end) = tracer.runaway(&next)? {
+            tracer.branch.end = end;
             return Ok(Ok(tracer.branch));
         }
         last = next;

@@ -77,6 +77,10 @@ macro_rules! response_keys {
             /// Points at most.
             #[serde(default = "crate::analysis::response::defaults::max_points")]
             pub max_points: usize,
+            /// Deformation at which a branch counts as unbounded, in units of the largest of breakpoints, static and linear
+            /// deformations and the displacement scale.
+            #[serde(default = "crate::analysis::response::defaults::bound")]
+            pub bound: f64,
             /// Largest residual, relative to the size of its terms.
             #[serde(default = "crate::analysis::response::defaults::tolerance")]
             pub tolerance: f64,
@@ -127,6 +131,7 @@ macro_rules! branch_settings {
             min_step: $keys.min_step,
             max_step: $keys.max_step,
             max_points: $keys.max_points,
+            bound: $keys.bound,
             tolerance: $keys.tolerance,
             start: $keys.start,
             points: $keys.points,
@@ -152,6 +157,9 @@ pub(in crate::analysis) mod defaults {
     }
     pub fn max_points() -> usize {
         10_000
+    }
+    pub fn bound() -> f64 {
+        1000.0
     }
     pub fn tolerance() -> f64 {
         1e-10
@@ -186,8 +194,10 @@ impl Method {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quadrature {
-    /// Equally spaced samples; any law.
+    /// Closed form where every law allows it and no `samples` are given, equally spaced samples elsewhere.
     #[default]
+    Auto,
+    /// Equally spaced samples; any law.
     Sampled,
     /// Closed form between switching instants; piecewise-affine laws.
     Exact,

@@ -1,9 +1,10 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
-use super::{BranchSettings, Method, Quadrature};
+use super::{BranchSettings, Method, Quadrature, Swept};
 use crate::analysis::{Fault, Setting, flow};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
+use crate::solve::closed_form::ClosedForm;
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::galerkin::Galerkin;
@@ -49,7 +50,25 @@ impl BranchSettings {
         self.methods().contains(&Method::Galerkin)
     }
 
-    /// The same problem with the quadrature asked for.
+    /// The same settings with `quadrature: auto` resolved for the systems along a parameter, and why forces are sampled where
+    /// nobody asked for it.
+    pub(super) fn resolved(&self, swept: &Swept<'_>) -> (BranchSettings, Option<String>) {
+        let mut settings = self.clone();
+        if self.quadrature != Quadrature::Auto {
+            return (settings, None);
+        }
+        let reason = match self.samples {
+            Some(_) => Some("`samples` without `quadrature`".into()),
+            None => swept.refusal(ClosedForm::Quadrature),
+        };
+        settings.quadrature = match reason {
+            Some(_) => Quadrature::Sampled,
+            None => Quadrature::Exact,
+        };
+        (settings, reason)
+    }
+
+    /// The same problem with the quadrature asked for; `auto` samples until it is [`resolved`](BranchSettings::resolved).
     ///
     /// # Errors
     /// A connection that does not allow it.
@@ -59,7 +78,7 @@ impl BranchSettings {
         lambda: f64,
     ) -> Result<Galerkin<F>, SolveError> {
         match self.quadrature {
-            Quadrature::Sampled => Ok(galerkin),
+            Quadrature::Auto | Quadrature::Sampled => Ok(galerkin),
             Quadrature::Exact => galerkin.with_exact_quadrature(lambda),
         }
     }
@@ -254,6 +273,10 @@ impl BranchSettings {
                 faults.push(Fault::new("samples", message));
             }
         }
+        if !(self.bound >= 2.0 && self.bound <= 1e12) {
+            let message = format!("{} must be between 2 and 1e12", self.bound);
+            faults.push(Fault::new("bound", message));
+        }
         if !(self.tolerance > 0.0 && self.tolerance < 1e-2) {
             faults.push(Fault::new(
                 "tolerance",
@@ -272,7 +295,8 @@ impl BranchSettings {
                 Ok(galerkin) => {
                     let refused = self.with_quadrature(galerkin, 1.0).err();
                     let message = refused.map(|error| setting.name_connection(&error));
-                    faults.extend(message.map(|m| Fault::new("quadrature", m)));
+                    let advised = |m| format!("{m}; use `quadrature: auto` or `sampled`");
+                    faults.extend(message.map(|m| Fault::new("quadrature", advised(m))));
                 }
             }
         }

@@ -8,6 +8,7 @@ use crate::assembly::Assembly;
 use crate::error::SolveError;
 use crate::model::Model;
 use crate::quantity::{Quantity, UnitDimension};
+use crate::solve::closed_form::ClosedForm;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::floquet::Spectrum;
 use crate::system::System;
@@ -30,6 +31,9 @@ pub(in crate::analysis) struct Swept<'a> {
     subharmonic: usize,
     kind: Kind,
 }
+
+/// A share of the range that is no special value.
+const INSIDE: f64 = 0.618_033_988_749_894_9;
 
 enum Kind {
     /// The factor makes rad/s of omega/omega_c in SI reports.
@@ -197,6 +201,21 @@ impl<'a> Swept<'a> {
         let mut system = self.model(lambda)?.1.into_owned().system;
         system.set_reference_frequency(self.excitation(lambda));
         Ok(system)
+    }
+
+    /// What keeps a method of closed forms from the systems along the parameter: both ends and a place between them, where no
+    /// number has a special value.
+    pub fn refusal(&self, form: ClosedForm) -> Option<String> {
+        let (from, to) = self.range;
+        let systems = [from, to, from + INSIDE * (to - from)].map(|lambda| self.system(lambda));
+        systems.iter().flatten().find_map(|system| {
+            let mounts = system.mounts().iter().enumerate();
+            let mut refusals = mounts.filter_map(|(c, mount)| Some((c, form.refusal(mount)?)));
+            refusals.next().map(|(connection, reason)| {
+                let error = SolveError::Unsupported { connection, reason };
+                self.setting.name_connection(&error)
+            })
+        })
     }
 
     /// Excitation frequency over omega_c.

@@ -100,6 +100,10 @@ pub enum PathEnd {
         /// of them.
         known: Option<usize>,
     },
+    /// The solution grows without bound.
+    Unbounded,
+    /// Solutions of any size exist at one parameter: a straight line across it.
+    Vertical,
     /// The user asked to stop.
     Interrupted,
 }
@@ -115,6 +119,8 @@ impl PathEnd {
             PathEnd::Closed => "closed",
             PathEnd::Looped => "looped",
             PathEnd::Joined { .. } => "joined",
+            PathEnd::Unbounded => "unbounded",
+            PathEnd::Vertical => "vertical",
             PathEnd::Interrupted => "interrupted",
         }
     }
@@ -133,6 +139,10 @@ impl PathEnd {
                 "the branch came back onto itself where it had jumped from another curve or passed a branch point".into()
             }
             PathEnd::Joined { .. } => "the branch returned onto a known one".into(),
+            PathEnd::Unbounded => "the response grows without bound".into(),
+            PathEnd::Vertical => {
+                "the branch is vertical: orbits of any amplitude exist at this parameter".into()
+            }
             PathEnd::Interrupted => "interrupted".into(),
         }
     }
