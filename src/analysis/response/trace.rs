@@ -181,6 +181,7 @@ impl<'a> Work<'a> {
             let number = self.delivered.len();
             let delivered = self.primary(method, first)?;
             self.delivered.push(delivered);
+            self.follow_behind_breaks(method)?;
             self.follow_crossings(method, number)?;
             self.follow_starts(method, number)?;
             self.crossings = Crossings::default();

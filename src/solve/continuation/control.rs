@@ -1,6 +1,7 @@
 //! Step control: where the next point is expected, whether it is the right one, how long the step after it is.
 
 use super::{Continuation, PathPoint};
+use crate::solve::newton::SETTLED;
 use nalgebra::DVector;
 
 /// Largest angle between successive tangents; a step that turns further is halved [rad].
@@ -22,7 +23,10 @@ const CORNER_STEP: f64 = 1e-3;
 impl Continuation {
     /// Step length for the next step, from a point: few iterations and small turns lengthen it.
     pub(super) fn adapt(&mut self, next: &PathPoint, turn: f64, lengthening: f64) {
-        let by_iterations = match next.newton.iterations {
+        // Where rounding ends the iteration, its last steps say nothing of the path.
+        let is_rounding = next.newton.residual_norm > self.options.newton.tolerance;
+        let idle = if is_rounding { SETTLED } else { 0 };
+        let by_iterations = match next.newton.iterations.saturating_sub(idle) {
             0..=2 => 2.0,
             3 => 1.5,
             4 | 5 => 1.0,

@@ -1,4 +1,4 @@
-//! Paths that leave for infinity: along a straight line across the parameter, or along an asymptote.
+//! Paths that lead nowhere: straight across the parameter, along an asymptote, or hardly on at all.
 
 use super::{Continuation, PathPoint};
 
@@ -11,8 +11,21 @@ const STANDING: f64 = 1e-9;
 const STRAIGHT: f64 = 1e-6;
 /// Shortest vertical step, in arclength: in shorter ones any path looks straight.
 const SHORTEST: f64 = 1e-3;
+/// Points from one look at the progress to the next.
+const WINDOW: usize = 400;
+/// Least progress in between, in longest steps: a path that needs shorter ones for so long cannot be followed.
+const LEAST: f64 = 0.1;
 
 impl Continuation {
+    /// Whether the points since the last look brought hardly any progress.
+    pub(super) fn creeps(&mut self) -> bool {
+        self.progress += self.stride;
+        if !self.points.is_multiple_of(WINDOW) {
+            return false;
+        }
+        std::mem::take(&mut self.progress) < LEAST * self.options.max_step
+    }
+
     /// Longest step from a point: far out lengths are relative, or it takes for ever to get anywhere.
     pub(super) fn longest(&self, point: &PathPoint) -> f64 {
         let size = self.dot(&point.u, 0.0, &point.u, 0.0).sqrt();
@@ -25,7 +38,7 @@ impl Continuation {
         let scale = a.lambda.abs().max((to - from).abs());
         (b.lambda - a.lambda).abs() <= STANDING * scale
             && self.stride >= SHORTEST
-            && self.turn(a, b) < STRAIGHT
+            && (a.orientation == 0 || self.turn(a, b) < STRAIGHT)
     }
 
     /// Whether the path is vertical at the begin or at the end of the last step: there the sign of the parameter's change

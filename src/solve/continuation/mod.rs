@@ -63,6 +63,8 @@ pub struct Continuation {
     first: PathPoint,
     /// Some of the points behind.
     trail: Vec<PathPoint>,
+    /// Arclength since the last look at the progress.
+    progress: f64,
     end: Option<PathEnd>,
 }
 
@@ -98,6 +100,7 @@ impl Continuation {
             points: 1,
             rejections: 0,
             vertical: [false; 2],
+            progress: 0.0,
             end: None,
             options,
         }
@@ -175,6 +178,9 @@ impl Continuation {
         }
         self.points += 1;
         self.finish(problem)?;
+        if self.end.is_none() && self.creeps() {
+            self.end = Some(PathEnd::Creeping);
+        }
         Ok(Advance::Point(&self.point))
     }
 

@@ -90,6 +90,8 @@ pub enum PathEnd {
         /// How the last correction ended.
         last: NewtonStatus,
     },
+    /// Point after point brought hardly any progress.
+    Creeping,
     /// The path came back to its first point.
     Closed,
     /// The path came back to a later point of itself, so that it cannot have followed one curve all the way.
@@ -116,6 +118,7 @@ impl PathEnd {
             PathEnd::ReturnedToStart => "returned_to_start",
             PathEnd::MaxPoints => "max_points",
             PathEnd::StepTooSmall { .. } => "step_too_small",
+            PathEnd::Creeping => "creeping",
             PathEnd::Closed => "closed",
             PathEnd::Looped => "looped",
             PathEnd::Joined { .. } => "joined",
@@ -134,6 +137,7 @@ impl PathEnd {
             }
             PathEnd::MaxPoints => "max_points was reached".into(),
             PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
+            PathEnd::Creeping => "the steps of the last few hundred points stayed far below max_step: no progress".into(),
             PathEnd::Closed => "the branch closed on itself".into(),
             PathEnd::Looped => {
                 "the branch came back onto itself where it had jumped from another curve or passed a branch point".into()

@@ -232,6 +232,9 @@ impl<F: Family> Residual for Galerkin<F> {
             }
             return Ok(());
         }
+        if !out.has_parameter {
+            return Ok(());
+        }
         // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
         let mut shifted =
             std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));

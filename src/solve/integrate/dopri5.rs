@@ -72,6 +72,7 @@ pub struct Dopri5 {
     step: f64,
     last_error: f64,
     was_rejected: bool,
+    allowance: usize,
     work: Work,
 }
 
@@ -97,6 +98,7 @@ impl Dopri5 {
             step: 0.0,
             last_error: 0.0,
             was_rejected: false,
+            allowance: usize::MAX,
             work: Work::default(),
         }
     }
@@ -122,7 +124,7 @@ impl Dopri5 {
         let switches = turns * self.options.max_switches as f64;
         self.begin(system, tau.0);
         while t < end {
-            if self.work.attempts >= self.options.max_steps {
+            if self.work.attempts >= self.options.max_steps.min(self.allowance) {
                 return IntegrationEnd::MaxSteps;
             }
             let target = end.min(self.pieces.end() / om);
@@ -346,6 +348,14 @@ impl Dopri5 {
 impl Integrator for Dopri5 {
     fn name(&self) -> &'static str {
         "dopri5"
+    }
+
+    fn effort(&self) -> usize {
+        self.work.attempts
+    }
+
+    fn allow(&mut self, steps: usize) {
+        self.allowance = steps;
     }
 
     fn advance(
