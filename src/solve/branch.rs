@@ -2,6 +2,7 @@
 
 mod bounds;
 mod refit;
+mod ripple;
 mod steps;
 
 use super::continuation::{Continuation, ContinuationOptions, PathEnd, PathPoint, Side};
@@ -139,38 +140,13 @@ pub fn trace(
         stride: 0.0,
         exchanges: 0,
     };
-    let first = tracer.path.point().clone();
-    let mut last = tracer.probe(first, 1.0)?;
-    if !tracer.push(&last)? {
-        tracer.branch.end = PathEnd::Interrupted;
-        return Ok(Ok(tracer.branch));
-    }
-    loop {
-        last.look.fraction = 0.0;
-        let (next, events) = match tracer.take_step(&last)? {
-            Ok(step) => step,
-            Err(end) => {
-                tracer.branch.end = end;
-                return Ok(Ok(tracer.branch));
-            }
-        };
-        if let Some(joint) = tracer.joint(&last, &next, &events)? {
-            tracer.end_at(joint, &last, events)?;
-            return Ok(Ok(tracer.branch));
-        }
-        tracer.insert_marks(&last, &next, &events)?;
-        tracer.remember(last, &events);
-        let next = tracer.refit(next)?;
-        if !tracer.push(&next)? {
-            tracer.branch.end = PathEnd::Interrupted;
-            return Ok(Ok(tracer.branch));
-        }
-        if let Some(end) = tracer.runaway(&next)? {
-            tracer.branch.end = end;
-            return Ok(Ok(tracer.branch));
-        }
-        last = next;
-    }
+    let end = tracer.follow()?;
+    let mut branch = Branch {
+        end,
+        ..tracer.branch
+    };
+    ripple::remove(&mut branch.events);
+    Ok(Ok(branch))
 }
 
 /// What is said of a crossing that has no second direction.
@@ -214,6 +190,35 @@ struct Joint {
 const SAME_MARK: f64 = 1e-13;
 
 impl Tracer<'_> {
+    /// Step by step to the end of the path.
+    fn follow(&mut self) -> Result<PathEnd, SolveError> {
+        let first = self.path.point().clone();
+        let mut last = self.probe(first, 1.0)?;
+        if !self.push(&last)? {
+            return Ok(PathEnd::Interrupted);
+        }
+        loop {
+            last.look.fraction = 0.0;
+            let (next, events) = match self.take_step(&last)? {
+                Ok(step) => step,
+                Err(end) => return Ok(end),
+            };
+            if let Some(joint) = self.joint(&last, &next, &events)? {
+                return self.end_at(joint, &last, events);
+            }
+            self.insert_marks(&last, &next, &events)?;
+            self.remember(last, &events);
+            let next = self.refit(next)?;
+            if !self.push(&next)? {
+                return Ok(PathEnd::Interrupted);
+            }
+            if let Some(end) = self.runaway(&next)? {
+                return Ok(end);
+            }
+            last = next;
+        }
+    }
+
     fn probe(&mut self, point: PathPoint, fraction: f64) -> Result<Probe, SolveError> {
         let survey = self
             .problem
@@ -243,15 +248,14 @@ impl Tracer<'_> {
         Joint { known, at }: Joint,
         last: &Probe,
         mut events: Vec<BifurcationEvent>,
-    ) -> Result<(), SolveError> {
+    ) -> Result<PathEnd, SolveError> {
         let end = at.as_ref().unwrap_or(last);
         events.retain(|e| e.fraction <= end.look.fraction);
         self.insert_marks(last, end, &events)?;
         if let Some(joint) = &at {
             self.push(joint)?;
         }
-        self.branch.end = PathEnd::Joined { known };
-        Ok(())
+        Ok(PathEnd::Joined { known })
     }
 
     /// Where the step meets a known branch.
@@ -343,6 +347,9 @@ impl Tracer<'_> {
             event.after_point += before;
             if let Some(point) = &event.point {
                 event.recorded = self.record_at(point)?;
+                if event.kind == EventKind::Fold {
+                    event.doubt = self.doubt(point)?;
+                }
                 if let EventKind::Grazing {
                     connection,
                     breakpoint,

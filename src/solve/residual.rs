@@ -161,6 +161,18 @@ pub trait PeriodicResidual: Residual {
         extent: Extent,
     ) -> Result<Survey, SolveError>;
 
+    /// What sampling of the forces leaves in the residual at a solution; `None` where nothing is sampled.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn aliasing(
+        &mut self,
+        _u: &DVector<f64>,
+        _lambda: f64,
+    ) -> Result<Option<DVector<f64>>, SolveError> {
+        Ok(None)
+    }
+
     /// Its present size; zeros where there is one size only.
     fn size(&self) -> Size {
         Size::default()

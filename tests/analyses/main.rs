@@ -13,6 +13,7 @@ mod branches_all;
 mod crosscheck_methods;
 mod effective_frequencies;
 mod floquet_estimate;
+mod honest_ends;
 mod parameter_response;
 mod parameter_response_mistakes;
 mod random_starts;

@@ -17,9 +17,11 @@ macro_rules! response_keys {
         pub struct $name {
             $($own)*
             /// First value.
-            pub from: crate::quantity::Quantity,
+            #[serde(default)]
+            pub from: Option<crate::quantity::Quantity>,
             /// Last value.
-            pub to: crate::quantity::Quantity,
+            #[serde(default)]
+            pub to: Option<crate::quantity::Quantity>,
             /// How responses are computed.
             #[serde(default)]
             pub method: Option<crate::analysis::response::Method>,
@@ -90,6 +92,9 @@ macro_rules! response_keys {
             /// Integration: values, evenly spaced, both ends included; 200 when absent.
             #[serde(default)]
             pub points: Option<usize>,
+            /// Integration: in which direction the attractor is followed; from `from` to `to` when absent.
+            #[serde(default)]
+            pub direction: Option<crate::analysis::bifurcation_diagram::Direction>,
             /// Integration: periods of the excitation before the record begins, at every value; 200 when absent.
             #[serde(default)]
             pub transient: Option<usize>,
@@ -135,6 +140,7 @@ macro_rules! branch_settings {
             tolerance: $keys.tolerance,
             start: $keys.start,
             points: $keys.points,
+            direction: $keys.direction,
             transient: $keys.transient,
             periods: $keys.periods,
         }

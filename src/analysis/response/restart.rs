@@ -53,9 +53,7 @@ impl Work<'_> {
         let (from, to) = swept.range;
         let ahead = |p: &BranchPoint| (p.lambda - from) / (to - from);
         let points = &self.delivered[number].points;
-        let farthest = points
-            .iter()
-            .max_by(|a, b| ahead(a).total_cmp(&ahead(b)));
+        let farthest = points.iter().max_by(|a, b| ahead(a).total_cmp(&ahead(b)));
         let Some(farthest) = farthest else {
             return Ok(None);
         };

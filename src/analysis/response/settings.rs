@@ -37,6 +37,31 @@ impl BranchSettings {
         self.points.unwrap_or(POINTS)
     }
 
+    /// Whether one value is integrated instead of a range.
+    pub(in crate::analysis) fn is_single(&self) -> bool {
+        self.points == Some(1) && self.methods() == [Method::Integration]
+    }
+
+    /// The first and the last value as written; a single one is both.
+    ///
+    /// # Errors
+    /// Those that are missing.
+    pub(in crate::analysis) fn ends(&self) -> Result<(&Quantity, &Quantity), Vec<Fault>> {
+        match (&self.from, &self.to) {
+            (Some(from), None) if self.is_single() => Ok((from, from)),
+            (Some(from), Some(to)) => Ok((from, to)),
+            (from, to) => {
+                let keys = [("from", from), ("to", to)];
+                let missing = keys.iter().filter(|(_, value)| value.is_none());
+                let fault = |(key, _): &(&'static str, _)| {
+                    let message = format!("missing: the range needs `{key}`");
+                    Fault::new(*key, message)
+                };
+                Err(missing.map(fault).collect())
+            }
+        }
+    }
+
     /// Length of an integrated record.
     pub(super) fn map_size(&self) -> flow::MapSize {
         flow::MapSize {
@@ -117,6 +142,10 @@ impl BranchSettings {
         value: &dyn Fn(&Quantity) -> Result<f64, String>,
     ) -> Vec<Fault> {
         let mut faults = Vec::new();
+        let (first, last) = match self.ends() {
+            Ok(ends) => ends,
+            Err(faults) => return faults,
+        };
         let mut read = |key: String, written: &Quantity| match value(written) {
             Ok(value) => Some(value),
             Err(message) => {
@@ -124,7 +153,7 @@ impl BranchSettings {
                 None
             }
         };
-        let (from, to) = (read("from".into(), &self.from), read("to".into(), &self.to));
+        let (from, to) = (read("from".into(), first), read("to".into(), last));
         let marks = self.marks.iter().enumerate();
         let marks = marks.map(|(k, mark)| (format!("marks.{k}"), mark));
         let listed: Vec<(String, &Quantity)> = marks.chain(self.starts_at()).collect();
@@ -140,12 +169,14 @@ impl BranchSettings {
             if value.is_some_and(|m| m < low || m > high) {
                 let message = format!(
                     "{} lies outside the range from {} to {}",
-                    written.text, self.from.text, self.to.text
+                    written.text, first.text, last.text
                 );
                 faults.push(Fault::new(key, message));
             }
         }
-        if let Err(error) = self.continuation((from, to), 1.0).validate() {
+        if !self.is_single()
+            && let Err(error) = self.continuation((from, to), 1.0).validate()
+        {
             faults.push(fault_of(error));
         }
         faults
@@ -209,11 +240,12 @@ impl BranchSettings {
         let mut faults = Vec::new();
         if !self.methods().contains(&Method::Integration) {
             let given = [
-                ("points", self.points),
-                ("transient", self.transient),
-                ("periods", self.periods),
+                ("points", self.points.is_some()),
+                ("direction", self.direction.is_some()),
+                ("transient", self.transient.is_some()),
+                ("periods", self.periods.is_some()),
             ];
-            for (key, _) in given.iter().filter(|(_, value)| value.is_some()) {
+            for (key, _) in given.iter().filter(|(_, is_given)| *is_given) {
                 let message = format!(
                     "`{key}` belongs to the method `integration`, which is not asked for; other methods choose their \
                      points themselves (`max_step`, `marks`)"
@@ -222,8 +254,11 @@ impl BranchSettings {
             }
             return faults;
         }
-        if self.points() < 2 {
-            let message = format!("{} must be at least 2", self.points());
+        if self.points() < 2 && !self.is_single() {
+            let message = format!(
+                "{} must be at least 2; `points: 1` is for the method `integration` alone",
+                self.points()
+            );
             faults.push(Fault::new("points", message));
         }
         faults.extend(self.map_size().check(1));

@@ -117,7 +117,11 @@ impl<'a> Swept<'a> {
     ) -> Result<Swept<'a>, Fault> {
         let parameter = Parameter::Path(path.into());
         let (ends, marks) = read(settings, &|quantity| parameter.value(setting, quantity))?;
-        let share = |value: &f64| (value - ends.0) / (ends.1 - ends.0);
+        let span = ends.1 - ends.0;
+        let share = |value: &f64| match span {
+            0.0 => 0.0,
+            span => (value - ends.0) / span,
+        };
         let shares: Vec<f64> = marks.iter().map(share).collect();
         let mut exact = vec![(0.0, ends.0), (1.0, ends.1)];
         exact.extend(shares.iter().copied().zip(marks));
@@ -130,7 +134,7 @@ impl<'a> Swept<'a> {
         };
         Ok(Swept {
             setting,
-            range: (0.0, 1.0),
+            range: (0.0, if span == 0.0 { 0.0 } else { 1.0 }),
             marks: shares,
             starts: settings.starts_at().len(),
             unit: unit(setting, settings, path),
@@ -275,16 +279,14 @@ fn read(
     let starts = settings.starts_at().into_iter();
     let starts = starts.map(|(key, written)| one(key, written));
     let marks: Result<Vec<f64>, Fault> = marks.chain(starts).collect();
-    let ends = (
-        one("from".into(), &settings.from)?,
-        one("to".into(), &settings.to)?,
-    );
+    let (from, to) = settings.ends().map_err(|mut faults| faults.remove(0))?;
+    let ends = (one("from".into(), from)?, one("to".into(), to)?);
     Ok((ends, marks?))
 }
 
 /// SI unit of a number of the model, from whatever of its values is written with a unit.
 fn unit(setting: &Setting<'_>, settings: &BranchSettings, path: &str) -> String {
-    let ends = [&settings.from, &settings.to].into_iter();
+    let ends = [&settings.from, &settings.to].into_iter().flatten();
     let own = setting.document.at(path);
     let own = own.and_then(|node| Quantity::from_node(node, path).ok());
     let all = ends.chain(&settings.marks).chain(&own);

@@ -393,16 +393,19 @@ impl<'a> Work<'a> {
     /// The attractors along the range.
     fn integrate(&mut self) {
         let (settings, swept) = (self.settings, self.swept);
-        let mut recorder = MeasureRecorder::new(swept, 1);
-        let number = self.delivered.len();
-        let orbits = &mut self.orbits;
-        let mut keep = |index: usize, system: &System, orbit: &_| {
-            orbits.add((number, index), system, orbit);
-        };
-        let (delivered, warnings) = integration::follow(settings, swept, &mut recorder, &mut keep);
-        self.warnings.extend(warnings);
-        self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
-        self.delivered.push(delivered);
+        for values in integration::sweeps(settings, swept) {
+            let mut recorder = MeasureRecorder::new(swept, 1);
+            let number = self.delivered.len();
+            let orbits = &mut self.orbits;
+            let mut keep = |index: usize, system: &System, orbit: &_| {
+                orbits.add((number, index), system, orbit);
+            };
+            let sweep = (settings, values);
+            let (delivered, warnings) = integration::follow(sweep, swept, &mut recorder, &mut keep);
+            self.warnings.extend(warnings);
+            self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
+            self.delivered.push(delivered);
+        }
     }
 }
 

@@ -8,13 +8,14 @@ mod corner;
 mod crossing;
 mod growth;
 mod inside;
-mod inverse;
 mod interpolant;
+mod inverse;
 mod resize;
 mod retreat;
 mod section;
 mod trail;
 mod types;
+mod uncertainty;
 
 pub use crossing::Side;
 pub use section::Section;

@@ -7,6 +7,7 @@
 pub mod accuracy;
 pub mod adaptive;
 mod aft;
+mod aliasing;
 mod connection;
 mod exact;
 mod hill;
@@ -251,6 +252,14 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
 
     fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
         self.fourier_orbit(u, lambda).map(Orbit::Fourier)
+    }
+
+    fn aliasing(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Option<DVector<f64>>, SolveError> {
+        Galerkin::aliasing(self, u, lambda)
     }
 
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
