@@ -176,6 +176,24 @@ impl Analysis for BifurcationDiagram {
     }
 }
 
+impl Direction {
+    /// Values in the orders of the sweeps, as written without a direction.
+    pub fn sweeps<T: Clone>(
+        direction: Option<Direction>,
+        written: Vec<(f64, T)>,
+    ) -> Vec<Vec<(f64, T)>> {
+        let mut rising = written.clone();
+        rising.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let falling = rising.iter().rev().cloned().collect();
+        match direction {
+            None => vec![written],
+            Some(Direction::Up) => vec![rising],
+            Some(Direction::Down) => vec![falling],
+            Some(Direction::Both) => vec![rising, falling],
+        }
+    }
+}
+
 impl BifurcationDiagram {
     fn size(&self) -> MapSize {
         MapSize {
@@ -279,16 +297,10 @@ impl BifurcationDiagram {
             _ if k == last => to,
             _ => from + (to - from) * k as f64 / last as f64,
         };
-        let written: Vec<f64> = (0..self.points).map(value).collect();
-        let mut rising = written.clone();
-        rising.sort_by(f64::total_cmp);
-        let falling: Vec<f64> = rising.iter().rev().copied().collect();
-        let sweeps = match self.direction {
-            None => vec![written],
-            Some(Direction::Up) => vec![rising],
-            Some(Direction::Down) => vec![falling],
-            Some(Direction::Both) => vec![rising, falling],
-        };
+        let written = (0..self.points).map(|k| (value(k), ())).collect();
+        let sweeps = Direction::sweeps(self.direction, written);
+        let values = |sweep: Vec<(f64, ())>| sweep.into_iter().map(|x| x.0).collect();
+        let sweeps = sweeps.into_iter().map(values).collect();
         let seeds = match &self.seeds {
             Some(seeds) => Some(seeds.states(setting)?),
             None => None,

@@ -1,21 +1,52 @@
 //! Responses against the excitation frequency (figures 10 to 17).
 
 use super::cost::Cost;
-use super::response::{self, Swept, branch_settings, response_keys};
+use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
 use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
+use crate::quantity::Quantity;
 use crate::report::{Report, Table};
 use serde_json::Value;
 
 response_keys! {
     /// Settings of `frequency_response`.
-    pub struct FrequencyResponse {}
+    pub struct FrequencyResponse {
+        /// The one frequency of a response with `points: 1`, instead of `from` and `to`.
+        #[serde(default)]
+        pub at: Option<Quantity>,
+    }
+}
+
+impl FrequencyResponse {
+    fn settings(&self) -> BranchSettings {
+        let mut settings = branch_settings!(self);
+        if let Some(at) = &self.at {
+            (settings.from, settings.to) = (Some(at.clone()), Some(at.clone()));
+        }
+        settings
+    }
+
+    /// What is wrong with `at`.
+    fn check_at(&self, settings: &BranchSettings) -> Option<Fault> {
+        self.at.as_ref()?;
+        let message = match () {
+            _ if !settings.is_single() => {
+                "one frequency is for the method `integration` with `points: 1`; a range needs `from` and `to`"
+            }
+            _ if self.from.is_some() || self.to.is_some() => "`at` excludes `from` and `to`",
+            _ => return None,
+        };
+        Some(Fault::new("at", message))
+    }
 }
 
 #[typetag::serde(name = "frequency_response")]
 impl Analysis for FrequencyResponse {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let settings = branch_settings!(self);
+        let settings = self.settings();
+        if let Some(fault) = self.check_at(&settings) {
+            return vec![fault];
+        }
         let mut faults = settings.check_range(&|written| setting.frequency(written));
         faults.extend(settings.check(setting, &setting.assembly.system));
         if let Some((_, slowest)) = self.range(setting) {
@@ -25,12 +56,12 @@ impl Analysis for FrequencyResponse {
     }
 
     fn cost(&self, setting: &Setting<'_>) -> Cost {
-        let cost = |(range, slowest)| branch_settings!(self).cost(setting, range, slowest);
+        let cost = |(range, slowest)| self.settings().cost(setting, range, slowest);
         self.range(setting).map_or(Cost::default(), cost)
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
-        let settings = branch_settings!(self);
+        let settings = self.settings();
         let swept = Swept::frequency(setting, &settings)
             .map_err(|fault| columns::refused(setting, fault))?;
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
@@ -38,7 +69,7 @@ impl Analysis for FrequencyResponse {
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
-        let settings = branch_settings!(self);
+        let settings = self.settings();
         let swept = Swept::frequency(setting, &settings);
         swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
     }
@@ -47,8 +78,9 @@ impl Analysis for FrequencyResponse {
 impl FrequencyResponse {
     /// Both ends, and the lower one.
     fn range(&self, setting: &Setting<'_>) -> Option<((f64, f64), f64)> {
-        let from = setting.frequency(&self.from).ok()?;
-        let to = setting.frequency(&self.to).ok()?;
+        let settings = self.settings();
+        let (from, to) = settings.ends().ok()?;
+        let (from, to) = (setting.frequency(from).ok()?, setting.frequency(to).ok()?);
         Some(((from, to), from.min(to)))
     }
 }

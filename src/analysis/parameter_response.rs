@@ -122,7 +122,8 @@ fn check_values(
     let faults = settings.check_range(&value);
     if let Some(first) = faults.first() {
         // What is wrong with every value alike is wrong with the path.
-        let is_common = faults.len() == 2 + settings.marks.len()
+        let is_common = faults.len() > 1
+            && faults.len() == 2 + settings.marks.len()
             && faults.iter().all(|f| f.message == first.message);
         return Err(if is_common {
             vec![Fault::new("parameter", first.message.clone())]
@@ -131,13 +132,16 @@ fn check_values(
         });
     }
     let mut variation = Variation::new(setting, path);
-    let (from, to) = (settings.from.value, settings.to.value);
+    let (from, to) = settings.ends().map(|(from, to)| (from.value, to.value))?;
     let mut system = |value: f64| {
         let found = variation.at(Node::number(value));
         found.map(|f| f.1.system).map_err(|list| joined(&list))
     };
     let one = |message: String| vec![Fault::new("parameter", message)];
     let first = system(from).map_err(one)?;
+    if settings.is_single() {
+        return Ok(first);
+    }
     let moved = system(from + NUDGE * (to - from))
         .map_err(|reason| one(format!("{path} cannot be varied continuously: {reason}")))?;
     if first.is_alike(&moved) {

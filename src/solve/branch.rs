@@ -1,6 +1,8 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
+mod bounds;
 mod refit;
+mod ripple;
 mod steps;
 
 use super::continuation::{Continuation, ContinuationOptions, PathEnd, PathPoint, Side};
@@ -71,6 +73,8 @@ pub struct TraceOptions {
     /// Crossings that are known: the branch ends where it returns onto one, or onto an orbit of half its period. `None`: it
     /// goes on there.
     pub known: Option<Vec<Place>>,
+    /// Deformation of every connection beyond which the branch counts as unbounded; empty: it is followed everywhere.
+    pub bounds: Vec<f64>,
 }
 
 /// Where a branch begins.
@@ -136,14 +140,19 @@ pub fn trace(
         stride: 0.0,
         exchanges: 0,
     };
-    tracer.branch.end = match tracer.follow() {
+    let end = match tracer.follow() {
         // What was found before stands.
         Err(SolveError::Interrupted) => PathEnd::Interrupted,
         end => end?,
     };
-    let count = tracer.branch.points.len();
-    tracer.branch.events.retain(|e| e.after_point < count);
-    Ok(Ok(tracer.branch))
+    let mut branch = Branch {
+        end,
+        ..tracer.branch
+    };
+    let count = branch.points.len();
+    branch.events.retain(|e| e.after_point < count);
+    ripple::remove(&mut branch.events);
+    Ok(Ok(branch))
 }
 
 /// What is said of a crossing that has no second direction.
@@ -187,7 +196,7 @@ struct Joint {
 const SAME_MARK: f64 = 1e-13;
 
 impl Tracer<'_> {
-    /// From the first point step by step, as far as it goes.
+    /// Step by step to the end of the path.
     fn follow(&mut self) -> Result<PathEnd, SolveError> {
         let first = self.path.point().clone();
         let mut last = self.probe(first, 1.0)?;
@@ -201,14 +210,16 @@ impl Tracer<'_> {
                 Err(end) => return Ok(end),
             };
             if let Some(joint) = self.joint(&last, &next, &events)? {
-                self.end_at(joint, &last, events)?;
-                return Ok(self.branch.end);
+                return self.end_at(joint, &last, events);
             }
             self.insert_marks(&last, &next, &events)?;
             self.remember(last, &events);
             let next = self.refit(next)?;
             if !self.push(&next)? {
                 return Ok(PathEnd::Interrupted);
+            }
+            if let Some(end) = self.runaway(&next)? {
+                return Ok(end);
             }
             last = next;
         }
@@ -243,15 +254,14 @@ impl Tracer<'_> {
         Joint { known, at }: Joint,
         last: &Probe,
         mut events: Vec<BifurcationEvent>,
-    ) -> Result<(), SolveError> {
+    ) -> Result<PathEnd, SolveError> {
         let end = at.as_ref().unwrap_or(last);
         events.retain(|e| e.fraction <= end.look.fraction);
         self.insert_marks(last, end, &events)?;
         if let Some(joint) = &at {
             self.push(joint)?;
         }
-        self.branch.end = PathEnd::Joined { known };
-        Ok(())
+        Ok(PathEnd::Joined { known })
     }
 
     /// Where the step meets a known branch.
@@ -343,6 +353,9 @@ impl Tracer<'_> {
             event.after_point += before;
             if let Some(point) = &event.point {
                 event.recorded = self.record_at(point)?;
+                if event.kind == EventKind::Fold {
+                    event.doubt = self.doubt(point)?;
+                }
                 if let EventKind::Grazing {
                     connection,
                     breakpoint,

@@ -18,9 +18,7 @@ impl ClosedForm {
         let need = self.need(mount)?;
         Some(match self {
             ClosedForm::Flow => format!("exact integration needs {need}"),
-            ClosedForm::Quadrature => {
-                format!("exact quadrature needs {need}; use `quadrature: sampled`")
-            }
+            ClosedForm::Quadrature => format!("exact quadrature needs {need}"),
         })
     }
 

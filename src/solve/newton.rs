@@ -34,8 +34,8 @@ impl Default for NewtonOptions {
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
-    /// The residual is below the tolerance; or it cannot be made smaller and the Newton step is below its own tolerance: the
-    /// residual is rounding then.
+    /// The residual is below the tolerance; or Newton steps are below their own tolerance and it hardly falls: the residual is
+    /// rounding then.
     Converged,
     /// Too many iterations.
     MaxIterations,
@@ -86,6 +86,9 @@ impl NewtonOutcome {
     }
 }
 
+/// Steps below their tolerance after which an iteration has converged: the residual falls by chance then.
+pub(super) const SETTLED: usize = 2;
+
 /// Damped Newton iteration; owns its buffers.
 #[derive(Debug)]
 pub struct Newton {
@@ -102,7 +105,10 @@ impl Newton {
         let zero = DVector::zeros(structure.dim());
         Newton {
             options,
-            work: Linearisation::new(structure),
+            work: Linearisation {
+                has_parameter: false,
+                ..Linearisation::new(structure)
+            },
             factors: Factors::new(structure),
             step: zero.clone(),
             base: zero,
@@ -122,14 +128,17 @@ impl Newton {
     ) -> Result<NewtonOutcome, SolveError> {
         problem.linearise(u, lambda, &mut self.work)?;
         let mut norm = self.work.norm();
+        let mut settled = 0;
         for iterations in 0..self.options.max_iterations {
             uninterrupted()?;
             let status = match () {
                 _ if !norm.is_finite() => NewtonStatus::NotFinite,
                 _ if norm <= self.options.tolerance => NewtonStatus::Converged,
+                _ if settled == SETTLED => NewtonStatus::Converged,
                 _ if !self.find_step() => NewtonStatus::SingularJacobian,
                 _ => match self.damped_step(problem, u, lambda, norm)? {
                     Some(smaller) => {
+                        settled += usize::from(self.is_at_rounding(u));
                         norm = smaller;
                         continue;
                     }

@@ -18,6 +18,8 @@ pub struct Linearisation {
     pub dr_dlambda: DVector<f64>,
     /// Size of the terms that cancel in R: what a residual is small against.
     pub magnitude: f64,
+    /// Whether dR/dlambda is wanted; elsewhere it may hold anything.
+    pub has_parameter: bool,
 }
 
 impl Linearisation {
@@ -34,6 +36,7 @@ impl Linearisation {
             dr_du: Jacobian::new(structure),
             dr_dlambda: DVector::zeros(dim),
             magnitude: 1.0,
+            has_parameter: true,
         }
     }
 
@@ -62,7 +65,7 @@ pub trait Residual {
         Structure::Dense(self.dim())
     }
 
-    /// R and its derivatives at (u, lambda); writes every entry of `out`. Allocates only when `out` has another shape.
+    /// R and its derivatives at (u, lambda); writes every entry of `out` that is wanted. Allocates only when `out` has another shape.
     ///
     /// # Errors
     /// The system cannot be made at this parameter.
@@ -157,6 +160,18 @@ pub trait PeriodicResidual: Residual {
         lambda: f64,
         extent: Extent,
     ) -> Result<Survey, SolveError>;
+
+    /// What sampling of the forces leaves in the residual at a solution; `None` where nothing is sampled.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn aliasing(
+        &mut self,
+        _u: &DVector<f64>,
+        _lambda: f64,
+    ) -> Result<Option<DVector<f64>>, SolveError> {
+        Ok(None)
+    }
 
     /// Its present size; zeros where there is one size only.
     fn size(&self) -> Size {

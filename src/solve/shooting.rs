@@ -25,6 +25,12 @@ pub struct Shooting<F: Family> {
     /// Parameter for which the integrator's tables were made.
     prepared: f64,
     state: Vec<f64>,
+    /// Image of the state whose differences are taken.
+    centre: Vec<f64>,
+    /// Trial steps that the integrator may still take.
+    allowance: usize,
+    /// Width of the latest difference in the parameter, in widths of the family's.
+    width: f64,
     phi: DMatrix<f64>,
 }
 
@@ -48,6 +54,9 @@ impl<F: Family> Shooting<F> {
             choice,
             integrator,
             prepared: lambda,
+            centre: state.clone(),
+            allowance: usize::MAX,
+            width: 1.0,
             state,
             phi,
         })
@@ -77,9 +86,17 @@ impl<F: Family> Shooting<F> {
         self.prepare(lambda)?;
         let system = self.family.at(lambda)?;
         self.state.copy_from_slice(u.as_slice());
-        let period = (0.0, TAU);
-        let end = (self.integrator).advance(system, period, &mut self.state, observer);
+        self.integrator.allow(self.allowance);
+        let end = self
+            .integrator
+            .advance(system, (0.0, TAU), &mut self.state, observer);
+        self.allowance = self.allowance.saturating_sub(self.integrator.effort());
         uninterrupted().map(|()| end)
+    }
+
+    /// Limits the trial steps of the maps to come, all together; beyond it there is no image.
+    pub fn allow(&mut self, steps: usize) {
+        self.allowance = steps;
     }
 
     /// The same with the transition matrix into `self.phi`.
@@ -94,8 +111,11 @@ impl<F: Family> Shooting<F> {
         self.state.copy_from_slice(u.as_slice());
         self.phi.fill_with_identity();
         let (state, phi) = (&mut self.state, &mut self.phi);
-        let end =
-            (self.integrator).advance_with_variation(system, (0.0, TAU), state, phi, observer);
+        self.integrator.allow(self.allowance);
+        let end = self
+            .integrator
+            .advance_with_variation(system, (0.0, TAU), state, phi, observer);
+        self.allowance = self.allowance.saturating_sub(self.integrator.effort());
         uninterrupted().map(|()| end)
     }
 
@@ -121,13 +141,6 @@ impl<F: Family> Residual for Shooting<F> {
         lambda: f64,
         out: &mut Linearisation,
     ) -> Result<(), SolveError> {
-        // The flow is good to rounding, and so is its difference quotient.
-        let (low, high) = self.family.neighbours(lambda);
-        for (value, is_high) in [(high, true), (low, false)] {
-            self.map(u, value, &mut ())?;
-            let column = out.dr_dlambda.iter_mut().zip(&self.state);
-            column.for_each(|(d, x)| *d = if is_high { *x } else { (*d - x) / (high - low) });
-        }
         // A flow that does not reach the end of the period has no image: the caller sees a residual that is not finite.
         let end = self.map_with_variation(u, lambda, &mut ())?;
         let valid = if end == IntegrationEnd::Reached {
@@ -146,7 +159,62 @@ impl<F: Family> Residual for Shooting<F> {
             column.copy_from_slice(self.phi.column(c).as_slice());
             column[c] -= 1.0;
         }
-        Ok(())
+        if !out.has_parameter {
+            return Ok(());
+        }
+        self.centre.copy_from_slice(&self.state);
+        self.difference(u, lambda, &mut out.dr_dlambda)
+    }
+}
+
+/// Share of the change of an image that its second difference may have: beyond it the difference quotient is no derivative.
+const BENT: f64 = 1e-2;
+/// Share below which the next difference may be wider.
+const PLAIN: f64 = 1e-4;
+/// What a difference that is too wide shrinks by.
+const NARROWING: f64 = 0.125;
+/// Narrowest difference, in widths of the family's: rounding is a share of 1e-5 of it.
+const NARROWEST: f64 = 1e-4;
+/// Share of the state below which differences are rounding.
+const ROUNDING: f64 = 1e-11;
+
+impl<F: Family> Shooting<F> {
+    /// dP/dlambda as a difference quotient, narrow enough for the map to be straight within it: after long periods it bends
+    /// within 1e-7 of the parameter.
+    fn difference(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        out: &mut DVector<f64>,
+    ) -> Result<(), SolveError> {
+        let (low, high) = self.family.neighbours(lambda);
+        loop {
+            let width = self.width;
+            let [low, high] = [low, high].map(|x| lambda + width * (x - lambda));
+            self.map(u, high, &mut ())?;
+            out.copy_from_slice(&self.state);
+            self.map(u, low, &mut ())?;
+            let (mut change, mut bend) = (0.0_f64, 0.0_f64);
+            let (ahead, behind) = (high - lambda, lambda - low);
+            let images = self.state.iter().zip(&self.centre);
+            for (d, (x, centre)) in out.iter_mut().zip(images) {
+                let rises = [(*d - centre) * behind, (centre - x) * ahead];
+                change = change.max((rises[0] + rises[1]).abs());
+                bend = bend.max((rises[0] - rises[1]).abs());
+                *d = (*d - x) / (high - low);
+            }
+            // Rounding of the image counts as change.
+            let size = self.centre.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let change = change.max(ROUNDING * size * ahead.max(behind));
+            if bend > BENT * change && width > NARROWEST {
+                self.width *= NARROWING;
+                continue;
+            }
+            if bend < PLAIN * change {
+                self.width = (2.0 * width).min(1.0);
+            }
+            return Ok(());
+        }
     }
 }
 

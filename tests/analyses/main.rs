@@ -16,6 +16,7 @@ mod crosscheck_methods;
 mod effective_frequencies;
 mod first_contact;
 mod floquet_estimate;
+mod honest_ends;
 mod parameter_response;
 mod parameter_response_mistakes;
 mod random_starts;

@@ -225,6 +225,7 @@ pub fn trace_options(
         marks: marks.to_vec(),
         stability: true,
         known: None,
+        bounds: Vec::new(),
     }
 }
 

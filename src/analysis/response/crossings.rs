@@ -247,10 +247,19 @@ impl Work<'_> {
     }
 }
 
-/// The end of a branch that began at a crossing: it may leave the range on either side.
+/// The end of a branch that began at a crossing: it may leave the range on either side, and one that is vertical has been told
+/// in full.
 pub(super) fn ending(end: PathEnd) -> Option<Ending> {
-    matches!(end, PathEnd::ReturnedToStart).then(|| Ending {
-        message: "the beginning of the range was reached".into(),
-        ..Ending::complete()
-    })
+    match end {
+        PathEnd::ReturnedToStart => Some(Ending {
+            message: "the beginning of the range was reached".into(),
+            ..Ending::complete()
+        }),
+        PathEnd::Vertical => Some(Ending {
+            reason: end.reason(),
+            message: end.message(),
+            is_early: false,
+        }),
+        _ => None,
+    }
 }

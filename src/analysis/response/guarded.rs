@@ -52,6 +52,14 @@ impl PeriodicResidual for Guarded<'_> {
         self.0.orbit(u, lambda)
     }
 
+    fn aliasing(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Option<DVector<f64>>, SolveError> {
+        self.0.aliasing(u, lambda)
+    }
+
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
         self.0.in_doubled_period(half)
     }

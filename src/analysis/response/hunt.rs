@@ -17,6 +17,7 @@ use crate::solve::orbit::{FourierOrbit, Orbit};
 use crate::solve::place::Place;
 use crate::solve::residual::{PeriodicResidual, Residual};
 use crate::solve::shooting::Shooting;
+use crate::system::System;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
@@ -29,6 +30,13 @@ const ITERATIONS: usize = 50;
 const DAMPING: f64 = 1.0 / 1024.0;
 /// Orbits of the flow that differ by less, relative to their size, are one: the corrector leaves 1e-12.
 const SAME_ORBIT: f64 = 1e-6;
+
+/// Trial steps of the integrator in one period of a transient, at most: whatever needs more runs away.
+const LONGEST: usize = 200_000;
+/// Periods of integration that one guess is worth, variations included.
+const PATIENCE: usize = 300;
+/// Trial steps that a period is worth at least.
+const FEWEST: usize = 200;
 
 /// A solution that a start led to.
 pub(super) struct Found {
@@ -45,6 +53,8 @@ pub(super) struct Hunt<'a> {
     lambda: f64,
     shooting: Shooting<Box<dyn Family + 'a>>,
     newton: Newton,
+    /// Trial steps of the integrator that one guess is worth.
+    allowance: usize,
     /// Solutions on branches, and how many of the branches were looked at.
     known: Vec<Place>,
     seen: usize,
@@ -65,6 +75,7 @@ impl<'a> Hunt<'a> {
         };
         Ok(Hunt {
             newton: Newton::new(&shooting.structure(), newton),
+            allowance: usize::MAX,
             settings,
             swept,
             lambda,
@@ -87,7 +98,8 @@ impl<'a> Hunt<'a> {
             if self.swept.setting.control.is_interrupted() {
                 break;
             }
-            let guesses = self.guesses(starts, value * starts.count + start)?;
+            let state = self.random_state(starts, value * starts.count + start)?;
+            let guesses = self.guesses(state)?;
             for (guess, periods) in guesses.into_iter().zip(GUESSES) {
                 search.guesses += 1;
                 let Some((state, orbit)) = self.refined(guess)? else {
@@ -119,19 +131,54 @@ impl<'a> Hunt<'a> {
         Ok((search, found))
     }
 
-    /// A random state, and where it is after some periods, as far as it gets.
-    fn guesses(&self, starts: &Starts, stream: usize) -> Result<Vec<DVector<f64>>, Error> {
-        let (setting, swept) = (self.swept.setting, self.swept);
-        let no_system = |reason| SolveError::NoSystem { reason };
-        let system = swept.system(self.lambda).map_err(no_system)?;
-        let (mut state, _) = flow::rest(&system);
+    /// A random state around the static equilibrium.
+    fn random_state(&self, starts: &Starts, stream: usize) -> Result<Vec<f64>, Error> {
+        let (mut state, _) = flow::rest(&self.system()?);
         let widths = vec![starts.reach; state.len()];
         scatter(starts.seed, stream, &widths, &mut state);
+        Ok(state)
+    }
+
+    fn system(&self) -> Result<System, SolveError> {
+        let no_system = |reason| SolveError::NoSystem { reason };
+        self.swept.system(self.lambda).map_err(no_system)
+    }
+
+    /// Different orbits that the state of a solution at another value of the parameter leads to, first what attracts it.
+    pub(super) fn behind(
+        &mut self,
+        method: Method,
+        unknowns: &DVector<f64>,
+    ) -> Result<Vec<Found>, Error> {
+        let state = self.state(method, unknowns)?;
+        let mut guesses = self.guesses(state.as_slice().to_vec())?;
+        guesses.reverse();
+        let mut list = Vec::<Found>::new();
+        for guess in guesses {
+            let Some((state, place)) = self.refined(guess)? else {
+                continue;
+            };
+            if list.iter().all(|f| f.place.gap(&place) >= SAME_ORBIT) {
+                list.push(Found {
+                    origin: String::new(),
+                    state,
+                    place,
+                });
+            }
+        }
+        Ok(list)
+    }
+
+    /// A state, and where it is after some periods, as far as it gets.
+    fn guesses(&mut self, mut state: Vec<f64>) -> Result<Vec<DVector<f64>>, Error> {
+        let setting = self.swept.setting;
+        let system = self.system()?;
         let mut guesses = vec![DVector::from_column_slice(&state)];
         let Ok(mut integrator) = flow::integrator(setting, &system, self.settings.integrator)
         else {
             return Ok(guesses);
         };
+        integrator.allow(LONGEST);
         let size = MapSize {
             transient: 0,
             periods: GUESSES[GUESSES.len() - 1],
@@ -143,6 +190,10 @@ impl<'a> Hunt<'a> {
             integrator: integrator.as_mut(),
         };
         let record = poincare(&mut map, &mut state, size, &mut keep_going);
+        self.allowance = match integrator.effort() {
+            0 => usize::MAX,
+            steps => PATIENCE * self.settings.subharmonic * steps.max(FEWEST),
+        };
         let after = |periods: &usize| record.points.chunks_exact(state.len()).nth(periods - 1);
         let later = GUESSES[1..].iter().filter_map(after);
         guesses.extend(later.map(DVector::from_column_slice));
@@ -155,7 +206,9 @@ impl<'a> Hunt<'a> {
         guess: DVector<f64>,
     ) -> Result<Option<(DVector<f64>, Place)>, SolveError> {
         let (mut u, lambda) = (guess, self.lambda);
+        self.shooting.allow(self.allowance);
         let outcome = self.newton.solve(&mut self.shooting, &mut u, lambda)?;
+        self.shooting.allow(usize::MAX);
         if !outcome.is_converged() {
             return Ok(None);
         }

@@ -6,6 +6,7 @@
 
 use super::report::{Delivered, Ending, early_message};
 use super::{BranchSettings, Method, Swept};
+use crate::analysis::bifurcation_diagram::Direction;
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::analysis::flow;
 use crate::solve::attractor::{
@@ -23,10 +24,15 @@ use std::f64::consts::TAU;
 /// Values closer than this, relative to the range, are one.
 const SAME: f64 = 1e-12;
 
-/// Follows the attractor; `keep` gets the orbits that are wanted, with the index of their point. Returns what there is to
-/// deliver and warnings.
+/// Values with whether each is a mark, in the order of every sweep.
+pub(super) fn sweeps(settings: &BranchSettings, swept: &Swept<'_>) -> Vec<Vec<(f64, bool)>> {
+    Direction::sweeps(settings.direction, values(settings, swept))
+}
+
+/// Follows the attractor over the values of a sweep; `keep` gets the orbits that are wanted, with the index of their point.
+/// Returns what there is to deliver and warnings.
 pub(super) fn follow(
-    settings: &BranchSettings,
+    (settings, values): (&BranchSettings, Vec<(f64, bool)>),
     swept: &Swept<'_>,
     recorder: &mut MeasureRecorder<'_>,
     keep: &mut dyn FnMut(usize, &System, &Orbit),
@@ -41,7 +47,7 @@ pub(super) fn follow(
         delivered: Delivered::new(Method::Integration, 1),
         warnings: Vec::new(),
     };
-    for (lambda, is_mark) in values(settings, swept) {
+    for (lambda, is_mark) in values {
         if let Err((reason, message)) = sweep.point(lambda, is_mark) {
             let message = early_message(swept, &message, &sweep.delivered.points);
             sweep.delivered.end = Ending::early(reason, message);
@@ -56,6 +62,7 @@ fn values(settings: &BranchSettings, swept: &Swept<'_>) -> Vec<(f64, bool)> {
     let (from, to) = swept.range;
     let last = settings.points() - 1;
     let even = |k: usize| match k {
+        0 => from,
         _ if k == last => to,
         _ => from + (to - from) * k as f64 / last as f64,
     };

@@ -17,9 +17,11 @@ macro_rules! response_keys {
         pub struct $name {
             $($own)*
             /// First value.
-            pub from: crate::quantity::Quantity,
+            #[serde(default)]
+            pub from: Option<crate::quantity::Quantity>,
             /// Last value.
-            pub to: crate::quantity::Quantity,
+            #[serde(default)]
+            pub to: Option<crate::quantity::Quantity>,
             /// How responses are computed.
             #[serde(default)]
             pub method: Option<crate::analysis::response::Method>,
@@ -85,6 +87,10 @@ macro_rules! response_keys {
             /// takes more, and minutes per point.
             #[serde(default = "crate::analysis::response::defaults::max_steps")]
             pub max_steps: usize,
+            /// Deformation at which a branch counts as unbounded, in units of the largest of breakpoints, static and linear
+            /// deformations and the displacement scale.
+            #[serde(default = "crate::analysis::response::defaults::bound")]
+            pub bound: f64,
             /// Largest residual, relative to the size of its terms.
             #[serde(default = "crate::analysis::response::defaults::tolerance")]
             pub tolerance: f64,
@@ -94,6 +100,9 @@ macro_rules! response_keys {
             /// Integration: values, evenly spaced, both ends included; 200 when absent.
             #[serde(default)]
             pub points: Option<usize>,
+            /// Integration: in which direction the attractor is followed; from `from` to `to` when absent.
+            #[serde(default)]
+            pub direction: Option<crate::analysis::bifurcation_diagram::Direction>,
             /// Integration: periods of the excitation before the record begins, at every value; 200 when absent.
             #[serde(default)]
             pub transient: Option<usize>,
@@ -143,9 +152,11 @@ macro_rules! branch_settings {
             max_step: $keys.max_step,
             max_points: $keys.max_points,
             max_steps: $keys.max_steps,
+            bound: $keys.bound,
             tolerance: $keys.tolerance,
             start: $keys.start,
             points: $keys.points,
+            direction: $keys.direction,
             transient: $keys.transient,
             periods: $keys.periods,
             longest_period: $keys.longest_period,
@@ -173,6 +184,9 @@ pub(in crate::analysis) mod defaults {
     }
     pub fn max_steps() -> usize {
         10_000
+    }
+    pub fn bound() -> f64 {
+        1000.0
     }
     pub fn tolerance() -> f64 {
         1e-10
@@ -207,8 +221,10 @@ impl Method {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quadrature {
-    /// Equally spaced samples; any law.
+    /// Closed form where every law allows it and no `samples` are given, equally spaced samples elsewhere.
     #[default]
+    Auto,
+    /// Equally spaced samples; any law.
     Sampled,
     /// Closed form between switching instants; piecewise-affine laws.
     Exact,

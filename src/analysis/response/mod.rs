@@ -2,7 +2,7 @@
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
 //! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
-//! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `integration`: the method that follows
+//! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `restart`: what goes on behind a break; `integration`: the method that follows
 //! attractors; `verify`: the same points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
 //! takes; `expense`: what they cost; `outcome`: how branches ended; `tables`: which ones are written; `report`: tables and figure.
 
@@ -18,6 +18,7 @@ mod model_family;
 mod orbits;
 mod outcome;
 mod report;
+mod restart;
 mod settings;
 mod starts;
 mod swept;

@@ -25,6 +25,8 @@ pub(super) struct Delivered {
     pub origin: Option<Origin>,
     /// The random start that led to it, in words.
     pub start: Option<String>,
+    /// Whether it goes on behind a break of another one.
+    pub is_restart: bool,
     /// Names of the integrators that ran.
     integrators: Vec<&'static str>,
     pub points: Vec<BranchPoint>,
@@ -91,6 +93,7 @@ impl Delivered {
             subharmonic,
             origin: None,
             start: None,
+            is_restart: false,
             integrators: Vec::new(),
             points: Vec::new(),
             events: Vec::new(),
@@ -229,6 +232,7 @@ pub(super) fn branches(delivered: &[Delivered]) -> Table {
     };
     let kind = |d: &Delivered| match d.origin {
         Some(origin) => origin.kind.word(),
+        None if d.is_restart => "restart",
         None if d.start.is_some() => "random_start",
         None => "start",
     };

@@ -1,11 +1,12 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
-use super::{BranchSettings, Method, Quadrature};
+use super::{BranchSettings, Method, Quadrature, Swept};
 use crate::analysis::flow::LabelKeys;
 use crate::analysis::{Fault, Setting, flow, limits};
 use crate::error::SolveError;
 use crate::quantity::Quantity;
 use crate::solve::attractor::{Lengths, MapSize};
+use crate::solve::closed_form::ClosedForm;
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::galerkin::Galerkin;
@@ -38,6 +39,31 @@ impl BranchSettings {
         self.points.unwrap_or(POINTS)
     }
 
+    /// Whether one value is integrated instead of a range.
+    pub(in crate::analysis) fn is_single(&self) -> bool {
+        self.points == Some(1) && self.methods() == [Method::Integration]
+    }
+
+    /// The first and the last value as written; a single one is both.
+    ///
+    /// # Errors
+    /// Those that are missing.
+    pub(in crate::analysis) fn ends(&self) -> Result<(&Quantity, &Quantity), Vec<Fault>> {
+        match (&self.from, &self.to) {
+            (Some(from), None) if self.is_single() => Ok((from, from)),
+            (Some(from), Some(to)) => Ok((from, to)),
+            (from, to) => {
+                let keys = [("from", from), ("to", to)];
+                let missing = keys.iter().filter(|(_, value)| value.is_none());
+                let fault = |(key, _): &(&'static str, _)| {
+                    let message = format!("missing: the range needs `{key}`");
+                    Fault::new(*key, message)
+                };
+                Err(missing.map(fault).collect())
+            }
+        }
+    }
+
     /// Length of an integrated record.
     pub(super) fn map_size(&self) -> MapSize {
         MapSize {
@@ -59,7 +85,25 @@ impl BranchSettings {
         self.methods().contains(&Method::Galerkin)
     }
 
-    /// The same problem with the quadrature asked for.
+    /// The same settings with `quadrature: auto` resolved for the systems along a parameter, and why forces are sampled where
+    /// nobody asked for it.
+    pub(super) fn resolved(&self, swept: &Swept<'_>) -> (BranchSettings, Option<String>) {
+        let mut settings = self.clone();
+        if self.quadrature != Quadrature::Auto {
+            return (settings, None);
+        }
+        let reason = match self.samples {
+            Some(_) => Some("`samples` without `quadrature`".into()),
+            None => swept.refusal(ClosedForm::Quadrature),
+        };
+        settings.quadrature = match reason {
+            Some(_) => Quadrature::Sampled,
+            None => Quadrature::Exact,
+        };
+        (settings, reason)
+    }
+
+    /// The same problem with the quadrature asked for; `auto` samples until it is [`resolved`](BranchSettings::resolved).
     ///
     /// # Errors
     /// A connection that does not allow it.
@@ -69,7 +113,7 @@ impl BranchSettings {
         lambda: f64,
     ) -> Result<Galerkin<F>, SolveError> {
         match self.quadrature {
-            Quadrature::Sampled => Ok(galerkin),
+            Quadrature::Auto | Quadrature::Sampled => Ok(galerkin),
             Quadrature::Exact => galerkin.with_exact_quadrature(lambda),
         }
     }
@@ -108,6 +152,10 @@ impl BranchSettings {
         value: &dyn Fn(&Quantity) -> Result<f64, String>,
     ) -> Vec<Fault> {
         let mut faults = Vec::new();
+        let (first, last) = match self.ends() {
+            Ok(ends) => ends,
+            Err(faults) => return faults,
+        };
         let mut read = |key: String, written: &Quantity| match value(written) {
             Ok(value) => Some(value),
             Err(message) => {
@@ -115,7 +163,7 @@ impl BranchSettings {
                 None
             }
         };
-        let (from, to) = (read("from".into(), &self.from), read("to".into(), &self.to));
+        let (from, to) = (read("from".into(), first), read("to".into(), last));
         let marks = self.marks.iter().enumerate();
         let marks = marks.map(|(k, mark)| (format!("marks.{k}"), mark));
         let listed: Vec<(String, &Quantity)> = marks.chain(self.starts_at()).collect();
@@ -131,12 +179,14 @@ impl BranchSettings {
             if value.is_some_and(|m| m < low || m > high) {
                 let message = format!(
                     "{} lies outside the range from {} to {}",
-                    written.text, self.from.text, self.to.text
+                    written.text, first.text, last.text
                 );
                 faults.push(Fault::new(key, message));
             }
         }
-        if let Err(error) = self.continuation((from, to), 1.0).validate() {
+        if !self.is_single()
+            && let Err(error) = self.continuation((from, to), 1.0).validate()
+        {
             faults.push(fault_of(error));
         }
         faults
@@ -200,13 +250,14 @@ impl BranchSettings {
         let mut faults = Vec::new();
         if !self.methods().contains(&Method::Integration) {
             let given = [
-                ("points", self.points),
-                ("transient", self.transient),
-                ("periods", self.periods),
-                ("longest_period", self.longest_period),
-                ("extend", self.extend),
+                ("points", self.points.is_some()),
+                ("direction", self.direction.is_some()),
+                ("transient", self.transient.is_some()),
+                ("periods", self.periods.is_some()),
+                ("longest_period", self.longest_period.is_some()),
+                ("extend", self.extend.is_some()),
             ];
-            for (key, _) in given.iter().filter(|(_, value)| value.is_some()) {
+            for (key, _) in given.iter().filter(|(_, is_given)| *is_given) {
                 let message = format!(
                     "`{key}` belongs to the method `integration`, which is not asked for; other methods choose their \
                      points themselves (`max_step`, `marks`)"
@@ -215,7 +266,14 @@ impl BranchSettings {
             }
             return faults;
         }
-        faults.extend(limits::check("points", self.points(), 2, limits::POINTS));
+        if self.points() < 2 && !self.is_single() {
+            let message = format!(
+                "{} must be at least 2; `points: 1` is for the method `integration` alone",
+                self.points()
+            );
+            faults.push(Fault::new("points", message));
+        }
+        faults.extend(limits::check("points", self.points(), 0, limits::POINTS));
         faults.extend(flow::check_size(self.map_size(), 1));
         faults.extend(self.label_keys().check());
         faults
@@ -272,6 +330,10 @@ impl BranchSettings {
             1,
             limits::POINTS,
         ));
+        if !(self.bound >= 2.0 && self.bound <= 1e12) {
+            let message = format!("{} must be between 2 and 1e12", self.bound);
+            faults.push(Fault::new("bound", message));
+        }
         if !(self.tolerance > 0.0 && self.tolerance < 1e-2) {
             faults.push(Fault::new(
                 "tolerance",
@@ -295,7 +357,8 @@ impl BranchSettings {
                 Ok(galerkin) => {
                     let refused = self.with_quadrature(galerkin, 1.0).err();
                     let message = refused.map(|error| setting.name_connection(&error));
-                    faults.extend(message.map(|m| Fault::new("quadrature", m)));
+                    let advised = |m| format!("{m}; use `quadrature: auto` or `sampled`");
+                    faults.extend(message.map(|m| Fault::new("quadrature", advised(m))));
                 }
             }
         }

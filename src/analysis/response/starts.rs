@@ -65,7 +65,9 @@ impl BranchSettings {
         };
         match &starts.at {
             At::One(at) => vec![("starts.at".into(), at)],
-            At::Several(list) if list.is_empty() => vec![("from".into(), &self.from)],
+            At::Several(list) if list.is_empty() => {
+                self.from.iter().map(|from| ("from".into(), from)).collect()
+            }
             At::Several(list) => listed(list),
         }
     }

@@ -9,6 +9,7 @@ use crate::error::SolveError;
 use crate::model::Model;
 use crate::postprocess::measures::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
+use crate::solve::closed_form::ClosedForm;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::floquet::Spectrum;
 use crate::system::{Mount, System};
@@ -33,6 +34,9 @@ pub(in crate::analysis) struct Swept<'a> {
     subharmonic: usize,
     kind: Kind,
 }
+
+/// A share of the range that is no special value.
+const INSIDE: f64 = 0.618_033_988_749_894_9;
 
 enum Kind {
     /// The factor makes rad/s of omega/omega_c in SI reports.
@@ -143,7 +147,11 @@ impl<'a> Swept<'a> {
     ) -> Result<Swept<'a>, Fault> {
         let parameter = Parameter::Path(path.into());
         let (ends, marks) = read(settings, &|quantity| parameter.value(setting, quantity))?;
-        let share = |value: &f64| (value - ends.0) / (ends.1 - ends.0);
+        let span = ends.1 - ends.0;
+        let share = |value: &f64| match span {
+            0.0 => 0.0,
+            span => (value - ends.0) / span,
+        };
         let shares: Vec<f64> = marks.iter().map(share).collect();
         let mut exact = vec![(0.0, ends.0), (1.0, ends.1)];
         exact.extend(shares.iter().copied().zip(marks));
@@ -156,7 +164,7 @@ impl<'a> Swept<'a> {
         };
         Ok(Swept {
             setting,
-            range: (0.0, 1.0),
+            range: (0.0, if span == 0.0 { 0.0 } else { 1.0 }),
             marks: shares,
             starts: settings.starts_at().len(),
             unit: unit(setting, settings, path),
@@ -231,6 +239,21 @@ impl<'a> Swept<'a> {
         Ok(system)
     }
 
+    /// What keeps a method of closed forms from the systems along the parameter: both ends and a place between them, where no
+    /// number has a special value.
+    pub fn refusal(&self, form: ClosedForm) -> Option<String> {
+        let (from, to) = self.range;
+        let systems = [from, to, from + INSIDE * (to - from)].map(|lambda| self.system(lambda));
+        systems.iter().flatten().find_map(|system| {
+            let mounts = system.mounts().iter().enumerate();
+            let mut refusals = mounts.filter_map(|(c, mount)| Some((c, form.refusal(mount)?)));
+            refusals.next().map(|(connection, reason)| {
+                let error = SolveError::Unsupported { connection, reason };
+                self.setting.name_connection(&error)
+            })
+        })
+    }
+
     /// Excitation frequency over omega_c.
     pub fn excitation(&self, lambda: f64) -> f64 {
         match &self.kind {
@@ -288,16 +311,14 @@ fn read(
     let starts = settings.starts_at().into_iter();
     let starts = starts.map(|(key, written)| one(key, written));
     let marks: Result<Vec<f64>, Fault> = marks.chain(starts).collect();
-    let ends = (
-        one("from".into(), &settings.from)?,
-        one("to".into(), &settings.to)?,
-    );
+    let (from, to) = settings.ends().map_err(|mut faults| faults.remove(0))?;
+    let ends = (one("from".into(), from)?, one("to".into(), to)?);
     Ok((ends, marks?))
 }
 
 /// SI unit of a number of the model, from whatever of its values is written with a unit.
 fn unit(setting: &Setting<'_>, settings: &BranchSettings, path: &str) -> String {
-    let ends = [&settings.from, &settings.to].into_iter();
+    let ends = [&settings.from, &settings.to].into_iter().flatten();
     let own = setting.document.at(path);
     let own = own.and_then(|node| Quantity::from_node(node, path).ok());
     let all = ends.chain(&settings.marks).chain(&own);

@@ -21,7 +21,7 @@ use crate::solve::galerkin::adaptive::{Adaptive, Sizes};
 use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
 use crate::solve::start::{self, Start};
-use crate::system::System;
+use crate::system::{Mount, System};
 use nalgebra::DVector;
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -33,6 +33,8 @@ pub(in crate::analysis) fn run(
     options: Value,
 ) -> Result<Report, Error> {
     let began = Instant::now();
+    let (settings, sampled_for) = settings.resolved(swept);
+    let settings = &settings;
     let mut work = Work {
         settings,
         swept,
@@ -41,6 +43,7 @@ pub(in crate::analysis) fn run(
         verification: Verification::new(),
         accuracies: Accuracies::default(),
         warnings: Vec::new(),
+        bounds: Vec::new(),
         searches: Vec::new(),
         crossings: Crossings::default(),
     };
@@ -71,6 +74,10 @@ pub(in crate::analysis) fn run(
     report.warnings = warnings;
     let insufficient = accuracies.and_then(|(_, a)| a.complaint(settings, swept));
     report.warnings.extend(insufficient);
+    if settings.has_galerkin() {
+        let value = json!({ "used": settings.quadrature, "sampled_because": sampled_for });
+        report.summary.insert("quadrature".into(), value);
+    }
     let seconds = began.elapsed().as_secs_f64();
     for (key, value) in [
         ("options", options),
@@ -107,6 +114,8 @@ pub(super) struct Work<'a> {
     verification: Verification,
     accuracies: Accuracies,
     pub warnings: Vec<String>,
+    /// Deformation of every connection beyond which a branch is unbounded.
+    bounds: Vec<f64>,
     /// What random starts led to.
     pub searches: Vec<Search>,
     /// Of the branches of the present method.
@@ -175,6 +184,7 @@ impl<'a> Work<'a> {
             let number = self.delivered.len();
             let delivered = self.primary(method, first)?;
             self.delivered.push(delivered);
+            self.follow_behind_breaks(method)?;
             self.follow_crossings(method, number)?;
             self.follow_starts(method, number)?;
             self.crossings = Crossings::default();
@@ -195,11 +205,21 @@ impl<'a> Work<'a> {
             settings.start,
             settings.newton(),
         )?;
-        if let Start::Found { how, .. } = &found
-            && *how != start::LINEAR
-        {
-            self.warnings
-                .push(format!("the first solution was found by {how}"));
+        self.bounds = sizes(system);
+        if let Start::Found { u, how } = &found {
+            if *how != start::LINEAR {
+                self.warnings
+                    .push(format!("the first solution was found by {how}"));
+            }
+            let orbit = galerkin.fourier_orbit(u, from)?;
+            let system = galerkin.system_at(from)?;
+            for (e, size) in self.bounds.iter_mut().enumerate() {
+                let series = orbit.deformation(system, e).series();
+                *size = size.max(series.iter().map(|a| a.abs()).sum());
+            }
+        }
+        for size in &mut self.bounds {
+            *size = settings.bound * size.max(1.0);
         }
         Ok(First { galerkin, found })
     }
@@ -348,6 +368,7 @@ impl<'a> Work<'a> {
             marks: swept.marks.clone(),
             stability: settings.stability,
             known: settings.branches.limits().map(|_| self.crossings.places()),
+            bounds: self.bounds.clone(),
         };
         let samples = settings.size_for(delivered.subharmonic).samples;
         let mut recorder = MeasureRecorder::new(swept, samples);
@@ -387,36 +408,39 @@ impl<'a> Work<'a> {
     /// The attractors along the range.
     fn integrate(&mut self) {
         let (settings, swept) = (self.settings, self.swept);
-        let mut recorder = MeasureRecorder::new(swept, 1);
-        let number = self.delivered.len();
-        let orbits = &mut self.orbits;
-        let mut keep = |index: usize, system: &System, orbit: &_| {
-            orbits.add((number, index), system, orbit);
-        };
-        let (delivered, warnings) = integration::follow(settings, swept, &mut recorder, &mut keep);
-        self.warnings.extend(warnings);
-        self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
-        self.delivered.push(delivered);
+        for values in integration::sweeps(settings, swept) {
+            let mut recorder = MeasureRecorder::new(swept, 1);
+            let number = self.delivered.len();
+            let orbits = &mut self.orbits;
+            let mut keep = |index: usize, system: &System, orbit: &_| {
+                orbits.add((number, index), system, orbit);
+            };
+            let sweep = (settings, values);
+            let (delivered, warnings) = integration::follow(sweep, swept, &mut recorder, &mut keep);
+            self.warnings.extend(warnings);
+            self.warn(&delivered, PathEnd::MaxPoints, &recorder.pulling);
+            self.delivered.push(delivered);
+        }
     }
 }
 
 /// Weight of the unknowns in the arclength: a change of the deformations by their own size counts like a change of the
 /// parameter by 1 (the frequency by omega_c, any other by its range).
 fn weight(system: &System) -> f64 {
-    let rest = equilibrium(system).ok();
-    let size = system
-        .mounts()
-        .iter()
-        .enumerate()
-        .fold(0.0_f64, |size, (e, mount)| {
-            let breakpoint = mount
-                .element
-                .breakpoints()
-                .iter()
-                .fold(0.0_f64, |b, x| b.max(x.abs()));
-            let at_rest = rest.as_ref().map_or(0.0, |r| r.deformation[e].abs());
-            size.max(breakpoint).max(at_rest)
-        });
+    let size = sizes(system).into_iter().fold(0.0, f64::max);
     let size = if size > 0.0 { size } else { 1.0 };
     1.0 / (system.dof() as f64 * size * size)
+}
+
+/// Size of every deformation: its largest breakpoint or its value at rest.
+fn sizes(system: &System) -> Vec<f64> {
+    let rest = equilibrium(system).ok();
+    let mounts = system.mounts().iter().enumerate();
+    let size = |(e, mount): (usize, &Mount)| {
+        let breakpoints = mount.element.breakpoints();
+        let breakpoint = breakpoints.iter().fold(0.0_f64, |b, x| b.max(x.abs()));
+        let at_rest = rest.as_ref().map_or(0.0, |r| r.deformation[e].abs());
+        breakpoint.max(at_rest)
+    };
+    mounts.map(size).collect()
 }

@@ -1,6 +1,7 @@
 //! Step control: where the next point is expected, whether it is the right one, how long the step after it is.
 
 use super::{Continuation, PathPoint};
+use crate::solve::newton::SETTLED;
 use nalgebra::DVector;
 
 /// Largest angle between successive tangents; a step that turns further is halved [rad].
@@ -20,17 +21,25 @@ const SHORTEST_BEND: f64 = 0.1;
 const CORNER_STEP: f64 = 1e-3;
 
 impl Continuation {
-    /// Step length for the next step: few iterations and small turns lengthen it.
-    pub(super) fn adapt(&mut self, iterations: usize, turn: f64, longest: f64) {
-        let by_iterations = match iterations {
+    /// Step length for the next step, from a point: few iterations and small turns lengthen it.
+    pub(super) fn adapt(&mut self, next: &PathPoint, turn: f64, lengthening: f64) {
+        // Where rounding ends the iteration, its last steps say nothing of the path.
+        let is_rounding = next.newton.residual_norm > self.options.newton.tolerance;
+        let idle = if is_rounding { SETTLED } else { 0 };
+        let by_iterations = match next.newton.iterations.saturating_sub(idle) {
             0..=2 => 2.0,
             3 => 1.5,
             4 | 5 => 1.0,
             _ => 0.5,
         };
-        let by_turn = (TURN_AIM / turn.max(1e-12)).clamp(SHORTEST, longest);
+        let by_turn = (TURN_AIM / turn.max(1e-12)).clamp(SHORTEST, lengthening);
         let step = self.step * f64::min(by_iterations, by_turn);
-        self.step = step.clamp(self.options.min_step, self.options.max_step);
+        // A straight line is followed to its end, if it has one, in a few steps.
+        let longest = match self.vertical[1] {
+            true => f64::INFINITY,
+            false => self.longest(next),
+        };
+        self.step = step.clamp(self.options.min_step, longest);
     }
 
     /// Where the path is expected a step on from the present point: along the parabola that the last two tangents make, or along

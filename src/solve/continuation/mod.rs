@@ -6,13 +6,16 @@ mod bordered;
 mod control;
 mod corner;
 mod crossing;
+mod growth;
 mod inside;
 mod interpolant;
+mod inverse;
 mod resize;
 mod retreat;
 mod section;
 mod trail;
 mod types;
+mod uncertainty;
 
 pub use crossing::Side;
 pub use section::Section;
@@ -21,7 +24,6 @@ pub use types::{ContinuationOptions, PathEnd, PathPoint};
 use super::newton::{Newton, NewtonOutcome};
 use super::residual::{Linearisation, Residual};
 use crate::error::SolveError;
-use crate::numeric::roots;
 use bordered::Bordered;
 use nalgebra::DVector;
 
@@ -57,9 +59,13 @@ pub struct Continuation {
     step: f64,
     points: usize,
     rejections: usize,
+    /// Whether the path goes straight across the parameter at `origin` and at `point`.
+    vertical: [bool; 2],
     first: PathPoint,
     /// Some of the points behind.
     trail: Vec<PathPoint>,
+    /// Arclength since the last look at the progress.
+    progress: f64,
     end: Option<PathEnd>,
 }
 
@@ -94,6 +100,8 @@ impl Continuation {
             step: options.step,
             points: 1,
             rejections: 0,
+            vertical: [false; 2],
+            progress: 0.0,
             end: None,
             options,
         }
@@ -138,9 +146,10 @@ impl Continuation {
             let turn = self.turn(&base, &next);
             if self.is_acceptable(&base, &next, turn) {
                 self.stride = self.step;
+                self.vertical = [self.vertical[1], self.is_straight_across(&base, &next)];
                 // Where a longer step has just failed, the next one is no longer than this.
-                let longest = if is_first_try { 2.0 } else { 1.0 };
-                self.adapt(next.newton.iterations, turn, longest);
+                let lengthening = if is_first_try { 2.0 } else { 1.0 };
+                self.adapt(&next, turn, lengthening);
                 (self.origin, self.point) = (base, next);
                 break;
             }
@@ -150,11 +159,13 @@ impl Continuation {
             if is_crossing || self.step <= self.options.min_step {
                 if let Some((corner, next, step)) = self.turn_corner(problem, &base)? {
                     (self.stride, self.step) = (step, step);
+                    self.vertical = [false; 2];
                     (self.origin, self.point) = (corner, next);
                     break;
                 }
                 if is_crossing {
                     self.stride = self.step;
+                    self.vertical = [false; 2];
                     (self.origin, self.point) = (base, next);
                     break;
                 }
@@ -168,6 +179,9 @@ impl Continuation {
         }
         self.points += 1;
         self.finish(problem)?;
+        if self.end.is_none() && self.creeps() {
+            self.end = Some(PathEnd::Creeping);
+        }
         Ok(Advance::Point(&self.point))
     }
 
@@ -189,83 +203,6 @@ impl Continuation {
             self.point = border;
         }
         Ok(())
-    }
-
-    /// A point at a fraction of the last step, between `origin` (0) and `point` (1): the primitive for locating events.
-    /// `None` when the corrector fails there.
-    ///
-    /// # Errors
-    /// What the problem returns.
-    pub fn at_fraction(
-        &mut self,
-        problem: &mut dyn Residual,
-        fraction: f64,
-    ) -> Result<Option<PathPoint>, SolveError> {
-        let origin = self.origin.clone();
-        let (u, lambda) = self.interpolate(fraction);
-        // Measured along the chord where the last point was moved to the border of the range.
-        let s = self.dot(
-            &origin.tangent_u,
-            origin.tangent_lambda,
-            &(&u - &origin.u),
-            lambda - origin.lambda,
-        );
-        let point = self.correct(problem, &origin, s, u, lambda)?;
-        Ok(point.newton.is_converged().then_some(point))
-    }
-
-    /// The point of the last step with this parameter and its fraction, between two fractions whose parameters enclose it,
-    /// solved exactly at `target`. `None` when it cannot be reached.
-    ///
-    /// # Errors
-    /// What the problem returns.
-    pub fn at_lambda(
-        &mut self,
-        problem: &mut dyn Residual,
-        target: f64,
-        (low, high): (f64, f64),
-    ) -> Result<Option<(f64, PathPoint)>, SolveError> {
-        let value = |this: &Self, x: f64| this.interpolate(x).1 - target;
-        let (at_low, at_high) = (value(self, low), value(self, high));
-        if (at_low > 0.0) == (at_high > 0.0) && at_low != 0.0 && at_high != 0.0 {
-            return Ok(None);
-        }
-        // The interpolant's own root is a guess good to the fourth order of the step.
-        let interpolant = |x: f64| Ok::<_, SolveError>(value(self, x));
-        let fraction = roots::bracketed(interpolant, (low, at_low), (high, at_high), 1e-12)?.root;
-        let Some(near) = self.at_fraction(problem, fraction)? else {
-            return Ok(None);
-        };
-        let direction = if near.tangent_lambda < 0.0 { -1.0 } else { 1.0 };
-        let mut fixed = near.clone();
-        fixed.tangent_u.fill(0.0);
-        fixed.tangent_lambda = direction;
-        fixed.lambda = target;
-        let slope = (target - near.lambda) / near.tangent_lambda;
-        let guess = if slope.abs() < self.stride {
-            &near.u + &near.tangent_u * slope
-        } else {
-            near.u.clone()
-        };
-        let mut point = self.correct(problem, &fixed, 0.0, guess, target)?;
-        // The Newton step at fixed parameter must not have jumped to another part of the path.
-        let gap = &point.u - &near.u;
-        let distance = self.dot(&gap, 0.0, &gap, 0.0).sqrt();
-        if !point.newton.is_converged() || distance > self.stride {
-            return Ok(None);
-        }
-        if self.dot(
-            &point.tangent_u,
-            point.tangent_lambda,
-            &near.tangent_u,
-            near.tangent_lambda,
-        ) < 0.0
-        {
-            point.tangent_u.neg_mut();
-            point.tangent_lambda = -point.tangent_lambda;
-            point.orientation = -point.orientation;
-        }
-        Ok(Some((fraction, point)))
     }
 
     fn dot(&self, u: &DVector<f64>, lambda: f64, v: &DVector<f64>, mu: f64) -> f64 {

@@ -24,6 +24,7 @@ impl Continuation {
         (path.step, path.stride, path.points) = (self.step, self.stride, self.points);
         (path.origin, path.point, path.first) = (point.clone(), point, first);
         (path.trail, path.rejections) = (trail, self.rejections);
+        (path.vertical, path.progress) = (self.vertical, self.progress);
         let stands = path.point.newton.is_converged() && path.point.orientation != 0;
         Ok(stands.then_some(path))
     }

@@ -12,6 +12,7 @@ pub struct Taken {
     origin: PathPoint,
     stride: f64,
     step: f64,
+    vertical: [bool; 2],
     end: Option<PathEnd>,
 }
 
@@ -30,6 +31,7 @@ impl Continuation {
             origin: self.origin.clone(),
             stride: self.stride,
             step: std::mem::replace(&mut self.step, step),
+            vertical: std::mem::replace(&mut self.vertical, [false; 2]),
             end: self.end.take(),
         })
     }
@@ -38,6 +40,7 @@ impl Continuation {
     pub fn restore(&mut self, taken: Taken) {
         (self.point, self.origin) = (taken.point, taken.origin);
         (self.stride, self.step, self.end) = (taken.stride, taken.step, taken.end);
+        self.vertical = taken.vertical;
         self.points += 1;
     }
 }

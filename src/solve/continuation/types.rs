@@ -90,6 +90,8 @@ pub enum PathEnd {
         /// How the last correction ended.
         last: NewtonStatus,
     },
+    /// Point after point brought hardly any progress.
+    Creeping,
     /// The path came back to its first point.
     Closed,
     /// The path came back to a later point of itself, so that it cannot have followed one curve all the way.
@@ -100,6 +102,10 @@ pub enum PathEnd {
         /// of them.
         known: Option<usize>,
     },
+    /// The solution grows without bound.
+    Unbounded,
+    /// Solutions of any size exist at one parameter: a straight line across it.
+    Vertical,
     /// The user asked to stop.
     Interrupted,
 }
@@ -112,9 +118,12 @@ impl PathEnd {
             PathEnd::ReturnedToStart => "returned_to_start",
             PathEnd::MaxPoints => "max_points",
             PathEnd::StepTooSmall { .. } => "step_too_small",
+            PathEnd::Creeping => "creeping",
             PathEnd::Closed => "closed",
             PathEnd::Looped => "looped",
             PathEnd::Joined { .. } => "joined",
+            PathEnd::Unbounded => "unbounded",
+            PathEnd::Vertical => "vertical",
             PathEnd::Interrupted => "interrupted",
         }
     }
@@ -128,11 +137,16 @@ impl PathEnd {
             }
             PathEnd::MaxPoints => "max_points was reached".into(),
             PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
+            PathEnd::Creeping => "the steps of the last few hundred points stayed far below max_step: no progress".into(),
             PathEnd::Closed => "the branch closed on itself".into(),
             PathEnd::Looped => {
                 "the branch came back onto itself where it had jumped from another curve or passed a branch point".into()
             }
             PathEnd::Joined { .. } => "the branch returned onto a known one".into(),
+            PathEnd::Unbounded => "the response grows without bound".into(),
+            PathEnd::Vertical => {
+                "the branch is vertical: orbits of any amplitude exist at this parameter".into()
+            }
             PathEnd::Interrupted => "interrupted".into(),
         }
     }

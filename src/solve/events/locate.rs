@@ -141,6 +141,7 @@ impl Step<'_> {
                 fraction: root.fraction,
                 point: Some(root.point),
                 breakpoint: None,
+                doubt: 0.0,
                 recorded: Vec::new(),
             },
             Found::Nothing | Found::Lost => BifurcationEvent {
@@ -153,6 +154,7 @@ impl Step<'_> {
                 fraction: guess,
                 point: None,
                 breakpoint: None,
+                doubt: 0.0,
                 recorded: Vec::new(),
             },
         };

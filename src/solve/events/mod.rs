@@ -77,6 +77,8 @@ pub struct BifurcationEvent {
     pub point: Option<PathPoint>,
     /// The breakpoint that is touched; `None` for bifurcations.
     pub breakpoint: Option<f64>,
+    /// How far the sampling of forces may have moved the parameter of a fold; 0 where nothing is sampled.
+    pub doubt: f64,
     /// Values of the recorder at the event; empty when it could not be located.
     pub recorded: Vec<f64>,
 }

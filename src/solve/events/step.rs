@@ -55,9 +55,13 @@ impl<'a> Step<'a> {
         a: &Probe,
         b: &Probe,
     ) -> Result<Vec<BifurcationEvent>, SolveError> {
-        self.turnings(a, b)?;
+        // Where the parameter stands still it turns by rounding only, and a multiplier stays at 1.
+        let [begins, ends] = self.path.is_vertical();
+        if !begins && !ends {
+            self.turnings(a, b)?;
+        }
         let knots = self.grazings(before, &a.look, &b.look)?;
-        if self.extent == Extent::Stability {
+        if self.extent == Extent::Stability && !ends {
             self.passages(before, &a.look, &b.look, knots)?;
         }
         self.found.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));

@@ -220,6 +220,14 @@ impl<F: Family> PeriodicResidual for Adaptive<'_, F> {
         self.problem.orbit(u, lambda)
     }
 
+    fn aliasing(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Option<DVector<f64>>, SolveError> {
+        self.problem.aliasing(u, lambda)
+    }
+
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
         self.problem.in_doubled_period(half)
     }

@@ -49,6 +49,11 @@ struct Affine {
 }
 
 impl Sampling {
+    /// Samples per response period.
+    pub fn samples(&self) -> usize {
+        self.fourier.samples()
+    }
+
     /// Buffers for a number of harmonics of tau and of samples a response period.
     pub fn new(system: &System, harmonics: usize, samples: usize) -> Sampling {
         let c = 2 * harmonics + 1;

@@ -7,6 +7,7 @@
 pub mod accuracy;
 pub mod adaptive;
 mod aft;
+mod aliasing;
 mod connection;
 mod exact;
 mod hill;
@@ -234,6 +235,9 @@ impl<F: Family> Residual for Galerkin<F> {
             }
             return Ok(());
         }
+        if !out.has_parameter {
+            return Ok(());
+        }
         // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
         let mut shifted =
             std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));
@@ -250,6 +254,14 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
 
     fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
         self.fourier_orbit(u, lambda).map(Orbit::Fourier)
+    }
+
+    fn aliasing(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<Option<DVector<f64>>, SolveError> {
+        Galerkin::aliasing(self, u, lambda)
     }
 
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {

@@ -78,6 +78,7 @@ pub struct Dopri5 {
     step: f64,
     last_error: f64,
     was_rejected: bool,
+    allowance: usize,
     work: Work,
 }
 
@@ -103,6 +104,7 @@ impl Dopri5 {
             step: 0.0,
             last_error: 0.0,
             was_rejected: false,
+            allowance: usize::MAX,
             work: Work::default(),
         }
     }
@@ -132,7 +134,7 @@ impl Dopri5 {
             if watch.is_requested() {
                 return IntegrationEnd::Interrupted;
             }
-            if self.work.attempts >= self.options.max_steps {
+            if self.work.attempts >= self.options.max_steps.min(self.allowance) {
                 return IntegrationEnd::MaxSteps;
             }
             let target = end.min(self.pieces.end() / om);
@@ -387,6 +389,14 @@ impl Integrator for Dopri5 {
 
     fn error(&self) -> f64 {
         10.0 * self.options.relative
+    }
+
+    fn effort(&self) -> usize {
+        self.work.attempts
+    }
+
+    fn allow(&mut self, steps: usize) {
+        self.allowance = steps;
     }
 
     fn advance(

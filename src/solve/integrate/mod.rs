@@ -121,6 +121,14 @@ pub trait Integrator {
     /// Order of magnitude of the relative error of a period.
     fn error(&self) -> f64;
 
+    /// Trial steps of the last call; 0 where they need no limit.
+    fn effort(&self) -> usize {
+        0
+    }
+
+    /// Limits the trial steps of a call.
+    fn allow(&mut self, _steps: usize) {}
+
     /// Advances `state` = [q; v], 2n values, over (tau.0, tau.1] in phases of the response.
     fn advance(
         &mut self,

@@ -8,6 +8,7 @@
 
 mod forcing;
 mod laws;
+mod pace;
 mod regions;
 mod series;
 mod variation;
@@ -109,7 +110,7 @@ impl Exact {
             self.series.expand(system, tau, state);
             let mut reach = self.series.reach();
             if motion.phi.is_some() {
-                reach = reach.min(variation::REACH);
+                reach = reach.min(variation::REACH * self.series.pace());
             }
             let remaining = (stop - tau) / per_theta;
             let whole = remaining <= reach * (1.0 + 1e-12);

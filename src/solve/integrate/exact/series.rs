@@ -1,10 +1,11 @@
 //! The equation of motion as a recursion for Taylor coefficients, in units of time that suit the system.
 
 use super::forcing::Harmonics;
+use super::pace::Pace;
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
 use crate::solve::affine::AffineLaw;
-use crate::system::{LoadKind, System};
+use crate::system::{LoadKind, Mount, System};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -97,13 +98,15 @@ pub struct Series {
     /// -h^2 kappa offset of the current regions.
     constant: Vec<f64>,
     slope: Vec<f64>,
+    pace: Pace,
 }
 
 impl Series {
     /// Tables of a system. The unit of time is the reciprocal of a bound on its highest frequency.
     pub fn new(system: &System, laws: &[AffineLaw]) -> Series {
         let (n, e) = (system.dof(), system.element_count());
-        let unit = unit(system, laws);
+        let highest = frequency_bound(system, laws, f64::max);
+        let unit = if highest > 0.0 { 1.0 / highest } else { 1.0 };
         let (mut values, mut rates) = (Harmonics::new(n), Harmonics::new(n));
         for load in system.loads() {
             let target = match load.kind {
@@ -125,7 +128,9 @@ impl Series {
         let stiffness = entries(system.stiffness(), unit * unit);
         let map = entries(system.element_map(), 1.0);
         let (coupled, links) = couple(&stiffness, &map);
+        let slowest = unit * frequency_bound(system, laws, f64::min);
         Series {
+            pace: Pace::new(system, unit, slowest),
             unit,
             damping: entries(system.damping(), unit),
             stiffness,
@@ -153,6 +158,7 @@ impl Series {
             return;
         }
         self.frequency = frequency;
+        self.pace.prepare(frequency * self.unit);
         self.loads = self.values.clone();
         self.loads.add_derivative(frequency, &self.rates);
         self.loads.prepare(frequency * self.unit);
@@ -182,6 +188,12 @@ impl Series {
         for s in &self.stiffness {
             self.constant[s.row] -= s.value * offset[s.column];
         }
+        self.pace.read(&self.coupled);
+    }
+
+    /// Unit of time that suits the current regions, in units of the series: above 1 where a stiff contact is open.
+    pub fn pace(&self) -> f64 {
+        self.pace.unit
     }
 
     /// Coefficients of q and of the deformations from a state [q; v] at a phase of the response.
@@ -286,15 +298,24 @@ impl Series {
     /// first terms (the state alone vanishes at a start from rest).
     pub fn reach(&self) -> f64 {
         let (mut size, mut last) = (f64::MIN_POSITIVE, 0.0_f64);
+        let pace = self.pace.unit;
+        let power = match pace == 1.0 {
+            true => 1.0,
+            false => pace.powi(COUNT as i32 - 2),
+        };
         for q in &self.q {
-            size = q[..SIZE_TERMS].iter().fold(size, |m, c| m.max(c.abs()));
-            let (a, b) = (q[COUNT - 2].abs(), q[COUNT - 1].abs());
-            last = last.max(a.max(b));
+            let mut scale = 1.0;
+            for c in &q[..SIZE_TERMS] {
+                size = size.max(scale * c.abs());
+                scale *= pace;
+            }
+            let (a, b) = (q[COUNT - 2].abs(), pace * q[COUNT - 1].abs());
+            last = last.max(power * a.max(b));
         }
         // last (COUNT - 1) theta^power = NEGLIGIBLE size, with the power that gives the shorter step.
         let ratio = NEGLIGIBLE * size / ((COUNT - 1) as f64 * last);
         let power = if ratio < 1.0 { COUNT - 3 } else { COUNT - 2 };
-        ratio.powf(1.0 / power as f64).min(MAX_REACH)
+        pace * ratio.powf(1.0 / power as f64).min(MAX_REACH)
     }
 
     /// State [q; v] at theta.
@@ -307,22 +328,25 @@ impl Series {
     }
 }
 
-/// Reciprocal of a bound on the highest frequency in any contact state.
-fn unit(system: &System, laws: &[AffineLaw]) -> f64 {
-    let steepest = laws.iter().zip(system.mounts()).map(|(law, mount)| {
-        let slopes = law.slopes.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-        slopes * largest(mount.stiffness_variation.as_ref())
-    });
-    let steepest = steepest.fold(1e-6, f64::max);
-    let coupled = system.stiffness().abs() * system.element_map().abs();
-    let bound = radius(&system.damping().abs()) + (radius(&coupled) * steepest).sqrt();
-    if bound > 0.0 { 1.0 / bound } else { 1.0 }
+/// A bound on the frequencies with the steepest, or with the flattest, part of every law.
+fn frequency_bound(system: &System, laws: &[AffineLaw], chosen: fn(f64, f64) -> f64) -> f64 {
+    let slope = |(law, mount): (&AffineLaw, &Mount)| {
+        let slopes = law.slopes.iter().map(|s| s.abs());
+        slopes.reduce(chosen).unwrap_or(0.0) * largest(mount.stiffness_variation.as_ref())
+    };
+    let mut stiffness = system.stiffness().abs();
+    let slopes = laws.iter().zip(system.mounts()).map(slope);
+    for (mut column, slope) in stiffness.column_iter_mut().zip(slopes) {
+        column *= slope.max(LEAST_SLOPE);
+    }
+    let coupled = stiffness * system.element_map().abs();
+    radius(&system.damping().abs()) + radius(&coupled).sqrt()
 }
 
 /// A bound on the spectral radius of a matrix without negative numbers, close whatever the scales of its coordinates are.
 ///
 ///     rho(A) <= max_i (A x)_i / x_i  for every x > 0 (Collatz and Wielandt),  x from the power iteration
-fn radius(matrix: &DMatrix<f64>) -> f64 {
+pub(super) fn radius(matrix: &DMatrix<f64>) -> f64 {
     let mut x = DVector::from_element(matrix.ncols(), 1.0);
     let mut bound = f64::INFINITY;
     for _ in 0..POWERS {
@@ -335,6 +359,8 @@ fn radius(matrix: &DMatrix<f64>) -> f64 {
     bound
 }
 
+/// Keeps a system without stiffness in motion.
+const LEAST_SLOPE: f64 = 1e-6;
 /// Steps of the power iteration.
 const POWERS: usize = 30;
 /// Keeps the numbers of coordinates that nothing drives from zero.

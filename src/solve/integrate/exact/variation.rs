@@ -89,7 +89,7 @@ impl Variation {
         self.value.copy_from_slice(&self.now);
         self.slope.copy_from_slice(&self.rate);
         add(&mut self.value, theta, &self.rate);
-        for k in 0..terms(theta) - 2 {
+        for k in 0..terms(theta / series.pace()) - 2 {
             let factor = -theta / (k + 1) as f64;
             self.next.fill(0.0);
             let row = |i: usize| i * columns..(i + 1) * columns;
@@ -155,7 +155,7 @@ fn small<const N: usize, const M: usize>(series: &Series, phi: &mut DMatrix<f64>
     for i in 0..N {
         add(&mut value[i], theta, &rate[i]);
     }
-    for k in 0..terms(theta) - 2 {
+    for k in 0..terms(theta / series.pace()) - 2 {
         let factor = -theta / (k + 1) as f64;
         let mut next = [[0.0; M]; N];
         for i in 0..N {

@@ -1,0 +1,49 @@
+//! Paths that lead nowhere: straight across the parameter, along an asymptote, or hardly on at all.
+
+use super::{Continuation, PathPoint};
+
+/// Size of the unknowns, in units of arclength, above which the longest step grows with them.
+const FAR: f64 = 2.0;
+/// Largest change of the parameter in a step of a vertical path, relative to the larger of parameter and range: what correctors
+/// leave.
+const STANDING: f64 = 1e-9;
+/// Largest angle between the tangents of a straight path [rad]: what correctors leave.
+const STRAIGHT: f64 = 1e-6;
+/// Shortest vertical step, in arclength: in shorter ones any path looks straight.
+const SHORTEST: f64 = 1e-3;
+/// Points from one look at the progress to the next.
+const WINDOW: usize = 200;
+/// Least progress in between, in longest steps: a path that needs shorter ones for so long cannot be followed.
+const LEAST: f64 = 1.0;
+
+impl Continuation {
+    /// Whether the points since the last look brought hardly any progress.
+    pub(super) fn creeps(&mut self) -> bool {
+        self.progress += self.stride;
+        if !self.points.is_multiple_of(WINDOW) {
+            return false;
+        }
+        std::mem::take(&mut self.progress) < LEAST * self.options.max_step
+    }
+
+    /// Longest step from a point: far out lengths are relative, or it takes for ever to get anywhere.
+    pub(super) fn longest(&self, point: &PathPoint) -> f64 {
+        let size = self.dot(&point.u, 0.0, &point.u, 0.0).sqrt();
+        self.options.max_step * (size - FAR).max(1.0)
+    }
+
+    /// Whether a step goes straight across the parameter: a family of solutions, linear in its amplitude.
+    pub(super) fn is_straight_across(&self, a: &PathPoint, b: &PathPoint) -> bool {
+        let (from, to) = self.options.range;
+        let scale = a.lambda.abs().max((to - from).abs());
+        (b.lambda - a.lambda).abs() <= STANDING * scale
+            && self.stride >= SHORTEST
+            && (a.orientation == 0 || self.turn(a, b) < STRAIGHT)
+    }
+
+    /// Whether the path is vertical at the begin or at the end of the last step: there the sign of the parameter's change
+    /// means nothing.
+    pub fn is_vertical(&self) -> [bool; 2] {
+        self.vertical
+    }
+}
