@@ -1,7 +1,7 @@
 //! From relative coordinates back to the bodies: absolute accelerations, Rook & Singh (1995), eq. (6a).
 
 use super::scaling::RigidBody;
-use super::{Assembly, Coupling, Scales, inertias};
+use super::{Assembly, Coupling, inertias};
 use crate::model::Train;
 use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
