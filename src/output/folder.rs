@@ -95,7 +95,9 @@ impl Earlier {
                 .metadata()
                 .is_ok_and(|m| m.is_file() && m.len() <= LONGEST);
             if is_short && let Some(tables) = tables(&path, stem) {
-                let figures = FigureFormat::ALL.iter().map(|f| format!("{stem}.{}", f.extension()));
+                let figures = FigureFormat::ALL
+                    .iter()
+                    .map(|f| format!("{stem}.{}", f.extension()));
                 let files = tables
                     .into_iter()
                     .chain(figures)

@@ -190,4 +190,3 @@ fn limits_are_written_with_units() {
             .says(&["wanted a number > 0"]);
     }
 }
-
