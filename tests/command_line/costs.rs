@@ -159,7 +159,7 @@ fn an_inertia_in_a_wrong_unit_does_not_take_hours() {
     let text = TRAIN
         .replace(
             "A: {inertia: 1.0e-3}",
-            "A: {inertia: 1.0e-3}\n  P: {inertia: 1e-12}",
+            "A: {inertia: 1.0e-3}\n  P: {inertia: 1e-14}",
         )
         .replace(
             "damping:",

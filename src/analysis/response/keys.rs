@@ -159,7 +159,7 @@ pub(in crate::analysis) mod defaults {
         10_000
     }
     pub fn max_steps() -> usize {
-        10_000
+        30_000
     }
     pub fn tolerance() -> f64 {
         1e-10
