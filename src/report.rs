@@ -217,7 +217,7 @@ pub struct Report {
     pub tables: Vec<Table>,
     /// One figure an analysis at most.
     pub figure: Option<Figure>,
-    /// Everything else for the JSON file: options, scales, branches, events, timings.
+    /// Everything else for the JSON file: options, scales, branches, events; and the timings.
     pub summary: serde_json::Map<String, serde_json::Value>,
     /// What the user must know: shown on the terminal, in the JSON file and on the page.
     pub warnings: Vec<String>,

@@ -130,7 +130,7 @@ pub struct Period {
 }
 
 impl Period {
-    /// At an excitation frequency over omega_c.
+    /// At a frequency of the reference over omega_c.
     pub fn of(setting: &Setting<'_>, frequency: f64) -> Period {
         let system = &setting.assembly.system;
         let rates = system.damping().diagonal();
@@ -139,7 +139,7 @@ impl Period {
             .chain(rates.iter())
             .fold(1.0_f64, |w, x| w.max(x.abs()));
         let stiffness = fastest / frequency;
-        let steps = 4.0 + TAU * stiffness / REACH;
+        let steps = system.revolutions() as f64 * (4.0 + TAU * stiffness / REACH);
         let plain = steps * (STEP + ENTRY * entries(system));
         Period {
             steps,

@@ -41,8 +41,7 @@ pub fn prepare(folder: &Path) -> Result<(), Error> {
     }
     let probe = || -> std::io::Result<()> {
         let mut file = new_file(folder)?;
-        file.write_all(&vec![0; PROBE])?;
-        file.as_file().sync_data()
+        file.write_all(&[0; PROBE])
     };
     probe().map_err(|source| file_error("write to", folder, source))
 }

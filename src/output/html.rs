@@ -186,7 +186,7 @@ fn plot(page: &mut String, report: &Report, stride: usize) -> Result<(), Error> 
         escape(&figure.title),
         percent_encode(&svg::render(figure, report)?),
         // Inside JSON strings only; keeps </script> and <!-- from ending the element.
-        data.replace('<', "\\u003c")
+        shown(&data).replace('<', "\\u003c")
     );
     Ok(())
 }

@@ -95,6 +95,19 @@ fn what_the_memory_does_not_hold_is_refused_with_its_size() {
         .ends_with(1);
 }
 
+#[test]
+fn slow_orders_count_like_subharmonics() {
+    // A thousand revolutions in a period, 10 000 harmonics.
+    let text = REDUCED.replace("order: 1,", "order: 1e-3,");
+    let place = Place::with(&text);
+    let ended = place.run(&["run", "m.yaml"]).ends_with(2);
+    ended.says(&[
+        "analyses.response.harmonics",
+        "at most 4096",
+        "1000 revolutions",
+    ]);
+}
+
 #[cfg(unix)]
 #[test]
 fn limits_of_the_process_count() {
@@ -146,7 +159,7 @@ fn an_inertia_in_a_wrong_unit_does_not_take_hours() {
     let text = TRAIN
         .replace(
             "A: {inertia: 1.0e-3}",
-            "A: {inertia: 1.0e-3}\n  P: {inertia: 1e-12}",
+            "A: {inertia: 1.0e-3}\n  P: {inertia: 1e-14}",
         )
         .replace(
             "damping:",

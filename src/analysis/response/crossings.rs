@@ -184,7 +184,12 @@ impl Work<'_> {
                 let origin = self.origin(branch, event);
                 let is_within =
                     origin.depth <= limits.depth && self.delivered.len() - first < limits.limit;
-                if is_within && self.settings.holds(self.subharmonic(origin)) {
+                let revolutions = self.swept.setting.assembly.system.revolutions();
+                if is_within
+                    && self
+                        .settings
+                        .holds(self.subharmonic(origin).saturating_mul(revolutions))
+                {
                     self.leave(method, origin)?;
                 } else {
                     left_out += 1;

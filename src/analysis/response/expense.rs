@@ -36,10 +36,11 @@ impl BranchSettings {
             let (count, part) = match method {
                 Method::Galerkin => {
                     let size = self.size();
-                    let harmonics = (size.harmonics * self.subharmonic) as f64;
+                    let factor = system.revolutions() as f64;
+                    let harmonics = (size.harmonics * self.subharmonic) as f64 * factor;
                     (
                         points,
-                        cost::galerkin(system, harmonics, size.samples as f64, points),
+                        cost::galerkin(system, harmonics, size.samples as f64 * factor, points),
                     )
                 }
                 Method::Shooting => (
@@ -75,15 +76,15 @@ impl BranchSettings {
         sum.and(table).and(orbits)
     }
 
-    /// Whether a Galerkin approximation of so many harmonics of the response frequency fits into the memory.
+    /// Whether a Galerkin approximation of so many harmonics of the reference fits into the memory.
     pub(super) fn fits(&self, setting: &Setting<'_>, harmonics: usize) -> bool {
         let system = &setting.assembly.system;
-        let size = self.size_with(harmonics.div_ceil(self.subharmonic), self.subharmonic);
-        let bytes = cost::galerkin(system, harmonics as f64, size.samples as f64, 1.0).bytes;
-        setting
-            .control
-            .memory()
-            .is_none_or(|most| bytes <= most as f64)
+        let samples = self.size_with(harmonics, self.subharmonic).samples as f64;
+        let factor = system.revolutions() as f64;
+        let inside = (harmonics * self.subharmonic) as f64 * factor;
+        let bytes = cost::galerkin(system, inside, samples * factor, 1.0).bytes;
+        let memory = setting.control.memory();
+        memory.is_none_or(|most| bytes <= most as f64)
     }
 
     /// A fault where the highest mode is so much faster than the excitation that a period takes more steps than allowed: most

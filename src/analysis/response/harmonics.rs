@@ -166,12 +166,21 @@ impl BranchSettings {
     }
 
     /// What is wrong with the number of harmonics.
-    pub(super) fn check_harmonics(&self) -> Vec<Fault> {
+    pub(super) fn check_harmonics(&self, revolutions: usize) -> Vec<Fault> {
         let mut faults = Vec::new();
+        let period = match revolutions {
+            1 => String::new(),
+            _ => format!(" and the {revolutions} revolutions in a period"),
+        };
+        let product = |count: usize| {
+            count
+                .saturating_mul(self.subharmonic)
+                .saturating_mul(revolutions)
+        };
         let mut limit = |key: &str, count: usize| {
-            if count == 0 || count.saturating_mul(self.subharmonic) > MOST_HARMONICS {
+            if count == 0 || product(count) > MOST_HARMONICS {
                 let message = format!(
-                    "{count} must be at least 1, and at most {MOST_HARMONICS} with the subharmonic index"
+                    "{count} must be at least 1, and at most {MOST_HARMONICS} with the subharmonic index{period}"
                 );
                 faults.push(Fault::new(key, message));
             }

@@ -183,7 +183,7 @@ pub(in crate::analysis) mod defaults {
         10_000
     }
     pub fn max_steps() -> usize {
-        10_000
+        30_000
     }
     pub fn bound() -> f64 {
         1000.0

@@ -310,7 +310,10 @@ impl BranchSettings {
             faults.push(Fault::new("subharmonic", "0 must be at least 1"));
             return faults;
         }
-        faults.extend(self.check_harmonics());
+        // Integration has no harmonics.
+        let is_periodic = self.methods().iter().any(|m| *m != Method::Integration);
+        let revolutions = if is_periodic { system.revolutions() } else { 1 };
+        faults.extend(self.check_harmonics(revolutions));
         if !faults.is_empty() {
             return faults;
         }
@@ -340,12 +343,8 @@ impl BranchSettings {
                 format!("{} must be between 0 and 0.01", self.tolerance),
             ));
         }
-        let is_periodic = self.methods().iter().any(|m| *m != Method::Integration);
         // What does not fit is refused by its cost.
-        let fits = self.fits(
-            setting,
-            self.harmonics.first().saturating_mul(self.subharmonic),
-        );
+        let fits = self.fits(setting, self.harmonics.first());
         if faults.is_empty() && is_periodic && fits {
             let mut system = system.clone();
             system.set_subharmonic(self.subharmonic);

@@ -298,7 +298,7 @@ impl<'a> Work<'a> {
             Some(mut resolution) => {
                 // No larger than the memory holds: what is missing then is reported as any missing accuracy.
                 while resolution.most > resolution.least.max(first)
-                    && !settings.fits(swept.setting, resolution.most * nu)
+                    && !settings.fits(swept.setting, resolution.most * nu / settings.subharmonic)
                 {
                     resolution.most /= 2;
                 }
