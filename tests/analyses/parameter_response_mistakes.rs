@@ -58,7 +58,7 @@ fn paths_that_lead_nowhere() {
     refused(
         PAIR,
         &format!("parameter: order, {values}"),
-        &["whole number"],
+        &["have no common period"],
     );
     // Whole numbers at both ends do not make a path.
     refused(
