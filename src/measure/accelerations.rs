@@ -14,9 +14,9 @@ use crate::solve::orbit::Orbit;
 use crate::system::System;
 use std::f64::consts::TAU;
 
-/// Instants per response period at which an integrated motion is sampled,
+/// Instants per response period at which a motion is sampled: short impacts must not fall between two of them.
 const INSTANTS: usize = 512;
-/// at least this many per excitation period,
+/// At least this many per excitation period,
 const INSTANTS_PER_EXCITATION: usize = 64;
 /// and this many per harmonic of a Fourier series.
 const INSTANTS_PER_HARMONIC: usize = 16;
@@ -139,11 +139,14 @@ impl Accelerometer {
     /// Coordinates and rates at equally spaced instants.
     fn sample(&mut self, system: &System, orbit: &Orbit) {
         let (n, nu) = (system.dof(), system.subharmonic());
-        let least = match orbit {
-            Orbit::Fourier(orbit) => INSTANTS_PER_HARMONIC * (orbit.harmonics() + 1),
-            Orbit::Segments(_) => INSTANTS,
+        let harmonics = match orbit {
+            Orbit::Fourier(orbit) => orbit.harmonics(),
+            Orbit::Segments(_) => 0,
         };
-        let count = least.max(INSTANTS_PER_EXCITATION * nu).next_power_of_two();
+        let count = INSTANTS
+            .max(INSTANTS_PER_EXCITATION * nu)
+            .max(INSTANTS_PER_HARMONIC * harmonics)
+            .next_power_of_two();
         let width = TAU / count as f64;
         self.phase.clear();
         self.phase
@@ -165,7 +168,7 @@ impl Accelerometer {
                     Some(fourier) if fourier.samples() == count => fourier,
                     other => other.insert(Fourier::new(count)),
                 };
-                let mut derivative = vec![0.0; 2 * orbit.harmonics() + 1];
+                let mut derivative = vec![0.0; 2 * harmonics + 1];
                 let lists = self.q.chunks_exact_mut(count);
                 let lists = lists.zip(self.v.chunks_exact_mut(count));
                 for (a, (q, v)) in orbit.coefficients.iter().zip(lists) {

@@ -73,7 +73,7 @@ fn chain(shafts: usize) -> String {
     }
     writeln!(
         text,
-        "damping: {{stiffness_proportional: 1e-5}}\nscaling: {{frequency: 1e4 rad/s}}\nloads:\n  \
+        "damping: {{stiffness_proportional: 1e-5}}\nscaling: {{frequency: 1e4 rad/s}}\nreport: {{units: nondimensional}}\nloads:\n  \
          disc_0: {{mean: 130, harmonics: [{{order: 1, amplitude: 30}}]}}\n  disc_{shafts}: {{mean: -130}}"
     )
     .unwrap();

@@ -54,7 +54,9 @@ fn listed_tables_and_all() {
     let (full, _) = tables(PAIR, ", tables: all");
     let (part, _) = tables(PAIR, ", tables: [main, rattle]");
     for name in ["", "rattle"] {
-        assert_eq!(full.table(name), part.table(name), "{name}");
+        // Empty cells are NaN, which equals nothing.
+        let [a, b] = [&full, &part].map(|report| format!("{:?}", report.table(name)));
+        assert!(a == b, "{name}");
         assert!(names(full.table(name).unwrap()).len() > 10);
     }
     // Events stay in the summary.

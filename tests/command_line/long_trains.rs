@@ -22,7 +22,7 @@ fn row(meshes: usize) -> String {
     let last = if meshes.is_multiple_of(2) { -100 } else { 100 };
     writeln!(
         text,
-        "damping: {{stiffness_proportional: 2e-6}}\nscaling: {{frequency: 2e4 rad/s}}\nloads:\n  \
+        "damping: {{stiffness_proportional: 2e-6}}\nscaling: {{frequency: 2e4 rad/s}}\nreport: {{units: nondimensional}}\nloads:\n  \
          gear_0: {{mean: 100, harmonics: [{{order: 1, amplitude: 60}}]}}\n  gear_{meshes}: {{mean: {last}}}\n\
          analyses:\n  response: {{type: frequency_response, from: 2.5, to: 2.0, harmonics: 3, samples: 64, stability: false, step: 0.05}}"
     )
