@@ -114,11 +114,7 @@ impl Default for Reach {
 impl Analysis for BifurcationDiagram {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = self.check_sweep(setting);
-        let runs = self.seeds.as_ref().map_or(2, |s| s.count);
-        faults.extend(flow::check_size(
-            self.size(),
-            self.points.saturating_mul(runs),
-        ));
+        faults.extend(flow::check_size(self.size(), self.records()));
         faults.extend(self.label_keys().check());
         if let Some(initial) = &self.initial {
             faults.extend(initial.check(setting, "initial"));
@@ -129,24 +125,13 @@ impl Analysis for BifurcationDiagram {
     }
 
     fn cost(&self, setting: &Setting<'_>) -> Cost {
-        let slowest = match &self.at {
-            Some(at) => setting.frequency(at).ok(),
-            None => {
-                let ends = [&self.from, &self.to].map(|end| setting.frequency(end).ok());
-                ends.into_iter().flatten().reduce(f64::min)
-            }
-        };
-        let Some(frequency) = slowest else {
+        let ends = [&self.from, &self.to].map(|end| self.at.as_ref().unwrap_or(end));
+        let frequencies = ends.into_iter().flat_map(|end| setting.frequency(end));
+        let Some(frequency) = frequencies.reduce(f64::min) else {
             return Cost::default();
         };
-        let runs = match (&self.seeds, self.direction) {
-            (Some(seeds), _) => seeds.count,
-            (None, Some(Direction::Both)) => 2,
-            (None, _) => 1,
-        };
         let period = Period::of(setting, frequency);
-        let records = runs.saturating_mul(self.points);
-        flow::cost(self.size(), setting, period, records)
+        flow::cost(self.size(), setting, period, self.records())
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
@@ -201,6 +186,15 @@ impl BifurcationDiagram {
             periods: self.periods,
             exponents: Lengths::wanted(self.lyapunov),
         }
+    }
+
+    fn records(&self) -> usize {
+        let runs = match (&self.seeds, self.direction) {
+            (Some(seeds), _) => seeds.count,
+            (None, Some(Direction::Both)) => 2,
+            (None, _) => 1,
+        };
+        runs.saturating_mul(self.points)
     }
 
     fn label_keys(&self) -> LabelKeys {

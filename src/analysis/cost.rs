@@ -2,8 +2,9 @@
 //! takes on a usual machine. The estimates are right within a factor of a few; they are there to find what is orders of
 //! magnitude beyond.
 
-use super::{Fault, Setting};
+use super::{Fault, Setting, frequencies_at_rest};
 use crate::machine;
+use crate::solve::equilibrium::equilibrium;
 use crate::solve::galerkin;
 use crate::system::System;
 use serde::Serialize;
@@ -134,8 +135,9 @@ impl Period {
     pub fn of(setting: &Setting<'_>, frequency: f64) -> Period {
         let system = &setting.assembly.system;
         let rates = system.damping().diagonal();
-        let natural = setting.assembly.natural_frequencies.iter();
+        let natural = natural_frequencies(setting);
         let fastest = natural
+            .iter()
             .chain(rates.iter())
             .fold(1.0_f64, |w, x| w.max(x.abs()));
         let stiffness = fastest / frequency;
@@ -148,6 +150,15 @@ impl Period {
             varied: plain * (1.0 + 2.0 * system.dof() as f64),
         }
     }
+}
+
+/// Natural frequencies over omega_c at rest, where most of a period is spent: a stop that is open there is touched for short
+/// times only, in which the flow takes its own steps. In full contact where there is no rest.
+fn natural_frequencies(setting: &Setting<'_>) -> Vec<f64> {
+    let (assembly, names) = (setting.assembly, &setting.assembly.connections);
+    let rest = equilibrium(&assembly.system).ok();
+    let at_rest = rest.and_then(|rest| frequencies_at_rest(&assembly.system, &rest, names).ok());
+    at_rest.unwrap_or_else(|| assembly.natural_frequencies.iter().copied().collect())
 }
 
 /// Entries of the matrices of the equation of motion.

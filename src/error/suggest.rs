@@ -46,7 +46,7 @@ pub fn did_you_mean<'a, S: AsRef<str> + ?Sized + 'a>(
     candidates: impl IntoIterator<Item = &'a S>,
 ) -> String {
     /// More names than this are cut off, or the message hides itself.
-    const LISTED: usize = 30;
+    const LISTED: usize = 60;
     let known: Vec<&str> = candidates.into_iter().map(AsRef::as_ref).collect();
     if let Some(candidate) = nearest(name, known.iter().copied()) {
         return format!("did you mean `{candidate}`?");

@@ -102,7 +102,7 @@ fn values_that_do_not_fit() {
             "from: 10 um, to: 20 um, marks: [15 um, 12 s]",
             "it.marks.1: connections.mesh.element.half_gap: `12 s` is a time [s]",
         ),
-        ("from: 10 um", "the key `to` is missing"),
+        ("from: 10 um", "the range needs `to`"),
         (
             "from: 10 um, to: 20 um, frm: 3",
             "it.frm: unknown key `frm`; did you mean `from`?",

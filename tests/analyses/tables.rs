@@ -57,7 +57,6 @@ fn listed_tables_and_all() {
         // Empty cells are NaN, which equals nothing.
         let [a, b] = [&full, &part].map(|report| format!("{:?}", report.table(name)));
         assert!(a == b, "{name}");
-        assert!(names(full.table(name).unwrap()).len() > 10);
     }
     // Events stay in the summary.
     assert_eq!(part.summary["events"], full.summary["events"]);

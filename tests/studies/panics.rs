@@ -24,8 +24,9 @@ gearlash::register_element! {
 
 #[typetag::serde(name = "faulty")]
 impl Element for Faulty {
-    fn eval(&self, q: f64, _v: f64, _phase: f64) -> Response {
-        assert!(q.abs() < FAR, "a bug far out");
+    fn eval(&self, q: f64, _v: f64, phase: f64) -> Response {
+        // Statics, which looks far out, reads laws at phase 0.
+        assert!(q.abs() < FAR || phase == 0.0, "a bug far out");
         Response {
             f: q,
             df_dq: 1.0,

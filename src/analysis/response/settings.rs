@@ -273,6 +273,14 @@ impl BranchSettings {
             );
             faults.push(Fault::new("points", message));
         }
+        let has_range = self
+            .to
+            .as_ref()
+            .is_some_and(|to| self.from.as_ref() != Some(to));
+        if self.is_single() && has_range {
+            let message = "1 must be at least 2 for a range; one value is given by `at` (of a number of the model: `from` alone)";
+            faults.push(Fault::new("points", message));
+        }
         faults.extend(limits::check("points", self.points(), 0, limits::POINTS));
         faults.extend(flow::check_size(self.map_size(), 1));
         faults.extend(self.label_keys().check());
