@@ -137,7 +137,8 @@ impl<'a> Graph<'a> {
         here.into_iter().find(flat).map_or((x, x), |r| self.ends(r))
     }
 
-    /// Where the law supports a force and does not fall: the place nearest to 0. `None` where there is none.
+    /// Where the law supports a force and does not fall: the place nearest to 0 on the side to which
+    /// the force points, else on the other. `None` where there is none.
     pub(super) fn support(&self, force: f64) -> Option<Support> {
         let home = self.region(0.0);
         let sides = if force < 0.0 {
@@ -153,13 +154,7 @@ impl<'a> Graph<'a> {
         if let Some(at_zero) = self.at_zero(force, home) {
             return Some(at_zero);
         }
-        let found = sides.map(|side| self.walk(force, begin(side), side));
-        let [first, second] = found;
-        match (first, second) {
-            (Some(a), Some(b)) if b.position().abs() < a.position().abs() => Some(b),
-            (Some(a), _) => Some(a),
-            (None, b) => b,
-        }
+        (sides.into_iter()).find_map(|side| self.walk(force, begin(side), side))
     }
 
     /// A force met at 0 itself, where one side is flat or the force jumps over it.

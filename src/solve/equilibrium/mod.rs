@@ -87,8 +87,8 @@ impl NoEquilibrium {
 ///
 /// Stiffness variation counts with its mean, 1; laws that depend on the phase are read at phase 0. A force that jumps takes
 /// every value in between at its breakpoint: a connection may rest there. Where no load decides (to rounding of the loads), a
-/// connection rests in the middle of its gap. A law that falls may allow several equilibria: that nearest to the undeformed
-/// state is taken.
+/// connection rests in the middle of its gap. A law that falls may allow several equilibria: the first one on the side to
+/// which the load pushes is taken, and none where a law falls.
 ///
 /// # Errors
 /// There is none, or none was found.
