@@ -58,8 +58,8 @@ pub(super) mod defaults {
     }
 }
 
-/// Effort of the search for attracting orbits, in lengths of the record: runs are few.
-const EFFORT: usize = 8;
+/// Iterates spent, per decision, on the search for attracting orbits among the points: runs are few.
+const EFFORT: usize = 2000;
 /// Periods between two reports of the progress.
 pub(super) const REPORTED: usize = 64;
 

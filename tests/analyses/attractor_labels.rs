@@ -316,7 +316,7 @@ fn long_transients_in_windows_are_not_called_chaotic() {
         exponents: Lengths::Followed,
     };
     let options = LabelOptions {
-        effort: 8,
+        effort: 2000,
         ..LabelOptions::default()
     };
     for start in starts {
@@ -327,9 +327,9 @@ fn long_transients_in_windows_are_not_called_chaotic() {
             settled += usize::from(label == Label::Period(n));
         }
     }
-    // One motion in a hundred stays away from the orbit for as long as any record lasts.
+    // One motion in fifty never repeats nearly enough within the record for the orbit to be found: it looks chaotic in every respect.
     assert!(
-        settled >= 152 && wrong <= 2,
+        settled >= 152 && wrong <= 3,
         "{settled} of 160, {wrong} wrong"
     );
 }

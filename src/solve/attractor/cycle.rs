@@ -53,6 +53,14 @@ const LINEAR: f64 = 0.1;
 const LAPS: usize = 3;
 /// Distance from an orbit, relative to the scale, at which a record has arrived; in errors of the map where that is more.
 const ARRIVED: (f64, f64) = (1e-9, 1e3);
+/// Largest multiplier of a saddle that is followed to its partner.
+const SADDLE: f64 = 8.0;
+/// Distance from a saddle at which its unstable manifold is entered, relative to the scale.
+const OFFSET: f64 = 3e-3;
+/// Laps along the unstable manifold.
+const DESCENT: usize = 20;
+/// Powers of a derivative that bring out its leading direction.
+const POWERS: usize = 24;
 /// Attempts from the end of one record.
 const ATTEMPTS: usize = 4;
 /// Best recurrence that makes a lag worth an attempt, relative to the extent of the record and to its scale.
@@ -121,6 +129,13 @@ impl Residual for Return<'_> {
     }
 }
 
+/// A fixed point of an iterate of the map.
+struct Solution {
+    u: DVector<f64>,
+    multipliers: Vec<Complex<f64>>,
+    phi: DMatrix<f64>,
+}
+
 /// Looks for attracting orbits with a bounded number of iterates.
 pub(super) struct Search<'a> {
     map: &'a mut dyn Map,
@@ -140,29 +155,69 @@ impl<'a> Search<'a> {
 
     /// The attracting orbit of that period, or of a divisor of it, to which Newton's iteration leads from a state.
     pub fn attracting(&mut self, guess: &[f64], period: usize) -> Option<Cycle> {
-        let (mut u, mut cycle) = self.solve(guess, period)?;
+        let found = self.solve(guess, period)?;
+        let cycle = self.cycle(&found, period)?;
         let gap = 1.0 - cycle.multipliers[0].norm();
         let same = (SAME * self.map.error() / gap).max(LEAST_SAME);
+        let size = guess.len();
         let repeats = |d: &usize| {
-            let size = guess.len();
-            distance(
-                &cycle.points[d * size..(d + 1) * size],
-                u.as_slice(),
-                &self.scale,
-            ) <= same
+            let point = &cycle.points[d * size..(d + 1) * size];
+            distance(point, found.u.as_slice(), &self.scale) <= same
         };
-        let shorter = (1..period)
-            .filter(|d| period.is_multiple_of(*d))
-            .find(repeats);
-        if let Some(shorter) = shorter {
-            (u, cycle) = self.solve(u.as_slice(), shorter)?;
+        let mut divisors = (1..period).filter(|d| period.is_multiple_of(*d));
+        match divisors.find(repeats) {
+            Some(shorter) => {
+                let found = self.solve(found.u.as_slice(), shorter)?;
+                self.cycle(&found, shorter)
+            }
+            None => Some(cycle),
         }
-        let is_attracting = u.iter().all(|x| x.is_finite());
-        is_attracting.then_some(cycle)
     }
 
-    /// A solution with all its multipliers inside the circle.
-    fn solve(&mut self, guess: &[f64], laps: usize) -> Option<(DVector<f64>, Cycle)> {
+    /// The same; where the iteration leads to a saddle, the orbit to which its unstable manifold goes on either side. An attracting
+    /// orbit and a saddle are born together: from outside, Newton's iteration meets the saddle first.
+    pub fn attracting_beyond_saddle(&mut self, guess: &[f64], period: usize) -> Option<Cycle> {
+        let found = self.solve(guess, period)?;
+        let leading = found.multipliers.first()?;
+        if leading.norm() < 1.0 {
+            return self.attracting(found.u.as_slice(), period);
+        }
+        let is_other_inside = found.multipliers.get(1).is_none_or(|mu| mu.norm() < 1.0);
+        if leading.im != 0.0 || !(1.0..SADDLE).contains(&leading.re) || !is_other_inside {
+            return None;
+        }
+        let direction = self.unstable_direction(&found.phi);
+        [-OFFSET, OFFSET].into_iter().find_map(|share| {
+            let mut state: Vec<f64> = (found.u.iter().zip(&direction))
+                .map(|(u, d)| u + share * d)
+                .collect();
+            let cost = DESCENT * period;
+            self.budget = self.budget.checked_sub(cost)?;
+            for _ in 0..cost {
+                if self.map.advance(&mut state) != IntegrationEnd::Reached {
+                    return None;
+                }
+            }
+            self.attracting(&state, period)
+        })
+    }
+
+    /// The leading eigenvector of a derivative, of length 1 in the scale.
+    fn unstable_direction(&self, phi: &DMatrix<f64>) -> Vec<f64> {
+        let mut direction = DVector::from_column_slice(&self.scale);
+        for _ in 0..POWERS {
+            direction = phi * direction;
+            let parts = direction
+                .iter()
+                .zip(&self.scale)
+                .map(|(d, s)| (d / s).abs());
+            direction /= parts.fold(f64::MIN_POSITIVE, f64::max);
+        }
+        direction.as_slice().to_vec()
+    }
+
+    /// A fixed point of an iterate.
+    fn solve(&mut self, guess: &[f64], laps: usize) -> Option<Solution> {
         if laps > self.budget {
             return None;
         }
@@ -187,24 +242,25 @@ impl<'a> Search<'a> {
         let is_solved = outcome.is_ok_and(|o| o.is_converged());
         let (cost, phi) = (problem.cost, problem.phi);
         self.budget = self.budget.saturating_sub(cost);
-        let multipliers = floquet::multipliers(&phi);
-        let inside = (INSIDE.0 * error).max(INSIDE.1);
-        let is_inside = multipliers
-            .first()
-            .is_some_and(|mu| mu.norm() < 1.0 - inside);
-        if !(is_solved && is_inside) {
+        is_solved.then(|| Solution {
+            u,
+            multipliers: floquet::multipliers(&phi),
+            phi,
+        })
+    }
+
+    /// The orbit of a fixed point with all its multipliers inside the circle.
+    fn cycle(&mut self, found: &Solution, period: usize) -> Option<Cycle> {
+        let inside = (INSIDE.0 * self.map.error()).max(INSIDE.1);
+        if found.multipliers.first()?.norm() >= 1.0 - inside {
             return None;
         }
-        let points = self.orbit(u.as_slice(), laps)?;
-        Some((
-            u,
-            Cycle {
-                period: laps,
-                points,
-                multipliers,
-                phi,
-            },
-        ))
+        Some(Cycle {
+            period,
+            points: self.orbit(found.u.as_slice(), period)?,
+            multipliers: found.multipliers.clone(),
+            phi: found.phi.clone(),
+        })
     }
 
     fn orbit(&mut self, u: &[f64], laps: usize) -> Option<Vec<f64>> {

@@ -13,14 +13,10 @@ use nalgebra::{DMatrix, DVector};
 const LONGEST: usize = 24;
 /// Near repeats, relative to the extent of the record.
 const NEAR: f64 = 0.2;
-/// How near an orbit must pass the record, relative to its extent.
-const REACH: f64 = 0.5;
 /// Near repeats tried for every lag.
-const REPEATS: usize = 12;
+const REPEATS: usize = 24;
 /// Guesses per lag.
-const PER_LAG: usize = 4;
-/// Iterates allowed at least.
-const LEAST_BUDGET: usize = 256;
+const PER_LAG: usize = 6;
 /// Largest modulus of the eigenvalues of a near repeat's derivative that makes it worth an attempt.
 const EXPANSION: f64 = 16.0;
 
@@ -34,25 +30,25 @@ struct Guess {
     rank: usize,
 }
 
-/// An attracting orbit among the points, found with at most `effort` times as many iterates of the map as the record has.
+/// An attracting orbit among the points, found with at most `effort` iterates of the map.
 ///
 /// The derivatives along the record tell without integrating where Newton's iteration would go and whether an orbit there is likely
 /// to attract: the likeliest are tried.
-pub(super) fn orbit(map: &mut dyn Map, cloud: &Cloud<'_>, effort: usize) -> Option<Cycle> {
+pub(super) fn orbit(
+    map: &mut dyn Map,
+    cloud: &Cloud<'_>,
+    (effort, reach): (usize, f64),
+) -> Option<Cycle> {
     let near = NEAR * cloud.extent();
     let mut guesses: Vec<Guess> = (1..=LONGEST.min(cloud.count() / 4))
         .flat_map(|lag| guesses_after(cloud, lag, near))
         .collect();
     // Short ones first, since they cost least, and the best of every lag before the others.
     guesses.sort_by_key(|g| (g.lag * (g.rank + 1), g.lag));
-    let mut search = Search::new(
-        map,
-        cloud,
-        effort.saturating_mul(cloud.count()).max(LEAST_BUDGET),
-    );
+    let mut search = Search::new(map, cloud, effort);
     guesses.iter().find_map(|guess| {
-        let cycle = search.attracting(cloud.point(guess.start), guess.lag)?;
-        is_within_reach(&cycle, cloud).then_some(cycle)
+        let cycle = search.attracting_beyond_saddle(cloud.point(guess.start), guess.lag)?;
+        is_within_reach(&cycle, cloud, reach).then_some(cycle)
     })
 }
 
@@ -95,9 +91,9 @@ fn guess(cloud: &Cloud<'_>, lag: usize, start: usize, near: f64) -> Option<Guess
     })
 }
 
-/// Whether every point of the orbit has a point of the record nearby.
-pub(super) fn is_within_reach(cycle: &Cycle, cloud: &Cloud<'_>) -> bool {
-    let reach = REACH * cloud.extent();
+/// Whether every point of the orbit has a point of the record within a share of the extent.
+pub(super) fn is_within_reach(cycle: &Cycle, cloud: &Cloud<'_>, reach: f64) -> bool {
+    let reach = reach * cloud.extent();
     cycle
         .points
         .chunks_exact(cloud.size)

@@ -36,7 +36,7 @@ const SIGMAS: f64 = 3.0;
 /// Logarithm of the stretching over the record: at least that of a chaotic attractor, at most that of a torus.
 const STRETCH: f64 = 3.0;
 /// Logarithm of the contraction across an invariant curve over the record.
-const CONTRACTION: f64 = 2.0;
+const CONTRACTION: f64 = 4.0;
 
 impl Exponents {
     /// Whether neighbours separate: the largest exponent is more than [`SIGMAS`] standard errors above 0, has stretched deviations

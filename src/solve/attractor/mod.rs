@@ -81,7 +81,7 @@ pub struct LabelOptions {
     pub longest_period: usize,
     /// Length to which a record that decides nothing may be extended, in lengths of the record.
     pub extend: usize,
-    /// Iterates spent on the search for attracting orbits among the points of a record, in lengths of the record.
+    /// Iterates spent, per decision, on the search for attracting orbits among the points.
     pub effort: usize,
 }
 
@@ -90,7 +90,7 @@ impl Default for LabelOptions {
         LabelOptions {
             longest_period: 256,
             extend: 8,
-            effort: 1,
+            effort: 320,
         }
     }
 }
@@ -158,10 +158,11 @@ pub fn reconsider(
     let periods = found.record.points.len() / size;
     let stretch = record::Stretch::of(&found.record.points);
     let cloud = Cloud::new(&stretch, size);
+    let reach = reach(found.label);
     let lurking = hints.iter().find_map(|hint| {
         let mut search = cycle::Search::new(map, &cloud, HINTED * hint.period);
         let cycle = search.attracting(&hint.points[..size], hint.period)?;
-        lurking::is_within_reach(&cycle, &cloud).then_some(cycle)
+        lurking::is_within_reach(&cycle, &cloud, reach).then_some(cycle)
     });
     let Some(cycle) = lurking else {
         return;
@@ -179,11 +180,27 @@ pub fn reconsider(
     *found = hunt.found;
 }
 
+/// How near an orbit must pass a record to be where its motion may end, relative to the extent of the record: on the curve of a torus,
+/// or in one of the holes of a chaotic set.
+fn reach(label: Label) -> f64 {
+    match label {
+        Label::QuasiPeriodic => 0.03,
+        _ => 0.5,
+    }
+}
+
 /// A motion on its way to a label.
 struct Hunt<'a> {
     walk: Walk<'a>,
     options: LabelOptions,
     found: Attractor,
+}
+
+/// Which part of a motion is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Record,
+    Extension,
 }
 
 /// What a stretch of points says.
@@ -217,7 +234,7 @@ impl Hunt<'_> {
         let verdict = match (&stop, early) {
             (Some(_), _) => Verdict::Open(None),
             (None, Some(cycle)) => Verdict::Cycle(cycle),
-            (None, None) => self.judge(),
+            (None, None) => self.judge(Part::Record),
         };
         self.found.record.stop = stop;
         self.found.record.exponents = self.walk.exponents();
@@ -243,7 +260,7 @@ impl Hunt<'_> {
                     let more = total.min(limit - total);
                     let stop = self.walk.record(more, Along::Deviations);
                     let verdict = match stop {
-                        None => self.judge(),
+                        None => self.judge(Part::Extension),
                         Some(_) => Verdict::Open(None),
                     };
                     (stop, verdict)
@@ -319,11 +336,11 @@ impl Hunt<'_> {
     }
 
     /// What the last stretch says.
-    fn judge(&mut self) -> Verdict {
+    fn judge(&mut self, part: Part) -> Verdict {
         let exponents = self.walk.exponents();
         let map = &mut *self.walk.map;
         let cloud = Cloud::new(&self.walk.stretch, map.size());
-        judge(map, &cloud, exponents.as_ref(), self.options)
+        judge(map, &cloud, exponents.as_ref(), (self.options, part))
     }
 }
 
@@ -331,7 +348,7 @@ fn judge(
     map: &mut dyn Map,
     cloud: &Cloud<'_>,
     exponents: Option<&Exponents>,
-    options: LabelOptions,
+    (options, part): (LabelOptions, Part),
 ) -> Verdict {
     if cloud.count() < 2 {
         return Verdict::Open(None);
@@ -350,7 +367,12 @@ fn judge(
         exponents if shows_torus(map.tori(), cloud, exponents) => Some(Label::QuasiPeriodic),
         _ => None,
     };
-    match (lurking::orbit(map, cloud, options.effort), label) {
+    // What decides nothing is searched once: an orbit found shortens the extension.
+    if label.is_none() && part == Part::Extension {
+        return Verdict::Open(None);
+    }
+    let reach = reach(label.unwrap_or(Label::Undecided));
+    match (lurking::orbit(map, cloud, (options.effort, reach)), label) {
         (None, Some(label)) => Verdict::Label(label),
         (cycle, _) => Verdict::Open(cycle.filter(|c| c.period <= options.longest_period)),
     }
