@@ -17,6 +17,14 @@ pub enum Orbit {
 }
 
 impl Orbit {
+    /// nu, excitation periods in the response period.
+    pub fn subharmonic(&self) -> usize {
+        match self {
+            Orbit::Fourier(orbit) => orbit.subharmonic,
+            Orbit::Segments(orbit) => orbit.subharmonic,
+        }
+    }
+
     /// State [q; v] at tau into `state`, 2n values.
     pub fn state(&self, tau: f64, state: &mut [f64]) {
         match self {

@@ -109,6 +109,74 @@ fn a_doubled_branch_is_doubled_again_by_both_methods() {
     }
 }
 
+/// Subharmonic index, kind of origin and value of the origin of every side branch whose origin lies between two values.
+fn origins(report: &Report, (low, high): (f64, f64)) -> Vec<(f64, String, f64)> {
+    let branches = table(report, "branches");
+    let values = floats(table(report, "events"), "parameter");
+    let (nu, kinds) = (floats(branches, "subharmonic"), texts(branches, "kind"));
+    let rows = floats(branches, "event").into_iter().enumerate();
+    let origins = rows.filter(|(_, event)| event.is_finite());
+    let mut list: Vec<_> = origins
+        .map(|(k, event)| (nu[k], kinds[k].clone(), values[event as usize]))
+        .filter(|(_, _, value)| (low..=high).contains(value))
+        .collect();
+    list.sort_by(|a, b| a.2.total_cmp(&b.2));
+    list
+}
+
+/// Figures 7 and 11: the branches do not depend on how wide the range around them is.
+#[test]
+fn branches_do_not_depend_on_the_width_of_the_range() {
+    let figure_7 = PAIR.replace("half_gap: 0.1", "half_gap: 1.0");
+    let along = "type: parameter_response, at: 0.2, parameter: cos.0, branches: {depth: 2}";
+    let frequency = "type: frequency_response, branches: {depth: 1}";
+    let cases = [
+        (
+            figure_7.as_str(),
+            along,
+            [
+                (0.2745, 0.2811),
+                (0.274, 0.282),
+                (0.272, 0.283),
+                (0.27, 0.285),
+                (0.26, 0.29),
+            ],
+            (0.2746, 0.28105),
+        ),
+        (
+            PAIR,
+            frequency,
+            // The branch that joins the main one at 1.4159 begins at 1.9201.
+            [
+                (1.95, 1.3),
+                (2.1, 1.25),
+                (2.5, 1.2),
+                (3.0, 1.15),
+                (4.0, 1.1),
+            ],
+            (1.31, 1.94),
+        ),
+    ];
+    for (model, keys, ranges, window) in cases {
+        let mut first: Option<Vec<(f64, String, f64)>> = None;
+        for (from, to) in ranges {
+            let keys = format!("{{{keys}, method: shooting, from: {from}, to: {to}}}");
+            let found = origins(&run(model, &keys), window);
+            assert!(!found.is_empty(), "{from}..{to}");
+            let first = first.get_or_insert_with(|| found.clone());
+            assert_eq!(
+                found.len(),
+                first.len(),
+                "{from}..{to}: {found:?} {first:?}"
+            );
+            for (a, b) in found.iter().zip(first.iter()) {
+                assert_eq!((a.0, &a.1), (b.0, &b.1), "{from}..{to}");
+                assert!((a.2 - b.2).abs() < 1e-8, "{from}..{to}: {} {}", a.2, b.2);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_narrow_s_of_a_doubled_branch_is_followed_through() {
     // Its folds are 2e-4 apart, between grazings at which the branch bends sharply.

@@ -166,7 +166,7 @@ fn a_cascade_is_the_same_over_any_range() {
             &model,
             &format!(
                 "{{type: parameter_response, method: shooting, at: 0.2, parameter: cos.0, from: {from}, to: {to}, \
-                 branches: {{depth: 4, limit: 6}}, max_points: 70}}"
+                 branches: {{depth: 4, limit: 6}}, max_points: 150}}"
             ),
         );
         let found = events(&report, "period_doubling");
@@ -194,14 +194,18 @@ fn breaks_at_jumps_of_the_force_are_passed() {
         for mark in [1.6, 0.9, 0.7] {
             assert!(solved.contains(&mark), "{method}: {mark} in {solved:?}");
         }
+        assert_eq!(report.ended_early, None, "{method}");
         let branches = report.summary["branches"].as_array().expect("branches");
-        assert!(branches.len() > 1, "{method}");
+        if branches.len() == 1 {
+            // The exact flow follows the branch across the grazings.
+            assert_eq!(method, "shooting");
+            continue;
+        }
         let (reason, message) = end(&report, 0);
         assert_eq!(reason, "broken", "{method}: {message}");
         assert!(message.contains("goes on at"), "{message}");
         let origin = branches[1]["origin"].as_str().expect("an origin");
         assert!(origin.starts_with("behind the break at"), "{origin}");
-        assert_eq!(report.ended_early, None, "{method}");
     }
 }
 

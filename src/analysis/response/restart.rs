@@ -12,8 +12,8 @@ use crate::solve::continuation::Side;
 const BEHIND: [f64; 5] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1];
 /// Breaks along one range.
 const MOST: usize = 40;
-/// What ends a branch at a break.
-const BROKEN: &str = "step_too_small";
+/// What ends a branch at a break: it stops there, or jumps to another curve and comes back.
+const BROKEN: [&str; 3] = ["step_too_small", "creeping", "looped"];
 
 impl Work<'_> {
     /// Goes on behind the breaks of the branch delivered last, to the end of the range.
@@ -25,7 +25,7 @@ impl Work<'_> {
         }
         for _ in 0..MOST {
             let number = self.delivered.len() - 1;
-            if self.delivered[number].end.reason != BROKEN {
+            if !BROKEN.contains(&self.delivered[number].end.reason) {
                 break;
             }
             let Some(piece) = self.behind_break(method, number)? else {

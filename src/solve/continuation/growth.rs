@@ -7,6 +7,8 @@ const FAR: f64 = 2.0;
 /// Largest change of the parameter in a step of a vertical path, relative to the larger of parameter and range: what correctors
 /// leave.
 const STANDING: f64 = 1e-9;
+/// The same in the step that leaves a crossing, which is located less well.
+const STANDING_FIRST: f64 = 2e-8;
 /// Largest angle between the tangents of a straight path [rad]: what correctors leave.
 const STRAIGHT: f64 = 1e-6;
 /// Shortest vertical step, in arclength: in shorter ones any path looks straight.
@@ -36,9 +38,12 @@ impl Continuation {
     pub(super) fn is_straight_across(&self, a: &PathPoint, b: &PathPoint) -> bool {
         let (from, to) = self.options.range;
         let scale = a.lambda.abs().max((to - from).abs());
-        (b.lambda - a.lambda).abs() <= STANDING * scale
-            && self.stride >= SHORTEST
-            && (a.orientation == 0 || self.turn(a, b) < STRAIGHT)
+        let (standing, is_straight) = match a.orientation {
+            0 => (STANDING_FIRST, true),
+            _ => (STANDING, self.turn(a, b) < STRAIGHT),
+        };
+        let change = (b.lambda - a.lambda).abs();
+        change <= standing * scale && self.stride >= SHORTEST && is_straight
     }
 
     /// Whether the path is vertical at the begin or at the end of the last step: there the sign of the parameter's change

@@ -9,6 +9,10 @@ use crate::solve::residual::{Extent, PeriodicResidual};
 
 /// Looks at interpolated places that one step is worth.
 const MAX_LOOKS: usize = 300;
+/// Excitation periods that these looks may cover all together, for long response periods,
+const LOOKED_PERIODS: usize = 1200;
+/// and the looks that are always allowed.
+const FEWEST_LOOKS: usize = 60;
 
 /// Where a step that leaves a crossing is looked at first: nearer to it the parameter hardly moves.
 const BEHIND_CROSSING: f64 = 0.5;
@@ -55,6 +59,8 @@ impl<'a> Step<'a> {
         a: &Probe,
         b: &Probe,
     ) -> Result<Vec<BifurcationEvent>, SolveError> {
+        let affordable = LOOKED_PERIODS / a.look.survey.orbit.subharmonic();
+        self.looks_left = affordable.clamp(FEWEST_LOOKS, MAX_LOOKS);
         // Where the parameter stands still it turns by rounding only, and a multiplier stays at 1.
         let [begins, ends] = self.path.is_vertical();
         if !begins && !ends {
