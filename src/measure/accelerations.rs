@@ -20,8 +20,8 @@ const INSTANTS: usize = 512;
 const INSTANTS_PER_EXCITATION: usize = 64;
 /// and this many per harmonic of a Fourier series.
 const INSTANTS_PER_HARMONIC: usize = 16;
-/// Peaks of the samples of one body that are looked at closely: those that may rise highest.
-const CANDIDATES: usize = 4;
+/// Share of what acts on a body below which its acceleration is rounding: peaks of noise are not refined.
+const ROUNDING: f64 = 1e-12;
 
 /// `peak_acceleration.<body>..`, then `rattle_index.<body>..` of the loose bodies.
 #[derive(Debug)]
@@ -130,8 +130,13 @@ impl Accelerometer {
         let bodies = 0..anchor.bodies.len();
         bodies
             .map(|body| {
-                self.accelerate(&motion, body);
-                peak(&self.acceleration, |tau| motion.acceleration(body, tau))
+                let size = self.accelerate(&motion, body);
+                match self.acceleration.iter().fold(0.0_f64, |m, a| m.max(*a)) {
+                    largest if largest <= ROUNDING * size => largest,
+                    largest => peak(&self.acceleration, largest, |tau| {
+                        motion.acceleration(body, tau)
+                    }),
+                }
             })
             .collect()
     }
@@ -220,25 +225,28 @@ impl Accelerometer {
         }
     }
 
-    /// Modulus of the acceleration of one body at these instants.
-    fn accelerate(&mut self, motion: &Motion<'_>, body: usize) {
+    /// Modulus of the acceleration of one body at these instants; returns the size of its parts.
+    fn accelerate(&mut self, motion: &Motion<'_>, body: usize) -> f64 {
         let (assembly, count) = (motion.assembly, self.phase.len());
         let list = |k: usize| k * count..(k + 1) * count;
         self.acceleration.clear();
         self.acceleration.resize(count, 0.0);
         let out = &mut self.acceleration;
+        let mut size = 0.0;
         for (factor, action) in motion.anchor.actions(body) {
             match action {
                 Action::Rate(i) => {
-                    let scale = assembly.rate_scale(i);
-                    add(out, factor * scale, &self.v[list(i)]);
+                    let scale = factor * assembly.rate_scale(i);
+                    size += add(out, scale, &self.v[list(i)]);
                 }
                 Action::Force(k) => {
-                    let scale = assembly.force_scale(k);
-                    add(out, factor * scale, &self.force[list(k)]);
+                    let scale = factor * assembly.force_scale(k);
+                    size += add(out, scale, &self.force[list(k)]);
                 }
                 Action::Load(series) if series.is_constant() => {
-                    out.iter_mut().for_each(|a| *a += factor * series.mean());
+                    let load = factor * series.mean();
+                    out.iter_mut().for_each(|a| *a += load);
+                    size += load.abs();
                 }
                 Action::Load(_) | Action::Dashpot(..) => {
                     for (a, phase) in out.iter_mut().zip(&self.phase) {
@@ -249,41 +257,42 @@ impl Accelerometer {
         }
         let inertia = motion.anchor.inertia(body);
         out.iter_mut().for_each(|a| *a = (*a / inertia).abs());
+        size / inertia
     }
 }
 
-/// sum += factor values.
-fn add(sum: &mut [f64], factor: f64, values: &[f64]) {
+/// sum += factor values; returns the largest modulus of a term.
+fn add(sum: &mut [f64], factor: f64, values: &[f64]) -> f64 {
+    let mut largest = 0.0_f64;
     for (sum, value) in sum.iter_mut().zip(values) {
-        *sum += factor * value;
+        let term = factor * value;
+        *sum += term;
+        largest = largest.max(term.abs());
     }
+    largest
 }
 
-/// Largest modulus of a function of tau from the moduli of its samples over a period. Between two samples it may rise above the
-/// larger one by as much as it has risen up to there: the peaks of the samples that may so become the largest are looked at
-/// closely.
-fn peak(samples: &[f64], f: impl Fn(f64) -> f64) -> f64 {
-    let Some(last) = samples.len().checked_sub(1) else {
-        return 0.0;
-    };
-    let width = TAU / samples.len() as f64;
-    let mut largest = samples.iter().fold(0.0_f64, |m, a| m.max(*a));
-    let mut candidates: Vec<(f64, usize)> = Vec::new();
-    let mut look = |left: f64, j: usize, right: f64| {
+/// Largest modulus of a function of tau from the moduli of its samples over a period, `largest` among them. Between two samples
+/// it may rise above the larger one by as much as it has risen up to there: the peaks of the samples that may so become the
+/// largest are looked at closely.
+fn peak(samples: &[f64], mut largest: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let last = samples.len() - 1;
+    let reach = |j: usize| {
+        let left = samples[if j == 0 { last } else { j - 1 }];
+        let right = samples[if j == last { 0 } else { j + 1 }];
         let here = samples[j];
-        let reach = here + (here - left).max(here - right);
-        if here >= left && here > right && reach > largest {
-            candidates.push((reach, j));
+        let is_peak = here >= left && here > right;
+        if is_peak {
+            here + (here - left).max(here - right)
+        } else {
+            0.0
         }
     };
-    look(samples[last], 0, samples[1.min(last)]);
-    for (k, w) in samples.windows(3).enumerate() {
-        look(w[0], k + 1, w[2]);
-    }
-    look(samples[last.saturating_sub(1)], last, samples[0]);
-    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    for (reach, j) in candidates.into_iter().take(CANDIDATES) {
-        if reach > largest {
+    let width = TAU / samples.len() as f64;
+    let mut peaks: Vec<usize> = (0..=last).filter(|j| reach(*j) > largest).collect();
+    peaks.sort_by(|a, b| samples[*b].total_cmp(&samples[*a]).then(a.cmp(b)));
+    for j in peaks {
+        if reach(j) > largest {
             let tau = j as f64 * width;
             let ends = (tau - width, tau + width);
             let top = roots::summit(|x| f(x).abs(), (tau, samples[j]), ends);
