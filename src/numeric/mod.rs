@@ -6,6 +6,7 @@ pub mod block;
 mod condensation;
 pub mod corners;
 pub mod dense;
+pub mod eigenvalues;
 pub mod exponential;
 pub mod factors;
 pub mod fourier;

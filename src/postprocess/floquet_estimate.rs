@@ -1,13 +1,11 @@
 //! Floquet multipliers of the averaged system: an estimate that costs one small eigenvalue problem.
 
+use crate::numeric::eigenvalues::eigenvalues;
 use crate::solve::floquet::by_falling_modulus;
 use crate::system::System;
-use nalgebra::{DMatrix, Schur};
+use nalgebra::DMatrix;
 use num_complex::Complex;
 use std::f64::consts::TAU;
-
-/// QR sweeps allowed for the eigenvalues.
-const MAX_SWEEPS: usize = 10_000;
 
 /// Estimated multipliers over one response period, by falling modulus, 2n values; NaN where the means are not finite or the
 /// eigenvalues do not converge.
@@ -36,10 +34,9 @@ pub fn averaged_multipliers(system: &System, means: &[[f64; 2]]) -> Vec<Complex<
     if matrix.iter().any(|x| !x.is_finite()) {
         return unknown();
     }
-    let Some(schur) = Schur::try_new(matrix, f64::EPSILON, MAX_SWEEPS) else {
+    let Some(exponents) = eigenvalues(&matrix) else {
         return unknown();
     };
-    let exponents = schur.complex_eigenvalues();
     let period = TAU / system.omega();
     let multiplier = |x: &Complex<f64>| (Complex::new(x.re, x.im) * period).exp();
     by_falling_modulus(exponents.iter().map(multiplier).collect())

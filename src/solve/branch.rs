@@ -1,18 +1,22 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
 mod bounds;
+mod ledger;
 mod refit;
 mod ripple;
 mod steps;
 
-use super::continuation::{Continuation, ContinuationOptions, PathEnd, PathPoint, Side};
-use super::events::{BifurcationEvent, EventKind, Look, Probe, Step};
+use super::continuation::{Continuation, ContinuationOptions, Heading, PathEnd, PathPoint, Side};
+use super::events::{
+    BifurcationEvent, EventKind, Examined, Look, Probe, Resolution, Step, is_outside, is_same,
+};
 use super::newton::{NewtonOutcome, NewtonStatus};
 use super::orbit::Orbit;
 use super::place::Place;
 use super::residual::{Extent, PeriodicResidual};
 use crate::error::SolveError;
 use crate::system::System;
+use ledger::{Gap, Ledger};
 use nalgebra::DVector;
 use num_complex::Complex;
 
@@ -70,6 +74,8 @@ pub struct TraceOptions {
     pub marks: Vec<f64>,
     /// Whether to compute multipliers, and with them period doublings and Neimark-Sacker points.
     pub stability: bool,
+    /// Changes of stability at least this wide are found.
+    pub resolution: Resolution,
     /// Crossings that are known: the branch ends where it returns onto one, or onto an orbit of half its period. `None`: it
     /// goes on there.
     pub known: Option<Vec<Place>>,
@@ -85,7 +91,7 @@ pub enum Begin {
     /// A guess at a value inside the range, left towards one side: forwards is the way to its last value.
     Inside(DVector<f64>, f64, Side),
     /// A crossing on a known branch, left along the other one.
-    Crossing(Box<PathPoint>, Side),
+    Crossing(Box<PathPoint>, (Side, Heading)),
 }
 
 impl TraceOptions {
@@ -136,8 +142,8 @@ pub fn trace(
         options,
         recorder,
         branch,
-        before: None,
-        stride: 0.0,
+        behind: Vec::new(),
+        ledger: Ledger::default(),
         exchanges: 0,
     };
     let end = match tracer.follow() {
@@ -145,6 +151,7 @@ pub fn trace(
         Err(SolveError::Interrupted) => PathEnd::Interrupted,
         end => end?,
     };
+    tracer.ledger.close(&mut tracer.branch.events);
     let mut branch = Branch {
         end,
         ..tracer.branch
@@ -169,10 +176,11 @@ struct Tracer<'a> {
     options: &'a TraceOptions,
     recorder: &'a mut dyn Recorder,
     branch: Branch,
-    /// A place before the present step, with smooth motion in between.
-    before: Option<Look>,
-    /// Length of the step before the present one.
-    stride: f64,
+    /// Places before the present step, with smooth motion up to it, in the order of the path; their fractions are arclengths
+    /// from its origin.
+    behind: Vec<Look>,
+    /// Passages of +1 that wait for their fold.
+    ledger: Ledger,
     /// Row exchanges in the sizes that the problem has left.
     exchanges: usize,
 }
@@ -192,8 +200,10 @@ struct Joint {
     at: Option<Probe>,
 }
 
-/// Two parameters closer than this, relative to their size, are the same mark.
-const SAME_MARK: f64 = 1e-13;
+/// Places before a step that are remembered: with its two ends they carry a cubic.
+const BEHIND: usize = 2;
+/// Distance from the unit circle below which nothing is said of an orbit at which a branch leaves another one.
+const AT_CROSSING: f64 = 1e-4;
 
 impl Tracer<'_> {
     /// Step by step to the end of the path.
@@ -205,15 +215,14 @@ impl Tracer<'_> {
         }
         loop {
             last.look.fraction = 0.0;
-            let (next, events) = match self.take_step(&last)? {
+            let (next, examined) = match self.take_step(&last)? {
                 Ok(step) => step,
                 Err(end) => return Ok(end),
             };
-            if let Some(joint) = self.joint(&last, &next, &events)? {
-                return self.end_at(joint, &last, events);
+            if let Some(joint) = self.joint(&last, &next, &examined.events)? {
+                return self.end_at(joint, &last, examined);
             }
-            self.insert_marks(&last, &next, &events)?;
-            self.remember(last, &events);
+            self.keep(&last, &next, examined)?;
             let next = self.refit(next)?;
             if !self.push(&next)? {
                 return Ok(PathEnd::Interrupted);
@@ -237,15 +246,15 @@ impl Tracer<'_> {
         Ok(Probe { point, look })
     }
 
-    fn events(&mut self, a: &Probe, b: &Probe) -> Result<Vec<BifurcationEvent>, SolveError> {
+    fn examine(&mut self, a: &Probe, b: &Probe) -> Result<Examined, SolveError> {
         let after_point = self.branch.points.len() - 1;
-        if let Some(before) = &mut self.before {
-            // Measured in lengths of the present step.
-            before.fraction = -self.stride / self.path.chord();
-        }
-        let extent = self.options.extent();
-        let step = Step::new(&mut self.path, self.problem, extent, after_point);
-        step.events(self.before.as_ref(), a, b)
+        // Measured in lengths of the present step.
+        let chord = self.path.chord();
+        let mut before = self.behind.clone();
+        before.iter_mut().for_each(|look| look.fraction /= chord);
+        let sight = (self.options.extent(), self.options.resolution);
+        let step = Step::new(&mut self.path, self.problem, sight, after_point);
+        step.examine(&before, (a, b), &self.options.marks)
     }
 
     /// Ends the branch in the last step, where it meets a known one.
@@ -253,11 +262,14 @@ impl Tracer<'_> {
         &mut self,
         Joint { known, at }: Joint,
         last: &Probe,
-        mut events: Vec<BifurcationEvent>,
+        mut examined: Examined,
     ) -> Result<PathEnd, SolveError> {
         let end = at.as_ref().unwrap_or(last);
-        events.retain(|e| e.fraction <= end.look.fraction);
-        self.insert_marks(last, end, &events)?;
+        let place = end.look.fraction;
+        examined.events.retain(|e| e.fraction <= place);
+        examined.owed.retain(|e| e.fraction <= place);
+        examined.marks.retain(|m| m.look.fraction < place);
+        self.keep(last, end, examined)?;
         if let Some(joint) = &at {
             self.push(joint)?;
         }
@@ -307,50 +319,57 @@ impl Tracer<'_> {
         }))
     }
 
-    /// Keeps the begin of the step for the next one, unless something grazes in between.
-    fn remember(&mut self, begin: Probe, events: &[BifurcationEvent]) {
+    /// Changes of stability in the step that its events do not explain; on a vertical branch a multiplier stays at 1.
+    fn unexplained(&self, ends: (&Probe, &Probe), examined: &mut Examined) -> Vec<Gap> {
+        match self.path.is_vertical() {
+            [false, false] => ledger::unexplained(ends, examined),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Remembers the begin of the step for the next one, unless something grazes in between.
+    fn remember(&mut self, begin: &Probe, events: &[BifurcationEvent]) {
         let is_smooth = events.iter().all(|e| e.kind.is_bifurcation());
-        self.before = is_smooth.then_some(begin.look);
-        self.stride = self.path.chord();
+        if !is_smooth || begin.point.orientation == 0 {
+            self.behind.clear();
+            return;
+        }
+        let chord = self.path.chord();
+        self.behind.push(begin.look.clone());
+        if self.behind.len() > BEHIND {
+            self.behind.remove(0);
+        }
+        self.behind
+            .iter_mut()
+            .for_each(|look| look.fraction -= chord);
     }
 
     fn is_mark(&self, lambda: f64) -> bool {
-        self.options
-            .marks
-            .iter()
-            .any(|m| (m - lambda).abs() <= SAME_MARK * m.abs())
+        self.options.marks.iter().any(|m| is_same(*m, lambda))
     }
 
-    /// Solves the marks that the step passed, in the order of the path; a fold inside the step is passed twice.
-    fn insert_marks(
-        &mut self,
-        a: &Probe,
-        b: &Probe,
-        events: &[BifurcationEvent],
-    ) -> Result<(), SolveError> {
-        let mut stretches = vec![(0.0, a.point.lambda)];
-        let folds = events
-            .iter()
-            .filter(|e| e.kind == EventKind::Fold && e.is_located());
-        stretches.extend(folds.map(|e| (e.fraction, e.lambda)));
-        stretches.push((b.look.fraction, b.point.lambda));
-        let mut solved = Vec::new();
-        for pair in stretches.windows(2) {
-            let ((f0, l0), (f1, l1)) = (pair[0], pair[1]);
-            let inside =
-                |m: &&f64| (**m - l0) * (**m - l1) < 0.0 && !is_same(**m, l0) && !is_same(**m, l1);
-            for mark in self.options.marks.iter().filter(inside) {
-                solved.extend(self.path.at_lambda(self.problem, *mark, (f0, f1))?);
-            }
+    /// Appends what a step brought, but for its end.
+    fn keep(&mut self, a: &Probe, b: &Probe, mut examined: Examined) -> Result<(), SolveError> {
+        self.remember(a, &examined.events);
+        let gaps = self.unexplained((a, b), &mut examined);
+        let number = self.branch.points.len() - 1;
+        let gaps = gaps.iter().map(|gap| gap.as_event(number));
+        examined.events.extend(gaps);
+        examined
+            .events
+            .sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        let Examined {
+            mut events,
+            marks,
+            mut owed,
+        } = examined;
+        for event in events.iter_mut().chain(&mut owed) {
+            let earlier = |m: &&Probe| m.look.fraction < event.fraction;
+            event.after_point += marks.iter().filter(earlier).count();
         }
-        solved.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for event in events {
-            let before = solved
-                .iter()
-                .filter(|(fraction, _)| *fraction < event.fraction)
-                .count();
-            let mut event = event.clone();
-            event.after_point += before;
+        self.ledger
+            .settle(&mut self.branch.events, &mut events, owed);
+        for mut event in events {
             if let Some(point) = &event.point {
                 event.recorded = self.record_at(point)?;
                 if event.kind == EventKind::Fold {
@@ -367,9 +386,8 @@ impl Tracer<'_> {
             }
             self.branch.events.push(event);
         }
-        for (fraction, point) in solved {
-            let probe = self.probe(point, fraction)?;
-            self.push(&probe)?;
+        for mark in &marks {
+            self.push(mark)?;
         }
         Ok(())
     }
@@ -394,8 +412,13 @@ impl Tracer<'_> {
             .record(point.lambda, system, &survey.orbit, &mut recorded);
         let stability = match survey.multipliers.first() {
             None => Stability::Unknown,
-            Some(largest) if largest.norm() < 1.0 => Stability::Stable,
-            Some(_) => Stability::Unstable,
+            Some(largest)
+                if point.orientation == 0 && (largest.norm() - 1.0).abs() < AT_CROSSING =>
+            {
+                Stability::Unknown
+            }
+            Some(largest) if is_outside(*largest) => Stability::Unstable,
+            Some(_) => Stability::Stable,
         };
         let accepted = BranchPoint {
             lambda: point.lambda,
@@ -411,8 +434,4 @@ impl Tracer<'_> {
         self.branch.points.push(accepted);
         Ok(go_on)
     }
-}
-
-fn is_same(a: f64, b: f64) -> bool {
-    (a - b).abs() <= SAME_MARK * a.abs()
 }

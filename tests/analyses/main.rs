@@ -24,6 +24,7 @@ mod rattle_metrics;
 mod reproduction_rook_singh;
 mod response_integration;
 mod scaling_invariance;
+mod stability;
 mod tables;
 mod time_domain;
 mod time_domain_mistakes;

@@ -7,7 +7,7 @@ use crate::common::{
 use gearlash::element::Cubic;
 use gearlash::postprocess::measures::Meter;
 use gearlash::solve::branch::{self, Begin, Branch};
-use gearlash::solve::continuation::{PathEnd, PathPoint, Side};
+use gearlash::solve::continuation::{Heading, PathEnd, PathPoint, Side};
 use gearlash::solve::events::EventKind;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
@@ -40,7 +40,7 @@ fn leave(
     let mut options = trace_options(&base, range, marks, 0.1);
     options.known = Some(known);
     let meter = Meter::new(2048);
-    let begin = Begin::Crossing(Box::new(crossing.clone()), side);
+    let begin = Begin::Crossing(Box::new(crossing.clone()), (side, Heading::ONLY));
     branch::trace(problem, begin, &options, &mut RecordMeasures { meter })
         .unwrap()
         .unwrap()

@@ -27,6 +27,7 @@ mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;
 mod residual_derivatives;
+mod stability_windows;
 mod stiff_trains;
 mod trains_si;
 mod trains_topology;

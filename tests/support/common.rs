@@ -7,6 +7,7 @@ use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::postprocess::measures::Meter;
 use gearlash::solve::branch::{self, Begin, Branch, Recorder, TraceOptions};
 use gearlash::solve::continuation::ContinuationOptions;
+use gearlash::solve::events::Resolution;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::integrate::IntegratorChoice;
@@ -224,6 +225,11 @@ pub fn trace_options(
         continuation,
         marks: marks.to_vec(),
         stability: true,
+        resolution: Resolution {
+            share: 1e-3,
+            zero: 0.0,
+            range: range.1 - range.0,
+        },
         known: None,
         bounds: Vec::new(),
     }

@@ -60,12 +60,13 @@ pub enum Reduce {
 }
 
 /// Kinds of events: a misspelt one would never be found.
-const EVENTS: [&str; 5] = [
+const EVENTS: [&str; 6] = [
     "fold",
     "branch_point",
     "period_doubling",
     "neimark_sacker",
     "grazing",
+    "unresolved",
 ];
 /// What the rows of a table go by, the first that it has.
 const ABSCISSAE: [&str; 8] = [

@@ -1,16 +1,24 @@
 //! Branch switching: the other branches that begin where a branch is crossed.
 //!
 //! At a period doubling the branch of twice the period begins; its two arms are one orbit seen an excitation period apart, so one
-//! is followed. At a branch point both arms of the other branch are followed, each a branch of its own.
+//! is followed. At a branch point both arms of the other branch are followed, each a branch of its own. Where equal multipliers
+//! pass together, several branches leave: each single part, and sums and differences of parts, are tried ([`Heading`]), and those
+//! that lead to a branch already followed are left out.
 
 use super::report::{Delivered, Ending};
-use super::trace::{Source, Work};
+use super::source::Source;
+use super::trace::Work;
 use super::{BranchSettings, Method};
+use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::Error;
-use crate::solve::continuation::{PathEnd, Side};
+use crate::solve::branch::{BranchPoint, Recorder};
+use crate::solve::continuation::{Heading, PathEnd, Side};
 use crate::solve::events::EventKind;
+use crate::solve::orbit::Orbit;
 use crate::solve::place::Place;
 use crate::solve::residual::PeriodicResidual;
+use crate::system::System;
+use nalgebra::DVector;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -226,7 +234,7 @@ impl Work<'_> {
         }
     }
 
-    /// Follows the branch, or the two arms, that begin at an event.
+    /// Follows what begins at an event: one branch or two arms in every direction.
     fn leave(&mut self, method: Method, origin: Origin) -> Result<(), Error> {
         let sides: &[Side] = match origin.kind {
             EventKind::PeriodDoubling => &[Side::Forward],
@@ -236,19 +244,75 @@ impl Work<'_> {
         let Some(point) = event.point.clone() else {
             return Ok(());
         };
-        for side in sides {
-            let mut delivered = Delivered::new(method, self.subharmonic(origin));
-            delivered.origin = Some(origin);
-            let source = Source::Crossing {
-                point: Box::new(point.clone()),
-                subharmonic: self.delivered[origin.parent].subharmonic,
-                side: *side,
-                is_doubled: origin.kind == EventKind::PeriodDoubling,
-            };
-            self.follow(source, &mut delivered)?;
-            self.delivered.push(delivered);
+        let headings = Heading::all(event.multiplicity);
+        self.arms.clear();
+        for heading in headings {
+            for side in sides {
+                let mut delivered = Delivered::new(method, self.subharmonic(origin));
+                delivered.origin = Some(origin);
+                let source = Source::Crossing {
+                    point: Box::new(point.clone()),
+                    subharmonic: self.delivered[origin.parent].subharmonic,
+                    side: *side,
+                    heading,
+                    is_doubled: origin.kind == EventKind::PeriodDoubling,
+                };
+                self.follow(source, &mut delivered)?;
+                if !delivered.is_twin {
+                    self.delivered.push(delivered);
+                }
+            }
         }
         Ok(())
+    }
+}
+
+/// Cosine of the angle between two arms that are one.
+const SAME_ARM: f64 = 0.99;
+
+/// Records a branch that leaves a crossing, and stops it where another one has gone the same way.
+pub(super) struct Apart<'r, 's> {
+    inner: &'r mut MeasureRecorder<'s>,
+    /// Directions of the arms followed before, of unit length.
+    arms: &'r [DVector<f64>],
+    first: Option<DVector<f64>>,
+    /// Its own direction, once there is a second point.
+    pub arm: Option<DVector<f64>>,
+    /// Whether another one has gone the same way.
+    pub is_twin: bool,
+}
+
+impl<'r, 's> Apart<'r, 's> {
+    /// Keeps apart from these arms.
+    pub fn new(inner: &'r mut MeasureRecorder<'s>, arms: &'r [DVector<f64>]) -> Apart<'r, 's> {
+        Apart {
+            inner,
+            arms,
+            first: None,
+            arm: None,
+            is_twin: false,
+        }
+    }
+}
+
+impl Recorder for Apart<'_, '_> {
+    fn record(&mut self, lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>) {
+        self.inner.record(lambda, system, orbit, values);
+    }
+
+    fn accept(&mut self, point: &BranchPoint) -> bool {
+        match &self.first {
+            None => self.first = Some(point.unknowns.clone()),
+            Some(first) if self.arm.is_none() && first.len() == point.unknowns.len() => {
+                let arm = (&point.unknowns - first).normalize();
+                let is_same =
+                    |other: &DVector<f64>| other.len() == arm.len() && other.dot(&arm) > SAME_ARM;
+                self.is_twin = self.arms.iter().any(is_same);
+                self.arm = Some(arm);
+            }
+            Some(_) => {}
+        }
+        self.inner.accept(point) && !self.is_twin
     }
 }
 

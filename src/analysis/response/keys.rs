@@ -43,6 +43,10 @@ macro_rules! response_keys {
             /// Whether to compute Floquet multipliers and the bifurcations that they show.
             #[serde(default = "crate::analysis::response::defaults::stability")]
             pub stability: bool,
+            /// Width in the parameter down to which changes of stability are looked for, relative to the larger of the
+            /// parameter and a tenth of the range.
+            #[serde(default = "crate::analysis::response::defaults::stability_resolution")]
+            pub stability_resolution: f64,
             /// nu, excitation periods in a response period.
             #[serde(default = "crate::analysis::response::defaults::subharmonic")]
             pub subharmonic: usize,
@@ -138,6 +142,7 @@ macro_rules! branch_settings {
             samples: $keys.samples,
             quadrature: $keys.quadrature,
             stability: $keys.stability,
+            stability_resolution: $keys.stability_resolution,
             subharmonic: $keys.subharmonic,
             branches: $keys.branches,
             starts: $keys.starts.clone(),
@@ -169,6 +174,9 @@ pub(in crate::analysis) use branch_settings;
 pub(in crate::analysis) mod defaults {
     pub fn stability() -> bool {
         true
+    }
+    pub fn stability_resolution() -> f64 {
+        1e-3
     }
     pub fn subharmonic() -> usize {
         1

@@ -1,7 +1,7 @@
 //! Responses against a parameter: what `frequency_response` and `parameter_response` share.
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
-//! along a number of the model; `trace`: method by method from a first solution along the parameter; `crossings`: the branches that
+//! along a number of the model; `trace`: method by method from a first solution along the parameter, from a `source`; `crossings`: the branches that
 //! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `restart`: what goes on behind a break; `integration`: the method that follows
 //! attractors; `verify`: the same points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
 //! takes; `expense`: what they cost; `outcome`: how branches ended; `tables`: which ones are written; `report`: tables and figure.
@@ -20,6 +20,7 @@ mod outcome;
 mod report;
 mod restart;
 mod settings;
+mod source;
 mod starts;
 mod swept;
 mod tables;

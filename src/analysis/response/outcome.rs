@@ -6,6 +6,7 @@ use super::report::{self, Delivered, Ending};
 use super::trace::Work;
 use crate::solve::branch::{self, Branch};
 use crate::solve::continuation::PathEnd;
+use crate::solve::events::EventKind;
 use crate::solve::floquet::Spectrum;
 use crate::solve::residual::PeriodicResidual;
 
@@ -89,6 +90,16 @@ impl Work<'_> {
         }
         for event in delivered.events.iter().filter(|e| !e.is_located()) {
             let (low, high) = event.bracket;
+            if event.kind == EventKind::Unresolved {
+                let (before, behind) = event.unstable.unwrap_or_default();
+                list.push(format!(
+                    "unresolved: the number of unstable multipliers goes from {before} to {behind} between {} and {}, and no \
+                     bifurcation found there explains it; reduce `max_step`, or use more harmonics or the method `shooting`",
+                    swept.place(low),
+                    swept.place(high),
+                ));
+                continue;
+            }
             list.push(format!(
                 "a {} between {} and {} could not be located",
                 event.kind.word(),

@@ -27,6 +27,8 @@ pub(super) struct Delivered {
     pub start: Option<String>,
     /// Whether it goes on behind a break of another one.
     pub is_restart: bool,
+    /// Whether it left its crossing as another one did, and was stopped there.
+    pub is_twin: bool,
     /// Names of the integrators that ran.
     integrators: Vec<&'static str>,
     pub points: Vec<BranchPoint>,
@@ -94,6 +96,7 @@ impl Delivered {
             origin: None,
             start: None,
             is_restart: false,
+            is_twin: false,
             integrators: Vec::new(),
             points: Vec::new(),
             events: Vec::new(),

@@ -2,7 +2,8 @@
 
 use super::hunt::Hunt;
 use super::report::{Delivered, Ending};
-use super::trace::{Source, Work};
+use super::source::Source;
+use super::trace::Work;
 use super::{BranchSettings, Method};
 use crate::error::Error;
 use crate::solve::branch::BranchPoint;

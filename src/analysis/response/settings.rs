@@ -314,6 +314,12 @@ impl BranchSettings {
 
     fn check_size(&self, setting: &Setting<'_>, system: &System) -> Vec<Fault> {
         let mut faults = Vec::new();
+        let share = self.stability_resolution;
+        if !(share > 0.0 && share <= 0.1) {
+            let message =
+                format!("{share} must be above 0 and at most 0.1: a share of the parameter");
+            faults.push(Fault::new("stability_resolution", message));
+        }
         if self.subharmonic == 0 {
             faults.push(Fault::new("subharmonic", "0 must be at least 1"));
             return faults;

@@ -2,7 +2,8 @@
 
 use super::hunt::Hunt;
 use super::report::Delivered;
-use super::trace::{Source, Work};
+use super::source::Source;
+use super::trace::Work;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::{Fault, Setting};
 use crate::error::Error;

@@ -10,6 +10,7 @@ use crate::model::Model;
 use crate::postprocess::measures::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::closed_form::ClosedForm;
+use crate::solve::events::Resolution;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::floquet::Spectrum;
 use crate::system::{Mount, System};
@@ -173,6 +174,19 @@ impl<'a> Swept<'a> {
             subharmonic: settings.subharmonic,
             kind: Kind::Number(track),
         })
+    }
+
+    /// Width in lambda down to which changes of stability are looked for; `share`: relative to the parameter.
+    pub fn resolution(&self, share: f64) -> Resolution {
+        let zero = match &self.kind {
+            Kind::Frequency { .. } => 0.0,
+            Kind::Number(track) => -track.ends.0 / (track.ends.1 - track.ends.0),
+        };
+        Resolution {
+            share,
+            zero,
+            range: self.range.1 - self.range.0,
+        }
     }
 
     /// The systems along the parameter.

@@ -1,19 +1,20 @@
 //! Method by method from a first solution along the parameter.
 
 use super::accuracy::{self, Accuracies};
-use super::crossings::{self, Crossings};
+use super::crossings::{self, Apart, Crossings};
 use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
+use super::source::Source;
 use super::starts::{self, Search};
 use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::{Error, SolveError};
 use crate::report::{Report, Table};
-use crate::solve::branch::{self, Begin, TraceOptions};
-use crate::solve::continuation::{PathEnd, PathPoint, Side};
+use crate::solve::branch::{self, TraceOptions};
+use crate::solve::continuation::PathEnd;
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
 use crate::solve::galerkin::Galerkin;
@@ -46,6 +47,7 @@ pub(in crate::analysis) fn run(
         bounds: Vec::new(),
         searches: Vec::new(),
         crossings: Crossings::default(),
+        arms: Vec::new(),
     };
     match work.trace_all() {
         // What was delivered before stands.
@@ -120,47 +122,8 @@ pub(super) struct Work<'a> {
     pub searches: Vec<Search>,
     /// Of the branches of the present method.
     pub crossings: Crossings,
-}
-
-/// Where a branch of periodic solutions begins.
-pub(super) enum Source {
-    /// A guess at the first value of the range.
-    Guess(DVector<f64>),
-    /// A solution inside the range, and the way to go.
-    Inside(DVector<f64>, f64, Side),
-    /// An event of another branch.
-    Crossing {
-        /// The point of that branch.
-        point: Box<PathPoint>,
-        /// nu of that branch.
-        subharmonic: usize,
-        /// Which way the new branch is followed.
-        side: Side,
-        /// Whether the new branch has twice the period.
-        is_doubled: bool,
-    },
-}
-
-impl Source {
-    /// The same in the unknowns of the new branch.
-    fn begin(self, problem: &dyn PeriodicResidual) -> Begin {
-        match self {
-            Source::Guess(u) => Begin::Guess(u),
-            Source::Inside(u, lambda, side) => Begin::Inside(u, lambda, side),
-            Source::Crossing {
-                mut point,
-                side,
-                is_doubled,
-                ..
-            } => {
-                if is_doubled {
-                    point.u = problem.in_doubled_period(&point.u);
-                    point.tangent_u = problem.in_doubled_period(&point.tangent_u);
-                }
-                Begin::Crossing(point, side)
-            }
-        }
-    }
+    /// Directions in which branches have left the present crossing.
+    pub arms: Vec<DVector<f64>>,
 }
 
 /// The first periodic solution, as the Galerkin method sees it.
@@ -367,13 +330,25 @@ impl<'a> Work<'a> {
             continuation,
             marks: swept.marks.clone(),
             stability: settings.stability,
+            resolution: swept.resolution(settings.stability_resolution),
             known: settings.branches.limits().map(|_| self.crossings.places()),
             bounds: self.bounds.clone(),
         };
         let samples = settings.size_for(delivered.subharmonic).samples;
         let mut recorder = MeasureRecorder::new(swept, samples);
         let begin = source.begin(problem);
-        let branch = match branch::trace(problem, begin, &options, &mut recorder)? {
+        let arms = match delivered.origin {
+            Some(_) => self.arms.as_slice(),
+            None => &[],
+        };
+        let mut apart = Apart::new(&mut recorder, arms);
+        let traced = branch::trace(problem, begin, &options, &mut apart)?;
+        delivered.is_twin = apart.is_twin;
+        if delivered.is_twin {
+            return Ok(());
+        }
+        self.arms.extend(apart.arm);
+        let branch = match traced {
             Ok(branch) => branch,
             Err(outcome) => {
                 let message = match delivered.origin {

@@ -25,8 +25,8 @@ pub(super) fn begin(
     let (mut guess, lambda, side) = match begin {
         Begin::Guess(u) => (u, options.continuation.range.0, Side::Forward),
         Begin::Inside(u, lambda, side) => (u, lambda, side),
-        Begin::Crossing(point, side) => {
-            let path = Continuation::branch_off(problem, &point, side, options.continuation)?;
+        Begin::Crossing(point, way) => {
+            let path = Continuation::branch_off(problem, &point, way, options.continuation)?;
             return Ok(path.ok_or_else(|| singular(&point)));
         }
     };

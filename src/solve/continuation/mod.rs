@@ -17,7 +17,7 @@ mod trail;
 mod types;
 mod uncertainty;
 
-pub use crossing::Side;
+pub use crossing::{Heading, Side};
 pub use section::Section;
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
 

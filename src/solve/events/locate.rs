@@ -50,6 +50,8 @@ pub(super) struct Root {
     pub value: f64,
     /// Parameters that enclose it.
     pub bracket: (f64, f64),
+    /// Values of the test function at the ends of the bracket, in the order of the path.
+    pub values: (f64, f64),
 }
 
 impl Step<'_> {
@@ -80,6 +82,7 @@ impl Step<'_> {
                 survey,
                 value,
                 bracket,
+                values: (value, value),
             });
             Ok::<f64, Option<SolveError>>(value)
         };
@@ -99,19 +102,18 @@ impl Step<'_> {
             Ok(None) => return Ok(Found::Nothing),
             Ok(Some(sought)) => sought,
         };
-        let lambda_at = |x: f64| {
-            seen.iter()
-                .find(|s| s.fraction == x)
-                .map(|s| s.point.lambda)
+        let at = |x: f64| {
+            let found = seen.iter().find(|s| s.fraction == x);
+            found.map(|s| (s.point.lambda, s.value))
         };
-        let ends = (lambda_at(sought.low), lambda_at(sought.high));
-        let (Some(low), Some(high)) = ends else {
+        let (Some(low), Some(high)) = (at(sought.low), at(sought.high)) else {
             // The search ran into an end that it was told about: the path does not change its sign there.
             return Ok(Found::Nothing);
         };
         let root = seen.into_iter().find(|s| s.fraction == sought.root);
         Ok(root.map_or(Found::Lost, |mut root| {
-            root.bracket = (low.min(high), low.max(high));
+            root.bracket = (low.0.min(high.0), low.0.max(high.0));
+            root.values = (low.1, high.1);
             Found::Root(Box::new(root))
         }))
     }
@@ -125,43 +127,52 @@ impl Step<'_> {
 
     /// Adds an event to the list; `ends`: parameters at the two places between which it was sought.
     pub(super) fn report(&mut self, kind: EventKind, ends: (f64, f64), guess: f64, found: Found) {
+        let event = self.event(kind, ends, guess, &found);
+        self.add(event);
+    }
+
+    /// What a search brought, as an event.
+    pub(super) fn event(
+        &self,
+        kind: EventKind,
+        ends: (f64, f64),
+        guess: f64,
+        found: &Found,
+    ) -> BifurcationEvent {
         let outer = (ends.0.min(ends.1), ends.0.max(ends.1));
-        let after_point = self.after_point;
-        let event = match found {
+        let unknown = BifurcationEvent {
+            kind,
+            lambda: 0.5 * (outer.0 + outer.1),
+            bracket: outer,
+            multiplicity: 1,
+            unstable: None,
+            after_point: self.after_point,
+            fraction: guess,
+            point: None,
+            breakpoint: None,
+            doubt: 0.0,
+            recorded: Vec::new(),
+        };
+        match found {
+            Found::Nothing | Found::Lost => unknown,
             Found::Root(root) => BifurcationEvent {
-                kind,
                 lambda: root.point.lambda,
                 bracket: match kind {
                     EventKind::Fold => outer,
                     _ => root.bracket,
                 },
-                multiplicity: 1,
-                unstable: None,
-                after_point,
                 fraction: root.fraction,
-                point: Some(root.point),
-                breakpoint: None,
-                doubt: 0.0,
-                recorded: Vec::new(),
+                point: Some(root.point.clone()),
+                ..unknown
             },
-            Found::Nothing | Found::Lost => BifurcationEvent {
-                kind,
-                lambda: 0.5 * (outer.0 + outer.1),
-                bracket: outer,
-                multiplicity: 1,
-                unstable: None,
-                after_point,
-                fraction: guess,
-                point: None,
-                breakpoint: None,
-                doubt: 0.0,
-                recorded: Vec::new(),
-            },
-        };
+        }
+    }
+
+    /// Adds an event, unless another search has ended at the same root.
+    pub(super) fn add(&mut self, event: BifurcationEvent) {
         let is_same = |other: &BifurcationEvent| {
-            other.kind == kind && (other.fraction - event.fraction).abs() <= SAME
+            other.kind == event.kind && (other.fraction - event.fraction).abs() <= SAME
         };
-        // Two searches that overlap may end at one root.
         if !self.found.iter().any(is_same) {
             self.found.push(event);
         }

@@ -5,14 +5,20 @@
 
 mod grazings;
 mod locate;
+mod pace;
 mod passages;
+mod quiet;
+mod settle;
 mod spectrum;
 mod step;
 mod touch;
+mod turnings;
 
-pub use step::Step;
+pub use spectrum::is_outside;
+pub use step::{Examined, Step, is_same};
 
 use super::continuation::PathPoint;
+use super::orbit::Orbit;
 use super::residual::Survey;
 
 /// Kind of an event.
@@ -99,6 +105,34 @@ pub struct Look {
     pub lambda: f64,
     /// The solution, or its interpolant.
     pub survey: Survey,
+}
+
+impl Look {
+    /// Response frequency, d tau / dT.
+    fn omega(&self) -> f64 {
+        match &self.survey.orbit {
+            Orbit::Fourier(orbit) => orbit.omega,
+            Orbit::Segments(orbit) => orbit.omega,
+        }
+    }
+}
+
+/// Width in the parameter down to which changes of stability are looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Share of the larger of the parameter and a tenth of the range.
+    pub share: f64,
+    /// Value of lambda at which the parameter vanishes.
+    pub zero: f64,
+    /// Length of the range in lambda.
+    pub range: f64,
+}
+
+impl Resolution {
+    /// The width at a lambda.
+    pub fn width(&self, lambda: f64) -> f64 {
+        self.share * (lambda - self.zero).abs().max(0.1 * self.range.abs())
+    }
 }
 
 /// A point of the path with what is known there.

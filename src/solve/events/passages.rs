@@ -1,25 +1,33 @@
 //! Multipliers that pass the unit circle between two places of a step.
 
 use super::locate::{Found, Target};
-use super::spectrum::{Motion, Passage, Place, is_real};
-use super::{EventKind, Look, Step};
+use super::pace::Pace;
+use super::quiet::{MOST, Place, Quiet};
+use super::spectrum::{Count, Gate, Passing, Sought};
+use super::{BifurcationEvent, EventKind, Look, Step};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::residual::Extent;
-use num_complex::Complex;
+use std::rc::Rc;
 
-/// Halvings of a stretch in which the multipliers move too far for one look.
-const MAX_HALVINGS: usize = 7;
-/// The same where more than one thing passes, or a pair becomes real near the circle: what passes first, and as what, takes a
-/// close look.
-const MAX_HALVINGS_CROWDED: usize = 16;
-/// Width to which a passage is sought on the interpolant, as a share of its stretch.
-const SKETCH: f64 = 1e-3;
+/// Width to which a passage is sought on the interpolant, as a share of the stretch between two looks.
+const SKETCH: f64 = 1e-6;
 /// Stretches shorter than this share of the step hold nothing.
 const SHORTEST: f64 = 1e-9;
+/// A passage this near to an end of its smooth stretch, as a share of it, belongs to the grazing there.
+const AT_END: f64 = 1e-9;
+/// Value of a test function at a root, relative to its largest at the ends: above it the function jumps there.
+const VANISHES: f64 = 1e-3;
+/// Neighbours of a stretch that are nearer to it than this share of its length say nothing new.
+const TOO_NEAR: f64 = 0.1;
+/// Neighbours of a stretch that are farther than so many of its lengths say little.
+const TOO_FAR: f64 = 8.0;
+/// Share of the arclength of a stretch that counts as its width in the parameter, however little that moves.
+const ALONG: f64 = 0.05;
 
 /// A stretch of the step inside which nothing grazes. At a grazing the multipliers vary like a one-sided square root: the
 /// stretch is measured in an abscissa in which they are smooth up to its ends.
+#[derive(Debug, Clone, Copy)]
 struct Stretch {
     low: f64,
     high: f64,
@@ -47,49 +55,45 @@ impl Stretch {
             (true, true) => self.low + 0.5 * (self.high - self.low) * (1.0 - s.cos()),
         }
     }
+
+    fn is_at_end(&self, fraction: f64) -> bool {
+        let width = AT_END * (self.high - self.low);
+        (self.grazes_low && fraction - self.low <= width)
+            || (self.grazes_high && self.high - fraction <= width)
+    }
 }
 
-/// What passes the circle in a stretch, as far as the matching tells.
-#[derive(Debug, Clone, Copy, Default)]
-struct Tally {
-    doublings: usize,
-    pairs: usize,
-    /// Multipliers that pass and change between real and complex on the way.
-    mixed: usize,
+/// A place of a stretch.
+#[derive(Debug, Clone)]
+struct Node {
+    x: f64,
+    look: Rc<Look>,
+    /// Counts on the side of the stretch before and of the one behind; they differ where something passes.
+    before: Count,
+    behind: Count,
+    /// Whether the corrected path has been there.
+    is_solved: bool,
 }
 
-impl Tally {
-    fn of(motion: &Motion) -> Tally {
-        let mut tally = Tally::default();
-        for path in &motion.paths {
-            match path.passage() {
-                // A passage of +1 shows as a fold or a branch point of the path.
-                Passage::None | Passage::PlusOne => {}
-                Passage::MinusOne => tally.doublings += 1,
-                Passage::Pair => tally.pairs += usize::from(path.from.im > 0.0),
-                Passage::Mixed => tally.mixed += 1,
-            }
-        }
-        tally
-    }
-
-    /// Whether a test function may have more than one root. A single multiplier that passes and changes its kind is no
-    /// trouble: it shows in the functions that it turns round.
-    fn is_crowded(&self) -> bool {
-        self.doublings + self.mixed > 1 || self.pairs + self.mixed > 1
-    }
+/// What is to be done with the stretch between two nodes.
+enum Verdict {
+    Quiet,
+    Halve,
+    Locate(Sought),
 }
 
 impl Step<'_> {
-    /// Scans the stretches between the grazings `knots`.
+    /// Scans the stretches between the grazings `knots`; `solved` are places of the corrected path inside the step. Returns what
+    /// passes +1, to be told into folds and branch points.
     pub(super) fn passages(
         &mut self,
-        before: Option<&Look>,
-        a: &Look,
-        b: &Look,
-        knots: Vec<Look>,
-    ) -> Result<(), SolveError> {
-        let places: Vec<&Look> = [a].into_iter().chain(&knots).chain([b]).collect();
+        before: &[Look],
+        (a, b): (&Look, &Look),
+        (knots, solved): (Vec<Look>, &[Look]),
+    ) -> Result<Vec<BifurcationEvent>, SolveError> {
+        let pace = Pace::of(self.problem.system_at(a.lambda)?);
+        let places: Vec<Look> = [a].into_iter().chain(&knots).chain([b]).cloned().collect();
+        let mut ones = Vec::new();
         for (k, pair) in places.windows(2).enumerate() {
             let (low, high) = (pair[0].fraction, pair[1].fraction);
             let stretch = Stretch {
@@ -98,186 +102,274 @@ impl Step<'_> {
                 grazes_low: k > 0,
                 grazes_high: k < knots.len(),
             };
-            if high - low > SHORTEST {
-                let third = before.filter(|_| knots.is_empty());
-                self.scan_passages(&stretch, (pair[0], pair[1]), third, 0)?;
+            if high - low <= SHORTEST {
+                continue;
             }
+            let inside = solved
+                .iter()
+                .filter(|look| look.fraction > low && look.fraction < high);
+            let behind = before.iter().filter(|_| k == 0);
+            let looks: Vec<(&Look, bool)> = behind
+                .map(|look| (look, false))
+                .chain([(&pair[0], true)])
+                .chain(inside.map(|look| (look, true)))
+                .chain([(&pair[1], true)])
+                .collect();
+            self.scan(stretch, &looks, &pace, &mut ones)?;
         }
-        Ok(())
+        Ok(ones)
     }
 
-    /// Halves the stretch until every multiplier is followed beyond doubt.
-    fn scan_passages(
+    /// Looks between the places of one stretch until nothing is left that could have happened unseen. Places before the step are
+    /// the first ones of the list.
+    fn scan(
         &mut self,
-        stretch: &Stretch,
-        (a, b): (&Look, &Look),
-        third: Option<&Look>,
-        depth: usize,
+        stretch: Stretch,
+        looks: &[(&Look, bool)],
+        pace: &Pace,
+        ones: &mut Vec<BifurcationEvent>,
     ) -> Result<(), SolveError> {
-        let motion = Motion::between(&a.survey.multipliers, &b.survey.multipliers);
-        let tally = Tally::of(&motion);
-        let place = |look: &Look| stretch.abscissa(look.fraction);
-        let (at_a, at_b) = (place(a), place(b));
-        let deepest = match tally.is_crowded() {
-            true => MAX_HALVINGS_CROWDED,
-            false => MAX_HALVINGS,
-        };
-        if depth < deepest && self.looks_left > 0 {
-            let (p, q) = (Place::new(at_a, a), Place::new(at_b, b));
-            let beyond = third.map(|t| Place::new(place(t), t));
-            let is_doubtful = tally.is_crowded()
-                || motion.is_unclear()
-                || motion.may_touch(&p, &q, beyond.as_ref());
-            if is_doubtful {
-                let middle = stretch.fraction(0.5 * (at_a + at_b));
-                let m = self.look(middle, Extent::Stability)?;
-                self.scan_passages(stretch, (a, &m), Some(b), depth + 1)?;
-                return self.scan_passages(stretch, (&m, b), Some(a), depth + 1);
-            }
+        let mut nodes = Vec::with_capacity(looks.len());
+        for (look, is_solved) in looks {
+            let Some(node) = node(&stretch, (*look).clone(), *is_solved) else {
+                // Nobody knows the multipliers there.
+                return Ok(());
+            };
+            nodes.push(node);
         }
-        let changes = |test: Test| {
-            test.value(&a.survey.multipliers) * test.value(&b.survey.multipliers) < 0.0
-        };
-        for (test, together, count) in [
-            (
-                Test::Doubling,
-                Test::Doublings(tally.doublings),
-                tally.doublings,
-            ),
-            (Test::Pairing, Test::Pairings(tally.pairs), tally.pairs),
-        ] {
-            if changes(test) && count + tally.mixed > 0 {
-                self.locate_passage(stretch, (a, b), test)?;
-            } else if count > 1 && changes(together) {
-                self.locate_passage(stretch, (a, b), together)?;
-            } else if count > 0 {
-                self.report(test.kind(), (a.lambda, b.lambda), a.fraction, Found::Lost);
+        let earlier = looks.iter().filter(|(look, _)| look.fraction < stretch.low);
+        let mut k = earlier.count();
+        if k == 0 && stretch.low == 0.0 && self.path.origin().orientation == 0 {
+            // The path leaves a crossing: what passes there has passed.
+            let Some(behind) = self.node_at(&stretch, BEHIND_CROSSING * stretch.high)? else {
+                return Ok(());
+            };
+            nodes.insert(1, behind);
+            k = 1;
+        }
+        let mut quiet = Quiet::default();
+        while k + 1 < nodes.len() {
+            match self.judge(&nodes, k, pace, &mut quiet) {
+                Verdict::Quiet => k += 1,
+                Verdict::Halve => {
+                    let middle = stretch.fraction(0.5 * (nodes[k].x + nodes[k + 1].x));
+                    match self.node_at(&stretch, middle)? {
+                        Some(node) => nodes.insert(k + 1, node),
+                        None => k += 1,
+                    }
+                }
+                Verdict::Locate(sought) => {
+                    let pair = (&nodes[k].clone(), &nodes[k + 1].clone());
+                    match self.locate_passage(&stretch, pair, sought, ones)? {
+                        Some(node) => nodes.insert(k + 1, node),
+                        None => k += 1,
+                    }
+                }
             }
         }
         Ok(())
     }
 
+    fn node_at(&mut self, stretch: &Stretch, fraction: f64) -> Result<Option<Node>, SolveError> {
+        let look = self.look(fraction, Extent::Stability)?;
+        Ok(node(stretch, look, false))
+    }
+
+    fn judge(&self, nodes: &[Node], k: usize, pace: &Pace, quiet: &mut Quiet) -> Verdict {
+        let (a, b) = (&nodes[k], &nodes[k + 1]);
+        let share = b.look.fraction - a.look.fraction;
+        let is_same = a.behind == b.before;
+        let along = ALONG * share * self.path.chord();
+        let width = (b.look.lambda - a.look.lambda).abs().max(along);
+        let middle = 0.5 * (b.look.lambda + a.look.lambda);
+        let is_finest =
+            width < 0.5 * self.resolution.width(middle) || share < SHORTEST || self.looks_left == 0;
+        match () {
+            _ if !is_finest && pace.is_too_fast(&a.look, &b.look) => Verdict::Halve,
+            _ if !is_same && (share < SHORTEST || self.looks_left == 0) => Verdict::Quiet,
+            _ if !is_same => Verdict::Locate(a.behind.sought(b.before)),
+            _ if is_finest || self.is_quiet(nodes, k, (pace, quiet)) => Verdict::Quiet,
+            _ => Verdict::Halve,
+        }
+    }
+
+    /// Whether nothing passes between two nodes with the same count.
+    fn is_quiet(&self, nodes: &[Node], k: usize, (pace, quiet): (&Pace, &mut Quiet)) -> bool {
+        let (a, b) = (&nodes[k], &nodes[k + 1]);
+        let place = |node: &Node| (node.x, node.look.survey.multipliers.len());
+        let whole = pace.states();
+        if place(a).1 < whole || place(b).1 < whole {
+            return is_far_inside(a, b);
+        }
+        let length = b.x - a.x;
+        let gap = |node: &Node| (a.x - node.x).max(node.x - b.x);
+        let mut others: Vec<&Node> = nodes[..k].iter().chain(&nodes[k + 2..]).collect();
+        others.retain(|node| {
+            let gap = gap(node);
+            gap > TOO_NEAR * length && gap < TOO_FAR * length && place(node).1 == whole
+        });
+        others.sort_by(|p, q| gap(p).total_cmp(&gap(q)));
+        let mut places: Vec<Place<'_>> = Vec::with_capacity(MOST);
+        for node in [a, b].into_iter().chain(others) {
+            let is_apart = |p: &Place<'_>| (p.x - node.x).abs() > TOO_NEAR * length;
+            if places.len() < MOST && places.iter().all(is_apart) {
+                places.push(Place {
+                    x: node.x,
+                    list: &node.look.survey.multipliers,
+                });
+            }
+        }
+        quiet.holds(&places)
+    }
+
+    /// Locates what passes between two nodes, and returns the place on the interpolant.
     fn locate_passage(
         &mut self,
         stretch: &Stretch,
-        (a, b): (&Look, &Look),
-        test: Test,
-    ) -> Result<(), SolveError> {
-        let ends = (stretch.abscissa(a.fraction), stretch.abscissa(b.fraction));
-        let values = [a, b].map(|look| test.value(&look.survey.multipliers));
-        let mut seen = vec![(a.fraction, values[0]), (b.fraction, values[1])];
+        (a, b): (&Node, &Node),
+        sought: Sought,
+        ones: &mut Vec<BifurcationEvent>,
+    ) -> Result<Option<Node>, SolveError> {
+        let value = |look: &Look| sought.value(&look.survey.multipliers);
+        let values = signed(sought, (a, b), (value(&a.look), value(&b.look)));
+        let mut seen = vec![(a.look.fraction, values.0), (b.look.fraction, values.1)];
+        let mut looks: Vec<Rc<Look>> = Vec::new();
         let sketch = roots::bracketed(
             |s| {
-                let fraction = stretch.fraction(s);
-                let look = self.look(fraction, Extent::Stability)?;
-                let value = test.value(&look.survey.multipliers);
-                seen.push((fraction, value));
+                let look = self.look(stretch.fraction(s), Extent::Stability)?;
+                let value = value(&look);
+                seen.push((look.fraction, value));
+                looks.push(Rc::new(look));
                 Ok::<f64, SolveError>(value)
             },
-            (ends.0, values[0]),
-            (ends.1, values[1]),
-            SKETCH * (ends.1 - ends.0),
+            (a.x, values.0),
+            (b.x, values.1),
+            SKETCH * (b.x - a.x),
         )?;
         let guess = stretch.fraction(sketch.root);
-        let is_whole = a.fraction == stretch.low && b.fraction == stretch.high;
+        let near = |x: f64| {
+            let apart = |p: &&(f64, f64)| (p.0 - stretch.fraction(x)).abs();
+            let nearest = seen.iter().min_by(|p, q| apart(p).total_cmp(&apart(q)));
+            nearest.map_or(f64::NAN, |p| p.1)
+        };
+        let ends = (near(sketch.low), near(sketch.high));
         let target = Target {
             limits: (stretch.low, stretch.high),
             guess,
-            slope: slope_near(&mut seen, guess),
+            slope: slope_near(&mut seen.clone(), guess),
             extent: Some(Extent::Stability),
-            values: is_whole.then_some(((a.fraction, values[0]), (b.fraction, values[1]))),
+            values: (a.is_solved && b.is_solved)
+                .then_some(((a.look.fraction, values.0), (b.look.fraction, values.1))),
         };
         let found = self.locate(&target, |_, _, survey| {
-            survey.map_or(f64::NAN, |s| test.value(&s.multipliers))
+            survey.map_or(f64::NAN, |s| sought.value(&s.multipliers))
         })?;
-        let largest = values[0].abs().max(values[1].abs());
-        let is_event = match &found {
-            Found::Root(root) => root.survey.as_ref().is_some_and(|s| {
-                root.value.abs() < VANISHES * largest && test.holds(&s.multipliers)
-            }),
+        let here = looks.into_iter().find(|look| look.fraction == guess);
+        let sketched = here
+            .as_ref()
+            .filter(|look| Count::of(&look.survey.multipliers).is_some());
+        let Some(look) = sketched else {
+            return Ok(None);
+        };
+        let passing = Passing::at(&look.survey.multipliers, ends, sought);
+        let largest = values.0.abs().max(values.1.abs());
+        let located = match &found {
+            Found::Root(root) if root.value.abs() < VANISHES * largest => {
+                let list = root.survey.as_ref().map(|s| s.multipliers.as_slice());
+                list.map(|list| Passing::at(list, (root.values.0, root.values.1), sought))
+            }
+            // The test function jumps: at a grazing of a force that jumps.
+            Found::Root(_) => None,
             // Between two interpolated places the corrected path has the last word.
-            Found::Nothing => is_whole,
-            Found::Lost => true,
+            Found::Nothing if !(a.is_solved && b.is_solved) => None,
+            Found::Nothing | Found::Lost => Some(passing.clone()),
         };
-        if is_event {
-            self.report(test.kind(), (a.lambda, b.lambda), guess, found);
+        let is_event = located.is_some() && !stretch.is_at_end(guess);
+        if let Some(located) = located.filter(|_| is_event) {
+            let ends = (a.look.lambda, b.look.lambda);
+            self.report_passing(&located, ends, guess, found, ones);
         }
-        Ok(())
+        Ok(Some(Node {
+            x: sketch.root,
+            look: look.clone(),
+            before: passing.before,
+            behind: passing.behind,
+            is_solved: false,
+        }))
     }
-}
 
-/// Functions of all multipliers together that change their sign where some pass the circle: smooth also where two of them meet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Test {
-    /// det(Phi + I) = product of (mu_i + 1).
-    Doubling,
-    /// Product of (1 - mu_i mu_j) over all pairs i < j: small multipliers that are not listed do not change its sign.
-    Pairing,
-    /// Mean of mu + 1 over so many multipliers nearest to -1: where equal ones pass together, as those of equal parts in a
-    /// symmetric system do, the product keeps its sign.
-    Doublings(usize),
-    /// Mean of |mu| - 1 over so many complex pairs nearest to the circle, for the same reason.
-    Pairings(usize),
-}
-
-/// Value of a test function at a root, relative to its largest at the ends: above it the function jumps there.
-const VANISHES: f64 = 1e-3;
-
-impl Test {
-    /// Value, every factor divided by its largest possible size.
-    fn value(self, multipliers: &[Complex<f64>]) -> f64 {
-        let product: Complex<f64> = match self {
-            Test::Doubling => multipliers
-                .iter()
-                .map(|mu| (mu + 1.0) / (1.0 + mu.norm()))
-                .product(),
-            Test::Pairing => pairs(multipliers)
-                .map(|(mu, nu)| (1.0 - mu * nu) / (1.0 + mu.norm() * nu.norm()))
-                .product(),
-            Test::Doublings(count) => {
-                let gaps = multipliers.iter().map(|mu| mu + 1.0);
-                return mean_of_smallest(gaps.map(|z| (z.norm(), z.re)), count);
+    /// One event for every group that passes.
+    fn report_passing(
+        &mut self,
+        passing: &Passing,
+        ends: (f64, f64),
+        guess: f64,
+        found: Found,
+        ones: &mut Vec<BifurcationEvent>,
+    ) {
+        let mut outside = passing.before.outside as i64;
+        let sign = (passing.behind.outside as i64 - outside).signum();
+        for group in &passing.groups {
+            let (kind, number) = match group.gate {
+                Gate::PlusOne => (EventKind::BranchPoint, group.multiplicity),
+                Gate::MinusOne => (EventKind::PeriodDoubling, group.multiplicity),
+                Gate::Pairs => (EventKind::NeimarkSacker, 2 * group.multiplicity),
+            };
+            let behind = outside + sign * number as i64;
+            let event = BifurcationEvent {
+                multiplicity: group.multiplicity,
+                unstable: Some((outside.max(0) as usize, behind.max(0) as usize)),
+                ..self.event(kind, ends, guess, &found)
+            };
+            outside = behind;
+            match group.gate {
+                Gate::PlusOne => ones.push(event),
+                _ => self.add(event),
             }
-            Test::Pairings(count) => {
-                let upper = multipliers
-                    .iter()
-                    .filter(|mu| !is_real(**mu) && mu.im > 0.0);
-                let gaps = upper.map(|mu| mu.norm() - 1.0);
-                return mean_of_smallest(gaps.map(|x| (x.abs(), x)), count);
-            }
-        };
-        product.re
-    }
-
-    /// Whether the multipliers at a root are those of the event: two real ones whose product is 1 are a neutral saddle.
-    fn holds(self, multipliers: &[Complex<f64>]) -> bool {
-        let gap = |p: &(Complex<f64>, Complex<f64>)| (p.0 * p.1 - 1.0).norm();
-        let nearest = || pairs(multipliers).min_by(|p, q| gap(p).total_cmp(&gap(q)));
-        match self {
-            Test::Doubling | Test::Doublings(_) | Test::Pairings(_) => true,
-            Test::Pairing => nearest().is_some_and(|(mu, _)| !is_real(mu)),
-        }
-    }
-
-    fn kind(self) -> EventKind {
-        match self {
-            Test::Doubling | Test::Doublings(_) => EventKind::PeriodDoubling,
-            Test::Pairing | Test::Pairings(_) => EventKind::NeimarkSacker,
         }
     }
 }
 
-/// Mean of the values with the smallest sizes, of (size, value).
-fn mean_of_smallest(list: impl Iterator<Item = (f64, f64)>, count: usize) -> f64 {
-    let mut list: Vec<(f64, f64)> = list.collect();
-    list.sort_by(|a, b| a.0.total_cmp(&b.0));
-    list.truncate(count);
-    list.iter().map(|x| x.1).sum::<f64>() / list.len() as f64
+/// Where a path that leaves a crossing is looked at first: multipliers of the crossing itself are on the circle.
+const BEHIND_CROSSING: f64 = 0.02;
+
+fn node(stretch: &Stretch, look: Look, is_solved: bool) -> Option<Node> {
+    let count = Count::of(&look.survey.multipliers)?;
+    Some(Node {
+        x: stretch.abscissa(look.fraction),
+        look: Rc::new(look),
+        before: count,
+        behind: count,
+        is_solved,
+    })
 }
 
-fn pairs(list: &[Complex<f64>]) -> impl Iterator<Item = (Complex<f64>, Complex<f64>)> {
-    let later = |i: usize| list[i + 1..].iter().copied();
-    (0..list.len()).flat_map(move |i| later(i).map(move |nu| (list[i], nu)))
+/// Values of a test function at two nodes, with the signs that their counts ask for: where something has just passed, rounding
+/// has no say.
+fn signed(sought: Sought, (a, b): (&Node, &Node), values: (f64, f64)) -> (f64, f64) {
+    let Sought::Rank(_) = sought else {
+        return values;
+    };
+    let sign = match a.behind.outside < b.before.outside {
+        true => 1.0,
+        false => -1.0,
+    };
+    let least = f64::MIN_POSITIVE;
+    (
+        -sign * (-sign * values.0).max(least),
+        sign * (sign * values.1).max(least),
+    )
+}
+
+/// Where only the leading multipliers are known: whether those nearest to the circle on either side of it move less than they
+/// are away from it.
+fn is_far_inside(a: &Node, b: &Node) -> bool {
+    let ranks = [a.behind.outside.checked_sub(1), Some(a.behind.outside)];
+    ranks.into_iter().flatten().all(|rank| {
+        let value = |node: &Node| Sought::Rank(rank).value(&node.look.survey.multipliers);
+        let (from, to) = (value(a), value(b));
+        (to - from).abs() < from.abs().min(to.abs())
+    })
 }
 
 /// Slope between the two places nearest to an abscissa.

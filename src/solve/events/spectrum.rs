@@ -1,75 +1,21 @@
-//! Multipliers of neighbouring orbits, matched by continuity.
-//!
-//! Distances are taken in a chart of the plane that keeps the unit disc and is logarithmic along the rays beyond it, so that
-//! large multipliers count by their ratio and small ones do not count at all.
+//! The multipliers of one orbit as a set: how many lie outside the unit circle, and which pass it together.
 
-use super::Look;
-use crate::numeric::assignment::assign;
 use num_complex::Complex;
 
-/// Imaginary part below which a multiplier counts as real, relative to its modulus.
-const REAL: f64 = 1e-9;
-/// A matching is trusted when to exchange two partners costs so many times more.
-const CLEAR: f64 = 4.0;
-/// A parabola through three places is trusted up to so many times its height over the chord.
-const TRUST: f64 = 2.0;
+/// Width of the unit circle: a multiplier this near to it, as those of undamped systems are, lies on it and not outside.
+const CIRCLE: f64 = 1e-9;
+/// Imaginary part below which a multiplier is real, relative to its modulus; equal multipliers split by the root of rounding.
+const REAL: f64 = 1e-6;
+/// Distance from +1 or -1 of a multiplier that passes there.
+const AT_ONE: f64 = 1e-3;
+/// Largest difference of ln |mu| between multipliers that pass together.
+const TOGETHER: f64 = 1e-7;
+/// ln |mu| of a multiplier that is not listed.
+const HIDDEN: f64 = -30.0;
 
-/// Place of a multiplier in the chart.
-fn chart(mu: Complex<f64>) -> Complex<f64> {
-    let modulus = mu.norm();
-    if modulus <= 1.0 {
-        mu
-    } else {
-        mu * ((1.0 + modulus.ln()) / modulus)
-    }
-}
-
-/// Signed distance from the unit circle in the chart, positive outside.
-pub fn margin(mu: Complex<f64>) -> f64 {
-    chart(mu).norm() - 1.0
-}
-
-/// What a multiplier does between two places.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Passage {
-    /// Stays on its side of the unit circle.
-    None,
-    /// Passes -1.
-    MinusOne,
-    /// Passes +1.
-    PlusOne,
-    /// Passes the circle as a member of a pair.
-    Pair,
-    /// Passes, and changes between real and complex on the way.
-    Mixed,
-}
-
-/// One multiplier at two places.
-#[derive(Debug, Clone, Copy)]
-pub struct Pathway {
-    /// At the first place.
-    pub from: Complex<f64>,
-    /// At the second place.
-    pub to: Complex<f64>,
-}
-
-impl Pathway {
-    /// What happens on the way.
-    pub fn passage(&self) -> Passage {
-        if (margin(self.from) > 0.0) == (margin(self.to) > 0.0) {
-            return Passage::None;
-        }
-        match (is_real(self.from), is_real(self.to)) {
-            (false, false) => Passage::Pair,
-            (true, true) if self.from.re < 0.0 && self.to.re < 0.0 => Passage::MinusOne,
-            (true, true) if self.from.re > 0.0 && self.to.re > 0.0 => Passage::PlusOne,
-            _ => Passage::Mixed,
-        }
-    }
-
-    fn cost(&self) -> f64 {
-        (chart(self.from) - chart(self.to)).norm_sqr()
-    }
+/// Whether a multiplier lies outside the unit circle.
+pub fn is_outside(mu: Complex<f64>) -> bool {
+    mu.norm() > 1.0 + CIRCLE
 }
 
 /// Whether a multiplier counts as real.
@@ -77,140 +23,221 @@ pub fn is_real(mu: Complex<f64>) -> bool {
     mu.im.abs() <= REAL * mu.norm()
 }
 
-/// Multipliers at one place of a smooth stretch of the path.
-#[derive(Debug, Clone, Copy)]
-pub struct Place<'a> {
-    /// Abscissa in which the multipliers vary smoothly.
-    pub x: f64,
-    /// The multipliers.
-    pub multipliers: &'a [Complex<f64>],
+/// What one orbit's multipliers say: their number outside the circle, and whether the numbers beyond +1 and -1 are odd, which
+/// changes only where an odd number passes there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Count {
+    /// Multipliers outside the unit circle.
+    pub outside: usize,
+    is_odd_beyond_one: bool,
+    is_odd_beyond_minus_one: bool,
 }
 
-impl<'a> Place<'a> {
-    /// What a look shows, at an abscissa.
-    pub fn new(x: f64, look: &'a Look) -> Place<'a> {
-        Place {
-            x,
-            multipliers: &look.survey.multipliers,
+impl Count {
+    /// Of a list by falling modulus; `None` where nothing is known.
+    pub fn of(list: &[Complex<f64>]) -> Option<Count> {
+        (!list.is_empty()).then(|| Count::among(list.iter().filter(|mu| is_outside(**mu))))
+    }
+
+    fn among<'a>(outside: impl Iterator<Item = &'a Complex<f64>>) -> Count {
+        let mut count = Count {
+            outside: 0,
+            is_odd_beyond_one: false,
+            is_odd_beyond_minus_one: false,
+        };
+        for mu in outside {
+            count.outside += 1;
+            match () {
+                _ if !is_real(*mu) => {}
+                _ if mu.re > 0.0 => count.is_odd_beyond_one ^= true,
+                _ => count.is_odd_beyond_minus_one ^= true,
+            }
+        }
+        count
+    }
+
+    /// What has to be sought between two places with different counts.
+    pub fn sought(self, other: Count) -> Sought {
+        match self.outside == other.outside {
+            false => Sought::Rank(self.outside.min(other.outside)),
+            true if self.is_odd_beyond_minus_one != other.is_odd_beyond_minus_one => {
+                Sought::MinusOne
+            }
+            true => Sought::PlusOne,
         }
     }
 }
 
-/// The multipliers of two places, matched.
-#[derive(Debug)]
-pub struct Motion {
-    /// One a multiplier, in the order of the place that lists fewer.
-    pub paths: Vec<Pathway>,
+/// A function of the whole set that changes its sign where multipliers pass the circle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sought {
+    /// ln |mu| of the multiplier with this number by falling modulus, from 0: continuous whatever meets, and the first inside
+    /// becomes the last outside.
+    Rank(usize),
+    /// Product of (mu + 1): where as many come in as go out, one of them passes -1.
+    MinusOne,
+    /// Product of (mu - 1).
+    PlusOne,
 }
 
-impl Motion {
-    /// Matches by the least sum of squared distances; empty where the multipliers of one place are not known.
-    pub fn between(a: &[Complex<f64>], b: &[Complex<f64>]) -> Motion {
-        if a.len() > b.len() {
-            let mut motion = Motion::between(b, a);
-            for path in &mut motion.paths {
-                std::mem::swap(&mut path.from, &mut path.to);
-            }
-            return motion;
+impl Sought {
+    /// Value for a list by falling modulus.
+    pub fn value(self, list: &[Complex<f64>]) -> f64 {
+        let product = |at: f64| {
+            let factors = list.iter().map(|mu| (mu - at) / (1.0 + mu.norm()));
+            factors.product::<Complex<f64>>().re
+        };
+        match self {
+            Sought::Rank(k) => list.get(k).map_or(HIDDEN, |mu| mu.norm().ln().max(HIDDEN)),
+            Sought::MinusOne => product(-1.0),
+            Sought::PlusOne => product(1.0),
         }
-        let partners = partners(a, b);
-        let mut paths = Vec::with_capacity(partners.len());
-        // Multipliers without a partner come from among the small ones that are not listed.
-        let hidden = Hidden::below(a);
-        for (k, to) in partners.iter().map(|k| b[*k]).enumerate() {
-            let from = a.get(k).copied().unwrap_or_else(|| hidden.nearest(to));
-            paths.push(Pathway { from, to });
+    }
+}
+
+/// How multipliers pass the circle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gate {
+    /// Through +1.
+    PlusOne,
+    /// Through -1.
+    MinusOne,
+    /// As complex pairs.
+    Pairs,
+}
+
+/// Equal multipliers that pass the circle together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Group {
+    /// Where they pass.
+    pub gate: Gate,
+    /// Multipliers, or pairs.
+    pub multiplicity: usize,
+}
+
+/// What passes at one place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Passing {
+    /// Groups; several where different things happen at one place.
+    pub groups: Vec<Group>,
+    /// Just before, along the path.
+    pub before: Count,
+    /// Just behind.
+    pub behind: Count,
+}
+
+impl Passing {
+    /// What passes at a located place: `values` of the function sought at the ends of its bracket.
+    pub fn at(list: &[Complex<f64>], values: (f64, f64), sought: Sought) -> Passing {
+        let spread = values.0.abs() + values.1.abs();
+        let width = match sought {
+            Sought::Rank(_) => TOGETHER.max(4.0 * spread),
+            Sought::MinusOne | Sought::PlusOne => TOGETHER,
+        };
+        let nearest = |at: f64| {
+            let distances = list.iter().map(|mu| (mu - at).norm());
+            distances.fold(f64::INFINITY, f64::min)
+        };
+        let is_passing = |mu: &Complex<f64>| match sought {
+            Sought::Rank(_) => mu.norm().ln().abs() < width,
+            Sought::MinusOne => (mu + 1.0).norm() <= nearest(-1.0),
+            Sought::PlusOne => (mu - 1.0).norm() <= nearest(1.0),
+        };
+        let (passing, rest): (Vec<_>, Vec<_>) = list.iter().copied().partition(is_passing);
+        let outside = || rest.iter().filter(|mu| is_outside(**mu));
+        let (low, high) = (
+            Count::among(outside()),
+            Count::among(outside().chain(&passing)),
+        );
+        // A negative product tells of an odd number beyond.
+        let is_rising = match sought {
+            Sought::Rank(_) => values.0 < values.1,
+            Sought::MinusOne => (values.0 < 0.0) == low.is_odd_beyond_minus_one,
+            Sought::PlusOne => (values.0 < 0.0) == low.is_odd_beyond_one,
+        };
+        let (before, behind) = match is_rising {
+            true => (low, high),
+            false => (high, low),
+        };
+        Passing {
+            groups: groups(&passing),
+            before,
+            behind,
         }
-        Motion { paths }
     }
+}
 
-    /// Whether another matching, hardly more costly, tells another story.
-    pub fn is_unclear(&self) -> bool {
-        let kinds: Vec<Passage> = self.paths.iter().map(Pathway::passage).collect();
-        let count = self.paths.len();
-        (0..count).any(|i| (i + 1..count).any(|j| self.may_exchange((i, j), &kinds)))
+fn groups(passing: &[Complex<f64>]) -> Vec<Group> {
+    let mut numbers = [
+        (Gate::PlusOne, 0_usize),
+        (Gate::MinusOne, 0),
+        (Gate::Pairs, 0),
+    ];
+    for mu in passing {
+        let near = |at: f64| (mu - at).norm() < AT_ONE;
+        let k = match () {
+            _ if near(1.0) => 0,
+            _ if near(-1.0) => 1,
+            _ => 2,
+        };
+        numbers[k].1 += 1;
     }
-
-    fn may_exchange(&self, (i, j): (usize, usize), kinds: &[Passage]) -> bool {
-        let (p, q) = (self.paths[i], self.paths[j]);
-        let outside = |mu| margin(mu) > 0.0;
-        let is_quiet = kinds[i] == Passage::None && kinds[j] == Passage::None;
-        // Without a passage now, an exchange makes one only between the two sides of the circle.
-        if is_quiet && outside(p.from) == outside(q.from) {
-            return false;
-        }
-        let (r, s) = (Pathway { to: q.to, ..p }, Pathway { to: p.to, ..q });
-        let (x, y) = (r.passage(), s.passage());
-        let is_same = (x, y) == (kinds[i], kinds[j]) || (y, x) == (kinds[i], kinds[j]);
-        !is_same && r.cost() + s.cost() < CLEAR * (p.cost() + q.cost())
-    }
-
-    /// Whether a multiplier that stays on its side at both places may pass the circle and come back in between.
-    ///
-    /// With a third place: the parabola through the three, its height over the chord taken twice. Without: whether the
-    /// distance from the circle changes by more than its smaller value.
-    pub fn may_touch(&self, a: &Place<'_>, b: &Place<'_>, third: Option<&Place<'_>>) -> bool {
-        let count = a.multipliers.len();
-        let elsewhere = third
-            .filter(|t| t.multipliers.len() == count && b.multipliers.len() == count)
-            .map(|t| partners(a.multipliers, t.multipliers));
-        let known = elsewhere.filter(|list| list.len() == self.paths.len());
-        self.paths.iter().enumerate().any(|(k, path)| {
-            let (from, to) = (margin(path.from), margin(path.to));
-            if (from > 0.0) != (to > 0.0) {
-                return false;
-            }
-            let near = from.abs().min(to.abs());
-            let parabola = known.as_ref().zip(third).and_then(|(list, t)| {
-                let mu = t.multipliers[list[k]];
-                let is_smooth =
-                    is_real(path.from) == is_real(path.to) && is_real(path.from) == is_real(mu);
-                is_smooth.then(|| height((a.x, from), (b.x, to), (t.x, margin(mu))))
-            });
-            match parabola {
-                // Inside the circle the margin is negative, and a hill leads towards it; outside a valley.
-                Some(height) => TRUST * height * -from.signum() >= near,
-                None => (to - from).abs() >= near,
-            }
+    let found = numbers.iter().filter(|(_, number)| *number > 0);
+    found
+        .map(|(gate, number)| Group {
+            gate: *gate,
+            multiplicity: match gate {
+                Gate::Pairs => number.div_ceil(2),
+                _ => *number,
+            },
         })
-    }
+        .collect()
 }
 
-/// Largest height of the parabola through three places over its chord between the first two.
-pub fn height(a: (f64, f64), b: (f64, f64), third: (f64, f64)) -> f64 {
-    let slope = |p: (f64, f64), q: (f64, f64)| (q.1 - p.1) / (q.0 - p.0);
-    let second = (slope(a, b) - slope(a, third)) / (b.0 - third.0);
-    -0.25 * second * (b.0 - a.0).powi(2)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The disc of the multipliers that a list of leading ones leaves out.
-#[derive(Debug, Clone, Copy)]
-struct Hidden {
-    radius: f64,
-}
-
-impl Hidden {
-    fn below(list: &[Complex<f64>]) -> Hidden {
-        let smallest = list.iter().map(|mu| mu.norm()).fold(1.0, f64::min);
-        Hidden { radius: smallest }
+    fn list(entries: &[(f64, f64)]) -> Vec<Complex<f64>> {
+        entries
+            .iter()
+            .map(|(re, im)| Complex::new(*re, *im))
+            .collect()
     }
 
-    fn nearest(self, mu: Complex<f64>) -> Complex<f64> {
-        mu * (self.radius / mu.norm()).min(1.0)
+    #[test]
+    fn equal_multipliers_are_one_group() {
+        let twins = list(&[(3.0, 0.0), (-1.0, 0.0), (-1.0, 0.0), (0.2, 0.0)]);
+        let passing = Passing::at(&twins, (-1e-9, 1e-9), Sought::Rank(1));
+        let group = Group {
+            gate: Gate::MinusOne,
+            multiplicity: 2,
+        };
+        assert_eq!(passing.groups, [group]);
+        assert_eq!((passing.before.outside, passing.behind.outside), (1, 3));
     }
-}
 
-/// For every multiplier of `a`, and then for every one that it leaves out, its partner in `b`, which lists as many or more;
-/// empty where one list is.
-fn partners(a: &[Complex<f64>], b: &[Complex<f64>]) -> Vec<usize> {
-    if a.is_empty() || b.is_empty() {
-        return Vec::new();
+    #[test]
+    fn pairs_count_once() {
+        let pair = list(&[(0.6, 0.8), (0.6, -0.8), (0.2, 0.0)]);
+        let passing = Passing::at(&pair, (1e-9, -1e-9), Sought::Rank(0));
+        let group = Group {
+            gate: Gate::Pairs,
+            multiplicity: 1,
+        };
+        assert_eq!(passing.groups, [group]);
+        assert_eq!((passing.before.outside, passing.behind.outside), (2, 0));
     }
-    let from: Vec<_> = a.iter().map(|mu| chart(*mu)).collect();
-    let to: Vec<_> = b.iter().map(|mu| chart(*mu)).collect();
-    let hidden = Hidden::below(a);
-    assign(b.len(), b.len(), |i, j| match from.get(i) {
-        Some(from) => (from - to[j]).norm_sqr(),
-        None => (hidden.nearest(b[j]) - to[j]).norm_sqr(),
-    })
+
+    #[test]
+    fn one_in_and_one_out_do_not_cancel() {
+        let (a, b) = (
+            list(&[(1.5, 0.0), (-0.5, 0.0)]),
+            list(&[(-1.5, 0.0), (0.5, 0.0)]),
+        );
+        let (a, b) = (Count::of(&a).unwrap(), Count::of(&b).unwrap());
+        assert_eq!(a.outside, b.outside);
+        assert_ne!(a, b);
+        assert_eq!(a.sought(b), Sought::MinusOne);
+    }
 }

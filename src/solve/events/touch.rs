@@ -1,6 +1,5 @@
 //! Extrema of one deformation at neighbouring orbits, matched by continuity: which of them pass a breakpoint.
 
-use super::spectrum::height;
 use crate::numeric::assignment::assign;
 use std::f64::consts::TAU;
 
@@ -160,6 +159,13 @@ impl<'a> Matched<'a> {
             !self.passes(pair) && over.is_some_and(bends)
         })
     }
+}
+
+/// Largest height of the parabola through three places over its chord between the first two.
+fn height(a: (f64, f64), b: (f64, f64), third: (f64, f64)) -> f64 {
+    let slope = |p: (f64, f64), q: (f64, f64)| (q.1 - p.1) / (q.0 - p.0);
+    let second = (slope(a, b) - slope(a, third)) / (b.0 - third.0);
+    -0.25 * second * (b.0 - a.0).powi(2)
 }
 
 /// The smallest turn from one phase to another, in [-pi, pi].

@@ -7,9 +7,10 @@ use super::jumps;
 use super::orbit::FourierOrbit;
 use crate::interrupt;
 use crate::numeric::dense;
+use crate::numeric::eigenvalues::eigenvalues;
 use crate::numeric::exponential::Exponential;
 use crate::system::System;
-use nalgebra::{DMatrix, Schur};
+use nalgebra::DMatrix;
 use num_complex::Complex;
 pub use variation::is_piecewise_constant;
 use variation::{Stretches, Variation};
@@ -115,20 +116,13 @@ impl Floquet {
     }
 }
 
-/// QR sweeps allowed for the eigenvalues of a transition matrix.
-const MAX_SWEEPS: usize = 10_000;
-
 /// Eigenvalues of a state-transition matrix by falling modulus, the member of a pair with positive imaginary part first; none
 /// when the matrix has overflown or its eigenvalues do not converge.
 pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
     if phi.iter().any(|x| !x.is_finite()) {
         return Vec::new();
     }
-    let Some(schur) = Schur::try_new(phi.clone(), f64::EPSILON, MAX_SWEEPS) else {
-        return Vec::new();
-    };
-    let list = schur.complex_eigenvalues();
-    by_falling_modulus(list.iter().copied().collect())
+    by_falling_modulus(eigenvalues(phi).unwrap_or_default())
 }
 
 /// Multipliers by falling modulus, the member of a pair with positive imaginary part first.

@@ -1,0 +1,303 @@
+//! Proof that no multiplier passes the unit circle between two places.
+//!
+//! The multipliers are the zeros of P(z; x) = product of (z - mu_i(x)), which varies smoothly with the place x on the path even
+//! where multipliers meet, become real, or part again: nothing has to be matched. P is interpolated in x through the places that
+//! are known, p being the interpolant and e the last term of Newton's formula, a bound of its error. By Rouche's theorem the
+//! number of zeros outside the circle is the same all the way if
+//!
+//! ```text
+//! |p(z; x)| > |e(z; x)|   for all |z| = 1 and all x between the two places
+//! ```
+
+use num_complex::Complex;
+use std::f64::consts::PI;
+
+/// Places through which P is interpolated at most.
+pub const MOST: usize = 4;
+/// Factor on the estimated error.
+const SAFETY: f64 = 1.5;
+/// Ratio on the grid of angles above which the circle between its points is not looked at.
+const CLEAR: f64 = 8.0;
+/// Share of the way left out at both ends, whose multipliers are known.
+const ENDS: f64 = 0.01;
+/// Halvings of the way.
+const MAX_HALVINGS: u32 = 9;
+/// Angles on the upper half circle: so many, and so many more per multiplier.
+const ANGLES: (usize, usize) = (24, 3);
+/// Angles of a closer look between three on the grid.
+const CLOSER: usize = 8;
+/// Repetitions of the closer look.
+const ROUNDS: usize = 3;
+/// Share of the largest error nearby on the circle that is reckoned with: a single term of Newton's formula vanishes here and there.
+const SHARED: f64 = 0.5;
+/// What is nearby [rad].
+const AROUND: f64 = 0.6;
+/// Error in the last stretch: half the surprise in its middle.
+const UNKNOWN: f64 = 2.0;
+/// Rounding of one factor of P.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Multipliers at one place of a smooth stretch of the path.
+#[derive(Debug, Clone, Copy)]
+pub struct Place<'a> {
+    /// Abscissa in which P varies smoothly.
+    pub x: f64,
+    /// All multipliers.
+    pub list: &'a [Complex<f64>],
+}
+
+/// Divided differences of P at one z.
+type Differences = [Complex<f64>; MOST];
+
+/// P on the upper half circle, through some places; owns its buffers.
+#[derive(Debug, Default)]
+pub struct Quiet {
+    grid: Vec<(f64, Differences)>,
+    ratios: Vec<f64>,
+    /// Least size of the last divided difference that is reckoned with at every angle of the grid.
+    least: Vec<f64>,
+}
+
+impl Quiet {
+    /// Whether no multiplier passes the circle between the first two places; the others are neighbours, the nearest first.
+    pub fn holds(&mut self, places: &[Place<'_>]) -> bool {
+        let size = places[0].list.len();
+        if size == 0 || places.iter().any(|p| p.list.len() != size) {
+            return false;
+        }
+        let count = ANGLES.0 + ANGLES.1 * size;
+        let step = PI / count as f64;
+        self.grid.clear();
+        self.grid.extend((0..=count).map(|k| {
+            let angle = step * k as f64;
+            (angle, differences(places, angle))
+        }));
+        let last = places.len().min(MOST) - 1;
+        let sizes: Vec<f64> = self.grid.iter().map(|(_, d)| d[last].norm()).collect();
+        let reach = (AROUND / step) as usize;
+        self.least.clear();
+        self.least.extend((0..=count).map(|k| {
+            let around = &sizes[k.saturating_sub(reach)..=(k + reach).min(count)];
+            SHARED * around.iter().fold(0.0, |m, x| x.max(m))
+        }));
+        let (a, b) = (places[0].x, places[1].x);
+        let inset = ENDS * (b - a);
+        self.is_clear_between(places, (a + inset, b - inset), (rounding(places), 0))
+    }
+
+    /// Whether |p| exceeds |e| all round the circle at all x of an interval.
+    fn is_clear_between(
+        &mut self,
+        places: &[Place<'_>],
+        (low, high): (f64, f64),
+        (rounding, depth): (f64, u32),
+    ) -> bool {
+        let weights = Weights::new(places, (low, high), rounding);
+        if self.is_clear(places, &weights) {
+            return true;
+        }
+        let middle = 0.5 * (low + high);
+        depth < MAX_HALVINGS
+            && self.is_clear_between(places, (low, middle), (rounding, depth + 1))
+            && self.is_clear_between(places, (middle, high), (rounding, depth + 1))
+    }
+
+    /// The same for an interval without halving it.
+    fn is_clear(&mut self, places: &[Place<'_>], weights: &Weights) -> bool {
+        self.ratios.clear();
+        for ((_, differences), least) in self.grid.iter().zip(&self.least) {
+            let ratio = weights.ratio(differences, *least);
+            if ratio <= 1.0 {
+                return false;
+            }
+            self.ratios.push(ratio);
+        }
+        let last = self.ratios.len() - 1;
+        let step = self.grid[1].0;
+        (0..=last).all(|k| {
+            let here = self.ratios[k];
+            // The circle goes on beyond +-1 as a mirror image.
+            let left = self.ratios[if k == 0 { 1 } else { k - 1 }];
+            let right = self.ratios[if k == last { last - 1 } else { k + 1 }];
+            here > left
+                || here > right
+                || bottom((left, here, right)) > CLEAR
+                || closest(places, (self.grid[k].0, step), (weights, self.least[k])) > 1.0
+        })
+    }
+}
+
+/// What all z have in common at an interval of x.
+#[derive(Debug, Clone, Copy)]
+struct Weights {
+    count: usize,
+    /// Half the interval.
+    half: f64,
+    /// Products of middle - x_i in Newton's formula: in the value, the slope, the curvature.
+    value: [f64; MOST],
+    slope: [f64; MOST],
+    curvature: [f64; MOST],
+    /// Factor of the last divided difference in the error.
+    error: f64,
+    rounding: f64,
+}
+
+impl Weights {
+    fn new(places: &[Place<'_>], (low, high): (f64, f64), rounding: f64) -> Weights {
+        let count = places.len().min(MOST);
+        let x = 0.5 * (low + high);
+        let mut u = [0.0; MOST];
+        u.iter_mut().zip(places).for_each(|(u, p)| *u = x - p.x);
+        let error = [low, x, high].map(|x| error(&places[..count], x));
+        Weights {
+            count,
+            half: 0.5 * (high - low),
+            value: [1.0, u[0], u[0] * u[1], u[0] * u[1] * u[2]],
+            slope: [
+                0.0,
+                1.0,
+                u[0] + u[1],
+                u[0] * u[1] + u[0] * u[2] + u[1] * u[2],
+            ],
+            curvature: [0.0, 0.0, 1.0, u[0] + u[1] + u[2]],
+            error: SAFETY * error.into_iter().fold(0.0, f64::max),
+            rounding,
+        }
+    }
+
+    /// |p| in the middle over a bound of what it may lose from there to the ends of the interval, error included.
+    /// `least`: of the last divided difference.
+    fn ratio(&self, d: &Differences, least: f64) -> f64 {
+        let sum = |weights: &[f64; MOST]| -> Complex<f64> {
+            let terms = weights.iter().zip(d).take(self.count);
+            terms.map(|(w, d)| d * *w).sum()
+        };
+        let h = self.half;
+        let cubic = match self.count {
+            MOST => d[MOST - 1].norm() * h.powi(3),
+            _ => 0.0,
+        };
+        let drift = sum(&self.slope).norm() * h + sum(&self.curvature).norm() * h * h + cubic;
+        let error = self.error * d[self.count - 1].norm().max(least);
+        sum(&self.value).norm() / (drift + error + self.rounding)
+    }
+}
+
+/// Factor of the last divided difference in the error of p at x.
+fn error(places: &[Place<'_>], x: f64) -> f64 {
+    let (a, b) = (places[0].x, places[1].x);
+    let others = &places[2..];
+    if others.is_empty() {
+        // A straight line may be wrong by all of its rise.
+        return (b - a).abs();
+    }
+    let but_last = &places[..places.len() - 1];
+    let term = but_last.iter().map(|p| x - p.x).product::<f64>().abs();
+    let is_end = |end: f64, far: f64| others.iter().all(|o| (o.x - end) * (far - end) > 0.0);
+    let end = match () {
+        _ if is_end(b, a) => b,
+        _ if is_end(a, b) => a,
+        _ => return term,
+    };
+    // At the last stretch nothing is known of what comes: the error with which its end was to be expected from the places behind
+    // tells more.
+    let surprise = others.iter().map(|o| end - o.x).product::<f64>() * (b - a);
+    let share = (x - a) / (b - a);
+    term.max(UNKNOWN * share * (1.0 - share) * surprise.abs())
+}
+
+/// Smallest ratio near an angle, on ever finer grids.
+fn closest(
+    places: &[Place<'_>],
+    (angle, step): (f64, f64),
+    (weights, least_difference): (&Weights, f64),
+) -> f64 {
+    let (mut middle, mut width, mut least) = (angle, step, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let from = middle - width;
+        let spacing = 2.0 * width / CLOSER as f64;
+        for k in 0..=CLOSER {
+            let angle = from + spacing * k as f64;
+            let here = weights.ratio(&differences(places, angle), least_difference);
+            if here < least {
+                (least, middle) = (here, angle);
+            }
+        }
+        if least <= 1.0 {
+            break;
+        }
+        width = spacing;
+    }
+    least
+}
+
+/// Lowest value of a function near a zero of P, whose square is a parabola there, from three equidistant values.
+fn bottom((left, here, right): (f64, f64, f64)) -> f64 {
+    let (l, h, r) = (left * left, here * here, right * right);
+    let bend = l + r - 2.0 * h;
+    if bend > 0.0 && bend.is_finite() {
+        (h - (r - l).powi(2) / (8.0 * bend)).max(0.0).sqrt()
+    } else {
+        here
+    }
+}
+
+/// Newton's divided differences of P at e^(i angle).
+fn differences(places: &[Place<'_>], angle: f64) -> Differences {
+    let z = Complex::from_polar(1.0, angle);
+    let mut d = [Complex::new(0.0, 0.0); MOST];
+    let count = places.len().min(MOST);
+    for (d, place) in d.iter_mut().zip(places) {
+        *d = place.list.iter().map(|mu| z - mu).product();
+    }
+    for order in 1..count {
+        for k in (order..count).rev() {
+            d[k] = (d[k] - d[k - 1]) / (places[k].x - places[k - order].x);
+        }
+    }
+    d
+}
+
+/// Rounding of P on the circle.
+fn rounding(places: &[Place<'_>]) -> f64 {
+    let size = |place: &Place<'_>| place.list.iter().map(|mu| 1.0 + mu.norm()).product::<f64>();
+    let largest = places.iter().map(size).fold(0.0, f64::max);
+    ROUNDING * largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lightly damped oscillator whose frequency is varied with twice its own: mu + 1/mu in the undamped case is a parabola
+    /// in x that passes -2 by `depth`.
+    fn tongue(x: f64, depth: f64) -> Vec<Complex<f64>> {
+        let (r, trace) = (0.98, -2.0 - depth + x * x);
+        let root = Complex::new(trace * trace - 4.0, 0.0).sqrt();
+        [1.0, -1.0].map(|s| 0.5 * r * (trace + s * root)).to_vec()
+    }
+
+    fn holds(xs: &[f64], depth: f64) -> bool {
+        let lists: Vec<_> = xs.iter().map(|x| tongue(*x, depth)).collect();
+        let places = xs.iter().zip(&lists);
+        let places: Vec<_> = places.map(|(x, list)| Place { x: *x, list }).collect();
+        Quiet::default().holds(&places)
+    }
+
+    #[test]
+    fn a_tongue_between_two_places_is_not_quiet() {
+        // At both ends the pair is complex and inside the circle. (1 - r)^2 / r = 4e-4 is the depth at which it passes -1.
+        assert!(!holds(&[-0.5, 0.5, -1.0, 1.5], 6e-4));
+        assert!(!holds(&[-0.05, 0.05, -0.5, 0.5], 6e-4));
+        assert!(holds(&[-0.05, 0.05, -0.5, 0.5], 0.5e-4));
+        assert!(holds(&[0.2, 0.4, -0.3, 0.9], 6e-4));
+        // Both ends inside the tongue of real multipliers, stable.
+        assert!(!holds(&[-0.02, 0.03, -0.06, 0.07], 6e-4));
+    }
+
+    #[test]
+    fn two_places_alone_prove_little() {
+        assert!(!holds(&[-0.5, 0.5], 0.0));
+        assert!(holds(&[1.0, 1.02], 0.0));
+    }
+}
