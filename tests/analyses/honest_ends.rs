@@ -166,7 +166,7 @@ fn a_cascade_is_the_same_over_any_range() {
             &model,
             &format!(
                 "{{type: parameter_response, method: shooting, at: 0.2, parameter: cos.0, from: {from}, to: {to}, \
-                 branches: {{depth: 4, limit: 6}}, max_points: 150}}"
+                 branches: {{depth: 4, limit: 12}}, max_points: 150}}"
             ),
         );
         let found = events(&report, "period_doubling");
