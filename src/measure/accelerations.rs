@@ -20,8 +20,10 @@ const INSTANTS: usize = 512;
 const INSTANTS_PER_EXCITATION: usize = 64;
 /// and this many per harmonic of a Fourier series.
 const INSTANTS_PER_HARMONIC: usize = 16;
-/// Share of what acts on a body below which its acceleration is rounding: peaks of noise are not refined.
-const ROUNDING: f64 = 1e-12;
+/// Rounding of an acceleration, relative to the sum of what acts on the body.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// Accelerations below this many times their rounding are noise, whose peaks are not refined.
+const NOISE: f64 = 1e3;
 
 /// `peak_acceleration.<body>..`, then `rattle_index.<body>..` of the loose bodies.
 #[derive(Debug)]
@@ -130,13 +132,13 @@ impl Accelerometer {
         let bodies = 0..anchor.bodies.len();
         bodies
             .map(|body| {
-                let size = self.accelerate(&motion, body);
-                match self.acceleration.iter().fold(0.0_f64, |m, a| m.max(*a)) {
-                    largest if largest <= ROUNDING * size => largest,
-                    largest => peak(&self.acceleration, largest, |tau| {
-                        motion.acceleration(body, tau)
-                    }),
+                let rounding = ROUNDING * self.accelerate(&motion, body);
+                let largest = self.acceleration.iter().fold(0.0_f64, |m, a| m.max(*a));
+                if largest <= NOISE * rounding {
+                    return largest;
                 }
+                let acceleration = |tau: f64| motion.acceleration(body, tau).abs();
+                peak(&self.acceleration, largest, rounding, acceleration)
             })
             .collect()
     }
@@ -225,7 +227,8 @@ impl Accelerometer {
         }
     }
 
-    /// Modulus of the acceleration of one body at these instants; returns the size of its parts.
+    /// Modulus of the acceleration of one body at these instants; returns the sum of its parts at the
+    /// first one.
     fn accelerate(&mut self, motion: &Motion<'_>, body: usize) -> f64 {
         let (assembly, count) = (motion.assembly, self.phase.len());
         let list = |k: usize| k * count..(k + 1) * count;
@@ -261,21 +264,18 @@ impl Accelerometer {
     }
 }
 
-/// sum += factor values; returns the largest modulus of a term.
+/// sum += factor values; returns the modulus of the first term.
 fn add(sum: &mut [f64], factor: f64, values: &[f64]) -> f64 {
-    let mut largest = 0.0_f64;
     for (sum, value) in sum.iter_mut().zip(values) {
-        let term = factor * value;
-        *sum += term;
-        largest = largest.max(term.abs());
+        *sum += factor * value;
     }
-    largest
+    values.first().map_or(0.0, |value| (factor * value).abs())
 }
 
-/// Largest modulus of a function of tau from the moduli of its samples over a period, `largest` among them. Between two samples
-/// it may rise above the larger one by as much as it has risen up to there: the peaks of the samples that may so become the
-/// largest are looked at closely.
-fn peak(samples: &[f64], mut largest: f64, f: impl Fn(f64) -> f64) -> f64 {
+/// Largest value of a function of tau from its samples over a period, `largest` among them; `rounding`: of its values. Between
+/// two samples it may rise above the larger one by as much as it has risen up to there: the peaks of the samples that
+/// may so become the largest are looked at closely.
+fn peak(samples: &[f64], mut largest: f64, rounding: f64, f: impl Fn(f64) -> f64) -> f64 {
     let last = samples.len() - 1;
     let reach = |j: usize| {
         let left = samples[if j == 0 { last } else { j - 1 }];
@@ -295,7 +295,7 @@ fn peak(samples: &[f64], mut largest: f64, f: impl Fn(f64) -> f64) -> f64 {
         if reach(j) > largest {
             let tau = j as f64 * width;
             let ends = (tau - width, tau + width);
-            let top = roots::summit(|x| f(x).abs(), (tau, samples[j]), ends);
+            let top = roots::summit(&f, (tau, samples[j]), ends, rounding);
             largest = largest.max(top);
         }
     }

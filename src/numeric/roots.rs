@@ -185,8 +185,13 @@ pub fn maximum(mut f: impl FnMut(f64) -> f64, (mut low, mut high): (f64, f64)) -
 
 /// Largest value of a function near an abscissa at which it is larger than at both ends of the interval around it: Brent's
 /// method, parabolas through the best three values where they help, golden section elsewhere. Ends when these three values
-/// differ by rounding, or their abscissae by a 1e-10th of the interval (at a kink). At a smooth top it takes a dozen values.
-pub fn summit(mut f: impl FnMut(f64) -> f64, (start, value): (f64, f64), ends: (f64, f64)) -> f64 {
+/// differ by `rounding`, or their abscissae by a 1e-10th of the interval (at a kink). At a smooth top it takes a dozen values.
+pub fn summit(
+    mut f: impl FnMut(f64) -> f64,
+    (start, value): (f64, f64),
+    ends: (f64, f64),
+    rounding: f64,
+) -> f64 {
     let (mut low, mut high) = ends;
     let resolution = 1e-10 * (high - low);
     // Best, second, third; the last step but one.
@@ -195,7 +200,7 @@ pub fn summit(mut f: impl FnMut(f64) -> f64, (start, value): (f64, f64), ends: (
     let (mut stride, mut before) = (0.0_f64, 0.0_f64);
     for step in 0..2 * GOLDEN_STEPS {
         let middle = 0.5 * (low + high);
-        let is_flat = (fx - fv).abs().max((fx - fw).abs()) <= 2.0 * f64::EPSILON * fx.abs();
+        let is_flat = (fx - fv).max(fx - fw) <= rounding.max(2.0 * f64::EPSILON * fx.abs());
         if (step > 2 && is_flat) || high - low <= 2.0 * resolution {
             break;
         }
@@ -262,13 +267,14 @@ mod tests {
             },
             (0.19, 0.01_f64.cos()),
             (0.1, 0.3),
+            0.0,
         );
         assert!(
             (top - 1.0).abs() < 4.0 * f64::EPSILON && calls <= 12,
             "{top} {calls}"
         );
         // A kink, a kink that is steep on one side, a flat top, and a top at which the search starts.
-        let top = summit(|x| 1.0 - (x - 0.7).abs(), (0.65, 0.95), (0.6, 0.9));
+        let top = summit(|x| 1.0 - (x - 0.7).abs(), (0.65, 0.95), (0.6, 0.9), 0.0);
         assert!((top - 1.0).abs() < 1e-9, "{top}");
         let steep = |x: f64| {
             1.0 - if x < 0.7 {
@@ -277,11 +283,19 @@ mod tests {
                 40.0 * (x - 0.7)
             }
         };
-        let top = summit(steep, (0.69, steep(0.69)), (0.6, 0.8));
+        let top = summit(steep, (0.69, steep(0.69)), (0.6, 0.8), 0.0);
         assert!((top - 1.0).abs() < 1e-8, "{top}");
-        assert_eq!(summit(|_| 3.0, (0.5, 3.0), (0.0, 1.0)), 3.0);
-        let top = summit(|x| 2.0 - (x - 0.5).powi(2), (0.5, 2.0), (0.0, 1.0));
+        assert_eq!(summit(|_| 3.0, (0.5, 3.0), (0.0, 1.0), 0.0), 3.0);
+        let top = summit(|x| 2.0 - (x - 0.5).powi(2), (0.5, 2.0), (0.0, 1.0), 0.0);
         assert_eq!(top, 2.0);
+        // Noise does not keep the search going.
+        let mut calls = 0;
+        let noisy = |x: f64| {
+            calls += 1;
+            (x - 0.2).cos() + 1e-10 * (1e12 * x).sin()
+        };
+        let top = summit(noisy, (0.19, 0.01_f64.cos()), (0.1, 0.3), 4e-10);
+        assert!((top - 1.0).abs() < 1e-9 && calls <= 20, "{top} {calls}");
     }
 
     #[test]
