@@ -1,6 +1,6 @@
 //! The key `tables`: what is computed and written.
 
-use crate::time_domain_support::{LINEAR, PAIR, names, refusal, run};
+use crate::time_domain_support::{LINEAR, PAIR, refusal, run};
 use gearlash::report::Report;
 
 fn tables(model: &str, keys: &str) -> (Report, Vec<String>) {

@@ -57,7 +57,7 @@ pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<Curve> {
     }
     let motion = Motion::new(&points, &cloud.scale);
     let half = Motion::new(&points[..points.len() / 2], &cloud.scale);
-    let rough = |rho: &f64| motion.prediction(*rho, 6).map(|(error, rho)| (error, rho));
+    let rough = |rho: &f64| motion.prediction(*rho, 6);
     let candidates = candidates(&motion.widest());
     let found = candidates.iter().filter_map(rough);
     let (_, rho) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -31,7 +31,7 @@ impl Continuation {
             origin: self.origin.clone(),
             stride: self.stride,
             step: std::mem::replace(&mut self.step, step),
-            vertical: std::mem::replace(&mut self.vertical, [false; 2]),
+            vertical: std::mem::take(&mut self.vertical),
             end: self.end.take(),
         })
     }
