@@ -3,27 +3,35 @@
 use super::branch_table::Traced;
 use super::columns::frequency_axis;
 use super::response::{Method, ResponseTable, Swept};
+use crate::postprocess::measures::is_clearance;
 use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel};
 use std::f64::consts::TAU;
 
+/// Panels that connections without a gap may fill.
+const FEW_PANELS: usize = 4;
 /// Panels drawn at most; the table has every connection.
-pub const MAX_PANELS: usize = 4;
+const MAX_PANELS: usize = 48;
+
+/// Connections that are drawn, by number: all with a gap, and others while there are few panels.
+pub fn drawn(swept: &Swept<'_>) -> Vec<usize> {
+    let mounts = swept.setting.assembly.system.mounts();
+    let has_gap = |e: &usize| is_clearance(mounts[*e].element.as_ref());
+    let (gaps, others): (Vec<usize>, Vec<usize>) = (0..mounts.len()).partition(has_gap);
+    let room = FEW_PANELS.saturating_sub(gaps.len());
+    let mut drawn: Vec<usize> = gaps.into_iter().take(MAX_PANELS).collect();
+    drawn.extend(others.into_iter().take(room));
+    drawn.sort_unstable();
+    drawn
+}
 
 /// R.m.s. deformation of each connection against the parameter, stable solid and unstable dashed, attractors as dots, one
 /// curve a method; with the backbone: the response-variant natural frequencies at the same deformation.
 pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
-    let names = swept
-        .setting
-        .assembly
-        .connections
-        .iter()
-        .enumerate()
-        .take(MAX_PANELS);
+    let names = &swept.setting.assembly.connections;
+    let panels = drawn(swept).into_iter();
     Figure {
         title: String::new(),
-        panels: names
-            .map(|(e, name)| panel(swept, traced, e, name))
-            .collect(),
+        panels: panels.map(|e| panel(swept, traced, e, &names[e])).collect(),
     }
 }
 
@@ -73,7 +81,7 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
         .first()
         .map(|t| ("method".to_string(), t.method.word().to_string()));
     let backbones = match swept.written() {
-        None => setting.assembly.system.dof().min(MAX_PANELS),
+        None => setting.assembly.system.dof().min(FEW_PANELS),
         Some(_) => 0,
     };
     for i in 1..=backbones {

@@ -320,11 +320,16 @@ impl Tracer<'_> {
     }
 
     /// Changes of stability in the step that its events do not explain; on a vertical branch a multiplier stays at 1.
-    fn unexplained(&self, ends: (&Probe, &Probe), examined: &mut Examined) -> Vec<Gap> {
-        match self.path.is_vertical() {
-            [false, false] => ledger::unexplained(ends, examined),
-            _ => Vec::new(),
+    fn unexplained(
+        &mut self,
+        ends: (&Probe, &Probe),
+        examined: &mut Examined,
+    ) -> Result<Vec<Gap>, SolveError> {
+        if self.path.is_vertical() != [false, false] {
+            return Ok(Vec::new());
         }
+        let may_break = self.may_break(ends.0)?;
+        Ok(ledger::unexplained(ends, examined, may_break))
     }
 
     /// Remembers the begin of the step for the next one, unless something grazes in between.
@@ -351,7 +356,7 @@ impl Tracer<'_> {
     /// Appends what a step brought, but for its end.
     fn keep(&mut self, a: &Probe, b: &Probe, mut examined: Examined) -> Result<(), SolveError> {
         self.remember(a, &examined.events);
-        let gaps = self.unexplained((a, b), &mut examined);
+        let gaps = self.unexplained((a, b), &mut examined)?;
         let number = self.branch.points.len() - 1;
         let gaps = gaps.iter().map(|gap| gap.as_event(number));
         examined.events.extend(gaps);
@@ -363,6 +368,10 @@ impl Tracer<'_> {
             marks,
             mut owed,
         } = examined;
+        if a.point.orientation == 0 {
+            // The crossing that the branch has just left explains a multiplier that passes 1 there.
+            owed.clear();
+        }
         for event in events.iter_mut().chain(&mut owed) {
             let earlier = |m: &&Probe| m.look.fraction < event.fraction;
             event.after_point += marks.iter().filter(earlier).count();

@@ -12,6 +12,9 @@ use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
+/// Image of a state and the derivative there.
+type Step = (Vec<f64>, Vec<f64>);
+
 /// A map given by its image and its derivative, row by row.
 struct Formula<F>(usize, F);
 
@@ -220,7 +223,7 @@ fn one_damped_coordinate_has_no_tori() {
     assert_eq!(tori(&oscillator(0.05, VanDerPol)), Tori::Possible);
 }
 
-fn logistic(a: f64) -> Formula<impl FnMut(&[f64]) -> (Vec<f64>, Vec<f64>)> {
+fn logistic(a: f64) -> Formula<impl FnMut(&[f64]) -> Step> {
     Formula(1, move |x: &[f64]| {
         (vec![a * x[0] * (1.0 - x[0])], vec![a * (1.0 - 2.0 * x[0])])
     })
@@ -335,7 +338,7 @@ fn long_transients_in_windows_are_not_called_chaotic() {
 }
 
 /// x' = a x (1 - y), y' = x loses its fixed point at a = 2 to an invariant circle with rotation number 1/6 there.
-fn delayed_logistic(a: f64) -> Formula<impl FnMut(&[f64]) -> (Vec<f64>, Vec<f64>)> {
+fn delayed_logistic(a: f64) -> Formula<impl FnMut(&[f64]) -> Step> {
     Formula(2, move |u: &[f64]| {
         let (x, y) = (u[0], u[1]);
         (

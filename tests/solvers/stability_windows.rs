@@ -96,15 +96,7 @@ fn rattling(draw: &mut Draw) -> System {
     let damping = modal_damping(&kappa, draw.log(0.02, 0.08));
     let (mean, cos) = (draw.between(0.1, 0.6), draw.between(0.1, 0.35));
     let gap = draw.log(0.1, 1.0);
-    let gaps = (0..n).map(|i| {
-        if i == 0 {
-            1.0
-        } else if is_twin {
-            1.0
-        } else {
-            gap
-        }
-    });
+    let gaps = (0..n).map(|i| if i == 0 || is_twin { 1.0 } else { gap });
     let alternating = |i: usize| if i == 0 || is_twin { cos } else { 0.0 };
     let loads = (0..n).map(|i| load(n, i, mean, alternating(i))).collect();
     let mounts = gaps.map(backlash).collect();

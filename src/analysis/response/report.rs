@@ -5,7 +5,7 @@ use super::crossings::Origin;
 use super::orbits::OrbitTable;
 use super::verify::Verification;
 use super::{BranchSettings, Method, ResponseTable, Swept};
-use crate::analysis::branch_figure::{self, MAX_PANELS};
+use crate::analysis::branch_figure;
 use crate::analysis::branch_table::{self, Traced};
 use crate::analysis::columns::{float, integer, text};
 use crate::analysis::event_table;
@@ -201,10 +201,14 @@ pub(super) fn assemble(
         let value = accuracies.as_value(settings, swept);
         report.summary.insert("accuracy".into(), value);
     }
-    let count = setting.assembly.connections.len();
-    if count > MAX_PANELS {
+    let drawn = branch_figure::drawn(swept);
+    let names = setting.assembly.connections.iter().enumerate();
+    let left_out = names.filter(|(e, _)| !drawn.contains(e));
+    let left_out: Vec<&str> = left_out.map(|(_, name)| name.as_str()).collect();
+    if !left_out.is_empty() {
         report.caption = format!(
-            "Shown are the first {MAX_PANELS} of {count} connections; the table has all of them."
+            "Not drawn: {}; the table has all connections.",
+            left_out.join(", ")
         );
     }
     let verified = verification.map(Verification::message);

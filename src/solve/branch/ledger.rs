@@ -45,7 +45,11 @@ fn outside(look: &Look) -> Option<usize> {
 
 /// Changes between neighbouring points of a step that its events do not explain. Events whose own change was not known take
 /// it over where it fits: one multiplier at a fold or branch point, any number where a force jumps at a grazing.
-pub(super) fn unexplained((a, b): (&Probe, &Probe), examined: &mut Examined) -> Vec<Gap> {
+pub(super) fn unexplained(
+    (a, b): (&Probe, &Probe),
+    examined: &mut Examined,
+    may_break: bool,
+) -> Vec<Gap> {
     let Examined {
         events,
         marks,
@@ -59,6 +63,10 @@ pub(super) fn unexplained((a, b): (&Probe, &Probe), examined: &mut Examined) -> 
         .collect();
     let mut gaps = Vec::new();
     for (k, pair) in looks.windows(2).enumerate() {
+        if k == 0 && a.point.orientation == 0 {
+            // Where another branch is left a multiplier is 1: it counts on neither side.
+            continue;
+        }
         let (from, to) = (pair[0].fraction, pair[1].fraction);
         let is_last = k + 2 == looks.len();
         let is_here =
@@ -79,7 +87,7 @@ pub(super) fn unexplained((a, b): (&Probe, &Probe), examined: &mut Examined) -> 
         }
         let takes = |e: &BifurcationEvent| match e.kind {
             EventKind::Fold | EventKind::BranchPoint => missing.abs() == 1,
-            EventKind::Grazing { .. } => true,
+            EventKind::Grazing { .. } => may_break,
             _ => false,
         };
         let expected = (before as i64 + sum).max(0) as usize;

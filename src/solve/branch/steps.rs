@@ -35,7 +35,7 @@ impl Tracer<'_> {
             let next = self.reached()?;
             let mut examined = self.examine(last, &next)?;
             let is_located = examined.events.iter().all(BifurcationEvent::is_located);
-            let is_clear = is_located && self.unexplained((last, &next), &mut examined).is_empty();
+            let is_clear = is_located && self.unexplained((last, &next), &mut examined)?.is_empty();
             if is_clear || self.may_break(&next)? {
                 return Ok(Ok((next, examined)));
             }
@@ -54,7 +54,7 @@ impl Tracer<'_> {
     }
 
     /// Whether a force jumps: orbits do so too where they graze, and shorter steps do not cross the break of the branch.
-    fn may_break(&mut self, at: &Probe) -> Result<bool, SolveError> {
+    pub(super) fn may_break(&mut self, at: &Probe) -> Result<bool, SolveError> {
         let system = self.problem.system_at(at.point.lambda)?;
         let mut laws = system.mounts().iter().map(|mount| &mount.element);
         Ok(laws.any(|law| law.is_discontinuous()))
