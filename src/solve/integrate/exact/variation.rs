@@ -1,6 +1,7 @@
 //! Small deviations from the motion: the recursion without loads, for every column of the transition matrix at once.
 
-use super::series::{COUNT, Entry, Series, dense};
+use super::series::{Entry, Series, dense};
+use crate::numeric::taylor::COUNT;
 use nalgebra::DMatrix;
 
 /// Longest step in units of time of the series.
