@@ -6,6 +6,7 @@ use super::columns::{Quantity, accelerations, float, integer};
 use super::response::{Here, Swept};
 use crate::assembly::Assembly;
 use crate::model::{Model, Structure};
+use crate::numeric::periodic::Periodic;
 use crate::numeric::roots;
 use crate::postprocess::contacts::effective_mass;
 use crate::postprocess::measures::{Measures, is_clearance};
@@ -143,10 +144,7 @@ impl LooseBody<'_> {
         let Structure::Train(train) = &model.structure else {
             return f64::NAN;
         };
-        let drag = train
-            .loads
-            .get(self.name)
-            .map_or(0.0, |load| load.series.mean());
+        let drag = train.loads.get(self.name).map_or(0.0, |load| load.mean());
         train.bodies[self.number].inertia * peaks[self.number] / drag.abs()
     }
 }
@@ -163,8 +161,9 @@ fn loose_bodies<'a>(setting: &Setting<'a>) -> Vec<LooseBody<'a>> {
         own.any(|(_, mount)| !is_clearance(mount.element.as_ref()))
     };
     let loose = |(number, name): (usize, &'a String)| {
-        let load = &train.loads.get(name)?.series;
-        let is_loose = load.mean() != 0.0 && load.is_constant() && !is_held(number);
+        let load = train.loads.get(name)?;
+        let is_loose =
+            load.mean() != 0.0 && load.parts().all(Periodic::is_constant) && !is_held(number);
         is_loose.then_some(LooseBody { number, name })
     };
     train.bodies.keys().enumerate().filter_map(loose).collect()

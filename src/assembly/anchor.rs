@@ -41,10 +41,8 @@ impl Anchor {
     /// `rates`: C P^+, n_b x n.
     pub(super) fn new(train: &Train, coupling: &Coupling, rates: DMatrix<f64>) -> Anchor {
         let loads = (train.loads.iter())
-            .filter_map(|(name, load)| {
-                let body = train.bodies.get_index_of(name)?;
-                Some((body, load.series.clone()))
-            })
+            .filter_map(|(name, load)| Some((train.bodies.get_index_of(name)?, load)))
+            .flat_map(|(body, load)| load.parts().map(move |series| (body, series.clone())))
             .collect();
         let dashpots = (train.connections.values().enumerate())
             .filter(|(_, c)| c.damping > 0.0)
@@ -139,7 +137,7 @@ pub(super) fn unbalanced_mean_load(train: &Train, coupling: &Coupling) -> Option
     let mut force = DVector::zeros(inertia.len());
     for (name, load) in &train.loads {
         if let Some(body) = train.bodies.get_index_of(name) {
-            force[body] += load.series.mean();
+            force[body] += load.mean();
         }
     }
     let mut heavy = motions.clone();

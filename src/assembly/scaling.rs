@@ -133,11 +133,11 @@ fn loads(
             continue;
         };
         let direction: DVector<f64> = mobility.column(body) / (w_c * w_c);
-        list.push(LoadSource {
-            direction,
-            series: load.series.clone(),
+        list.extend(load.parts().map(|series| LoadSource {
+            direction: direction.clone(),
+            series: series.clone(),
             kind: LoadKind::Value,
-        });
+        }));
     }
     for (k, connection) in train.connections.values().enumerate() {
         if let (Some(error), true) = (&connection.transmission_error, connection.damping > 0.0) {

@@ -1,12 +1,14 @@
 //! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
 
 mod connection;
+mod cycle;
 mod drawing;
 mod fields;
 mod geometry;
 pub mod kinematics;
 mod law;
 mod mean_motion;
+mod measured;
 mod orders;
 mod read;
 mod reduced;
@@ -218,11 +220,25 @@ pub enum ModalDamping {
     PerMode(Vec<f64>),
 }
 
-/// A torque: mean + sum of amplitude cos(order phase + phase).
+/// A torque: mean + sum of amplitude cos(order phase + phase), and a measured cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load {
     /// N m, or N on a translating mass; always `Periodic::Fourier`.
     pub series: Periodic,
+    /// A broken line over a cycle, in the same units.
+    pub cycle: Option<Periodic>,
+}
+
+impl Load {
+    /// Mean over a period.
+    pub fn mean(&self) -> f64 {
+        self.series.mean() + self.cycle.as_ref().map_or(0.0, Periodic::mean)
+    }
+
+    /// All parts, which add up.
+    pub fn parts(&self) -> impl Iterator<Item = &Periodic> {
+        std::iter::once(&self.series).chain(&self.cycle)
+    }
 }
 
 /// Characteristic frequency and displacement.

@@ -1,5 +1,7 @@
 //! Periodic functions in a model file: loads, stiffness variation, transmission error.
 
+use super::Load;
+use super::cycle::cycle;
 use super::fields::{Fields, Measure, Mistakes, Range, entries, number};
 use super::orders::Orders;
 use crate::error::Diagnostic;
@@ -34,19 +36,31 @@ impl Unit {
 /// A stiffness variation whose mean misses 1 by more is a mistake.
 const MEAN_ONE: f64 = 1e-9;
 
-/// A load.
+/// A load, with a note where its cycle repeats its first row.
 ///
-///     T = mean + sum of amplitude cos(order phase + phase_0)
+///     T = mean + sum of amplitude cos(order phase + phase_0) + cycle
 pub(super) fn load(
     node: &Node,
     path: &str,
-    measure: Measure,
+    torque: UnitDimension,
     orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
-) -> Option<Periodic> {
-    let fields = Fields::known(node, path, &["mean", "harmonics"], mistakes)?;
-    let unit = Unit::reference();
-    Some(fourier(&fields, measure, 0.0, (&unit, orders), mistakes))
+) -> Option<(Load, Option<String>)> {
+    let fields = Fields::known(node, path, &["mean", "harmonics", "cycle"], mistakes)?;
+    let (unit, measure) = (Unit::reference(), Measure::Si(torque));
+    let series = fourier(&fields, measure, 0.0, (&unit, orders), mistakes);
+    let cycle = match fields.get("cycle") {
+        Some(node) => Some(cycle(
+            node,
+            &fields.path_of("cycle"),
+            torque,
+            orders,
+            mistakes,
+        )?),
+        None => None,
+    };
+    let (cycle, note) = cycle.map_or((None, None), |(cycle, note)| (Some(cycle), note));
+    Some((Load { series, cycle }, note))
 }
 
 /// A transmission error: harmonics or a table.
