@@ -1,4 +1,4 @@
-//! P1 (residual, branch with stability and events), P3 (exact flow), P4 (Newton step against length), P5 (analyses of trains in SI
+//! P1 (residual, branch with stability and events), P3 (exact flow), P13 (series flow), P4 (Newton step against length), P5 (analyses of trains in SI
 //! units against the same equations as `reduced`) and figure 9 inside one process: `cargo bench`.
 //!
 //! Whole processes: `/usr/bin/time -v target/release/gearlash run benches/problems/P1.yaml --jobs 1 --quiet`.
@@ -142,6 +142,27 @@ fn p3_thousand_periods(bencher: Bencher) {
     system.set_excitation_frequency(1.2);
     let mut integrator = choose(&system, IntegratorChoice::Exact).expect("P3 is piecewise affine");
     let mut state = vec![0.0; 4];
+    bencher.bench_local(|| {
+        for _ in 0..1000 {
+            integrator.advance(&system, (0.0, TAU), &mut state, &mut ());
+        }
+    });
+}
+
+/// P13: a thousand periods of the everyday gear pair, with mesh stiffness that varies and with impact damping.
+#[divan::bench(args = ["varying", "impact"], sample_count = 20)]
+fn p13_thousand_periods(bencher: Bencher, law: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/problems/P13.yaml");
+    let damped = [
+        "connections.mesh.element.impact_damping=0.15 s/m".to_string(),
+        "connections.mesh.stiffness_variation={mean: 1}".to_string(),
+    ];
+    let set: &[String] = if law == "impact" { &damped } else { &[] };
+    let study = Study::load(&root, set, &[]).expect("the problem is part of the project");
+    let mut system = study.assembly.system.clone();
+    system.set_excitation_frequency(TAU * 2500.0 / study.assembly.scales.frequency);
+    let mut integrator = choose(&system, IntegratorChoice::Series).expect("the pair has a series");
+    let mut state = vec![0.0; 2 * system.dof()];
     bencher.bench_local(|| {
         for _ in 0..1000 {
             integrator.advance(&system, (0.0, TAU), &mut state, &mut ());

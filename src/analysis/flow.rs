@@ -3,9 +3,9 @@
 use super::cost::{Cost, Period};
 use super::{Fault, Initial, Setting, limits};
 use crate::quantity::Quantity;
-use crate::solve::attractor::{ALIGNMENT, LabelOptions, Lengths, MapSize};
+use crate::solve::attractor::{ALIGNMENT, LabelOptions, Lengths, MapSize, Stop};
 use crate::solve::equilibrium::{NoEquilibrium, equilibrium};
-use crate::solve::integrate::{self, Integrator, IntegratorChoice};
+use crate::solve::integrate::{self, IntegrationEnd, Integrator, IntegratorChoice};
 use crate::system::System;
 
 /// The integrator that an analysis asked for, for a system of its setting.
@@ -79,6 +79,27 @@ impl Motion {
             warning,
         })
     }
+}
+
+/// Why a motion ended, with the name of the connection, its state and the time where a force is not analytic, in the units of the
+/// report.
+pub fn tell(stop: Stop, setting: &Setting<'_>) -> String {
+    let Stop::Failed(IntegrationEnd::NotAnalytic(at), period) = stop else {
+        return stop.to_string();
+    };
+    let scales = &setting.assembly.scales;
+    let name = &setting.assembly.connections[at.connection];
+    let time = ((period - 1) as f64 + at.share) * at.period;
+    let (l, w) = match setting.is_si() {
+        true => (scales.displacement[at.connection], scales.frequency),
+        false => (1.0, 1.0),
+    };
+    let (q, v) = (at.deformation * l, at.rate * l * w);
+    let clock = if setting.is_si() { "t" } else { "T" };
+    format!(
+        "{name}: {stop}, at {clock} = {:.9e}, deformation {q:.9e}, rate {v:.9e}",
+        time / w
+    )
 }
 
 /// Static equilibrium at rest, [q; v], 2n values, with a warning where there is none or several: motion then starts undeformed, or

@@ -196,11 +196,16 @@ impl PoincareMap {
                 "periods": count,
                 "extension": run.attractor.extension,
                 "lyapunov": values,
-                "stop": run.attractor.record.stop.map(|s| s.to_string()),
+                "stop": run.attractor.record.stop.map(|s| flow::tell(s, setting)),
             }));
         }
         let stops: Vec<String> = (runs.iter().enumerate())
-            .filter_map(|(k, run)| Some(format!("run {k}: {}", run.attractor.record.stop?)))
+            .filter_map(|(k, run)| {
+                Some(format!(
+                    "run {k}: {}",
+                    flow::tell(run.attractor.record.stop?, setting)
+                ))
+            })
             .collect();
         let mut warnings: Vec<String> = runs.iter().filter_map(|r| r.warning.clone()).collect();
         warnings.dedup();

@@ -154,7 +154,7 @@ impl Analysis for TimeHistory {
             tables: record.tables(setting),
             figure: Some(figure(setting)),
             warnings: warning.into_iter().collect(),
-            ended_early: stop.map(|s| s.to_string()),
+            ended_early: stop.map(|s| flow::tell(s, setting)),
             ..Report::default()
         };
         let options = serde_json::to_value(self).unwrap_or(Value::Null);

@@ -1,5 +1,8 @@
 //! Backlash: two flanks with a gap between them.
 
+use super::derivatives::from_force;
+use super::number::Number;
+use super::tape::Symbol;
 use super::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
 };
@@ -106,26 +109,38 @@ crate::register_element! {
     example: "{type: backlash, half_gap: 1.0, impact_damping: 0.05}",
 }
 
+impl Backlash {
+    #[inline]
+    fn force<N: Number>(&self, q: N, v: N) -> N {
+        let p = match self.half_gap {
+            0.0 => q,
+            b => q - q.clamp(-b, b),
+        };
+        if self.impact_damping == 0.0 {
+            return p;
+        }
+        let beta = match self.impact_damping_law {
+            ImpactDampingLaw::Dissipative => p.sign() * self.impact_damping,
+            ImpactDampingLaw::Literal => N::from(self.impact_damping),
+        };
+        p * (beta * v + 1.0)
+    }
+}
+
 #[typetag::serde(name = "backlash")]
 impl Element for Backlash {
     #[inline]
     fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
-        let p = q - q.clamp(-self.half_gap, self.half_gap);
-        let slope = if q.abs() > self.half_gap || self.half_gap == 0.0 {
-            1.0
-        } else {
-            0.0
-        };
-        let beta = match self.impact_damping_law {
-            ImpactDampingLaw::Dissipative => self.impact_damping * p.signum(),
-            ImpactDampingLaw::Literal => self.impact_damping,
-        };
-        let factor = 1.0 + beta * v;
-        Response {
-            f: p * factor,
-            df_dq: slope * factor,
-            df_dv: p * beta,
-        }
+        from_force(q, v, |q, v| self.force(q, v))
+    }
+
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(self.force(q, v))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

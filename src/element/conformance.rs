@@ -1,5 +1,6 @@
 //! The contract of a law as an executable check, for laws of this crate and of users alike.
 
+mod series;
 mod smoothness;
 mod table;
 
@@ -44,6 +45,7 @@ impl Violations {
 /// - `flank` changes at breakpoints only, an open flank carries no force, and a stretch without any force is open;
 /// - scaling displacement, time and force changes the law, its breakpoints and its flanks as its dimensions say:
 ///   f*(q / l, v / (l w)) = f(q, v) / l;
+/// - the force that `trace` records, if it does, is that of `eval` all over each region between breakpoints;
 /// - `eval_many` and the copy say what `eval` says, and so does the law after a round trip through serde under its tag.
 ///
 /// # Errors
@@ -72,6 +74,7 @@ pub fn check(element: &dyn Element) -> Result<(), Violations> {
         covariance(element, &units, &mut found);
     }
     copies(element, &mut found);
+    series::check(element, &mut found);
     Violations::conclude(found)
 }
 

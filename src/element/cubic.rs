@@ -1,5 +1,8 @@
 //! The Duffing spring.
 
+use super::derivatives::from_force;
+use super::number::Number;
+use super::tape::Symbol;
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response};
 use serde::{Deserialize, Serialize};
 
@@ -27,15 +30,26 @@ crate::register_element! {
     example: "{type: cubic, cubic: 0.1}",
 }
 
+impl Cubic {
+    #[inline]
+    fn force<N: Number>(&self, q: N) -> N {
+        q * (q * self.cubic * q + 1.0)
+    }
+}
+
 #[typetag::serde(name = "cubic")]
 impl Element for Cubic {
-    fn eval(&self, q: f64, _v: f64, _phase: f64) -> Response {
-        let square = self.cubic * q * q;
-        Response {
-            f: q * (1.0 + square),
-            df_dq: 1.0 + 3.0 * square,
-            df_dv: 0.0,
-        }
+    fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
+        from_force(q, v, |q, _| self.force(q))
+    }
+
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        _v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(self.force(q))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

@@ -1,12 +1,19 @@
 //! Exact derivatives of a law without writing them: numbers that carry their partial derivatives along.
 //!
-//! A law computes its force with [`Dual`] numbers instead of `f64`; [`from_force`] makes the [`Response`] of it:
+//! A law computes its force over any [`Number`]; [`from_force`] makes the [`Response`] of it:
 //!
-//!     fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
-//!         from_force(q, v, |q, v| q + self.cubic * q.powi(3) + self.damping * v)
-//!     }
+//! ```text
+//! fn force<N: Number>(&self, q: N, v: N) -> N {
+//!     q + q.powi(3) * self.cubic + v * self.damping
+//! }
+//!
+//! fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
+//!     from_force(q, v, |q, v| self.force(q, v))
+//! }
+//! ```
 
 use super::Response;
+use super::number::Number;
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -14,16 +21,17 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 ///
 /// Comparisons look at the value alone, so that `if q > b` works as with plain numbers.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Dual {
+pub struct Dual<N = f64> {
     /// The number.
-    pub value: f64,
+    pub value: N,
     /// Its derivative with respect to q.
-    pub dq: f64,
+    pub dq: N,
     /// Its derivative with respect to v.
-    pub dv: f64,
+    pub dv: N,
 }
 
 /// Force and exact partials of a law at (q, v), from its force alone.
+#[inline]
 pub fn from_force(q: f64, v: f64, force: impl FnOnce(Dual, Dual) -> Dual) -> Response {
     let f = force(Dual::displacement(q), Dual::velocity(v));
     Response {
@@ -33,244 +41,224 @@ pub fn from_force(q: f64, v: f64, force: impl FnOnce(Dual, Dual) -> Dual) -> Res
     }
 }
 
-impl Dual {
+impl<N: Number> Dual<N> {
     /// A number that depends on neither q nor v.
-    pub const fn constant(value: f64) -> Dual {
+    #[inline]
+    pub fn constant(value: N) -> Dual<N> {
+        let zero = N::from(0.0);
         Dual {
             value,
-            dq: 0.0,
-            dv: 0.0,
+            dq: zero,
+            dv: zero,
         }
     }
 
     /// q itself.
-    pub const fn displacement(q: f64) -> Dual {
+    #[inline]
+    pub fn displacement(q: N) -> Dual<N> {
         Dual {
-            value: q,
-            dq: 1.0,
-            dv: 0.0,
+            dq: N::from(1.0),
+            ..Dual::constant(q)
         }
     }
 
     /// v itself.
-    pub const fn velocity(v: f64) -> Dual {
+    #[inline]
+    pub fn velocity(v: N) -> Dual<N> {
         Dual {
-            value: v,
-            dq: 0.0,
-            dv: 1.0,
+            dv: N::from(1.0),
+            ..Dual::constant(v)
         }
     }
 
     /// A function of this number: its value here, and its slope here by the chain rule.
+    #[inline]
     #[must_use]
-    pub fn chain(self, value: f64, slope: f64) -> Dual {
+    pub fn chain(self, value: N, slope: N) -> Dual<N> {
         Dual {
             value,
             dq: product(slope, self.dq),
             dv: product(slope, self.dv),
         }
     }
+}
 
-    /// |x|; at 0 the slope of the right side.
-    #[must_use]
-    pub fn abs(self) -> Dual {
-        if self.value < 0.0 { -self } else { self }
+impl<N: Number> Number for Dual<N> {
+    #[inline]
+    fn value(self) -> f64 {
+        self.value.value()
     }
 
-    /// -1, 0 or 1.
-    #[must_use]
-    pub fn sign(self) -> Dual {
-        match self.value {
-            x if x > 0.0 => Dual::constant(1.0),
-            x if x < 0.0 => Dual::constant(-1.0),
-            x => Dual::constant(0.0 * x),
-        }
+    #[inline]
+    fn is_zero(self) -> bool {
+        self.value.is_zero() && self.dq.is_zero() && self.dv.is_zero()
     }
 
-    /// The smaller one; not a number if either is none.
-    #[must_use]
-    pub fn min(self, other: impl Into<Dual>) -> Dual {
-        let other = other.into();
-        if other.value < self.value || other.value.is_nan() {
-            other
-        } else {
-            self
-        }
-    }
-
-    /// The larger one; not a number if either is none.
-    #[must_use]
-    pub fn max(self, other: impl Into<Dual>) -> Dual {
-        let other = other.into();
-        if other.value > self.value || other.value.is_nan() {
-            other
-        } else {
-            self
-        }
-    }
-
-    /// The nearest number between two bounds, `low` <= `high`.
-    #[must_use]
-    pub fn clamp(self, low: f64, high: f64) -> Dual {
-        self.max(low).min(high)
-    }
-
-    /// x^n for a whole number n.
-    #[must_use]
-    pub fn powi(self, n: i32) -> Dual {
+    #[inline]
+    fn powi(self, n: i32) -> Dual<N> {
         let slope = match n {
-            0 => 0.0,
-            n => f64::from(n) * self.value.powi(n - 1),
+            0 => N::from(0.0),
+            n => self.value.powi(n - 1) * f64::from(n),
         };
         self.chain(self.value.powi(n), slope)
     }
 
-    /// x^n for a constant n.
-    #[must_use]
-    pub fn powf(self, n: f64) -> Dual {
+    #[inline]
+    fn powf(self, n: f64) -> Dual<N> {
         let slope = if n == 0.0 {
-            0.0
+            N::from(0.0)
         } else {
-            n * self.value.powf(n - 1.0)
+            self.value.powf(n - 1.0) * n
         };
         self.chain(self.value.powf(n), slope)
     }
 
-    /// x^y.
-    #[must_use]
-    pub fn pow(self, y: Dual) -> Dual {
-        let base = self.powf(y.value);
-        let exponent = y.chain(base.value, base.value * self.value.ln());
+    #[inline]
+    fn pow(self, y: Dual<N>) -> Dual<N> {
+        let value = self.value.pow(y.value);
+        let slope = if y.value.is_zero() {
+            N::from(0.0)
+        } else {
+            y.value * self.value.pow(y.value - 1.0)
+        };
+        let base = self.chain(value, slope);
+        if y.dq.is_zero() && y.dv.is_zero() {
+            return base;
+        }
+        let exponent = y.chain(value, value * self.value.ln());
         Dual {
-            value: base.value,
+            value,
             dq: base.dq + exponent.dq,
             dv: base.dv + exponent.dv,
         }
     }
 
-    /// Square root.
-    #[must_use]
-    pub fn sqrt(self) -> Dual {
+    #[inline]
+    fn sqrt(self) -> Dual<N> {
         let root = self.value.sqrt();
-        self.chain(root, 0.5 / root)
+        self.chain(root, N::from(0.5) / root)
     }
 
-    /// e^x.
-    #[must_use]
-    pub fn exp(self) -> Dual {
+    #[inline]
+    fn exp(self) -> Dual<N> {
         let value = self.value.exp();
         self.chain(value, value)
     }
 
-    /// Natural logarithm.
-    #[must_use]
-    pub fn ln(self) -> Dual {
-        self.chain(self.value.ln(), 1.0 / self.value)
+    #[inline]
+    fn ln(self) -> Dual<N> {
+        self.chain(self.value.ln(), N::from(1.0) / self.value)
     }
 
-    /// Sine.
-    #[must_use]
-    pub fn sin(self) -> Dual {
-        let (sin, cos) = self.value.sin_cos();
-        self.chain(sin, cos)
+    #[inline]
+    fn sin(self) -> Dual<N> {
+        self.chain(self.value.sin(), self.value.cos())
     }
 
-    /// Cosine.
-    #[must_use]
-    pub fn cos(self) -> Dual {
-        let (sin, cos) = self.value.sin_cos();
-        self.chain(cos, -sin)
+    #[inline]
+    fn cos(self) -> Dual<N> {
+        self.chain(self.value.cos(), -self.value.sin())
     }
 
-    /// Tangent.
-    #[must_use]
-    pub fn tan(self) -> Dual {
+    #[inline]
+    fn tan(self) -> Dual<N> {
         let tan = self.value.tan();
-        self.chain(tan, 1.0 + tan * tan)
+        self.chain(tan, tan * tan + 1.0)
     }
 
-    /// Arc tangent.
-    #[must_use]
-    pub fn atan(self) -> Dual {
-        self.chain(self.value.atan(), 1.0 / (1.0 + self.value * self.value))
+    #[inline]
+    fn atan(self) -> Dual<N> {
+        let below = self.value * self.value + 1.0;
+        self.chain(self.value.atan(), N::from(1.0) / below)
     }
 
-    /// Hyperbolic sine.
-    #[must_use]
-    pub fn sinh(self) -> Dual {
+    #[inline]
+    fn sinh(self) -> Dual<N> {
         self.chain(self.value.sinh(), self.value.cosh())
     }
 
-    /// Hyperbolic cosine.
-    #[must_use]
-    pub fn cosh(self) -> Dual {
+    #[inline]
+    fn cosh(self) -> Dual<N> {
         self.chain(self.value.cosh(), self.value.sinh())
     }
 
-    /// Hyperbolic tangent.
-    #[must_use]
-    pub fn tanh(self) -> Dual {
+    #[inline]
+    fn tanh(self) -> Dual<N> {
         let tanh = self.value.tanh();
-        self.chain(tanh, 1.0 - tanh * tanh)
+        self.chain(tanh, N::from(1.0) - tanh * tanh)
     }
 }
 
 /// Slope times derivative: what does not vary stays constant, also where the slope is infinite (the root at 0).
-fn product(slope: f64, derivative: f64) -> f64 {
-    if derivative == 0.0 {
-        0.0
+#[inline]
+fn product<N: Number>(slope: N, derivative: N) -> N {
+    if derivative.is_zero() {
+        N::from(0.0)
     } else {
         slope * derivative
     }
 }
 
 /// Derivative of a quotient from those above and below the line.
-fn quotient_slope(quotient: f64, divisor: f64, (above, below): (f64, f64)) -> f64 {
-    product(1.0 / divisor, above - product(quotient, below))
+#[inline]
+fn quotient_slope<N: Number>(quotient: N, divisor: N, (above, below): (N, N)) -> N {
+    let change = above - product(quotient, below);
+    product(N::from(1.0) / divisor, change)
 }
 
-impl From<f64> for Dual {
-    fn from(value: f64) -> Dual {
-        Dual::constant(value)
+impl<N: Number> From<f64> for Dual<N> {
+    #[inline]
+    fn from(value: f64) -> Dual<N> {
+        Dual::constant(N::from(value))
     }
 }
 
-impl PartialEq for Dual {
-    fn eq(&self, other: &Dual) -> bool {
+impl<N: Number> PartialEq for Dual<N> {
+    #[inline]
+    fn eq(&self, other: &Dual<N>) -> bool {
         self.value == other.value
     }
 }
 
-impl PartialOrd for Dual {
-    fn partial_cmp(&self, other: &Dual) -> Option<Ordering> {
+impl<N: Number> PartialOrd for Dual<N> {
+    #[inline]
+    fn partial_cmp(&self, other: &Dual<N>) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
     }
 }
 
-impl PartialEq<f64> for Dual {
+impl<N: Number> PartialEq<f64> for Dual<N> {
+    #[inline]
     fn eq(&self, other: &f64) -> bool {
         self.value == *other
     }
 }
 
-impl PartialOrd<f64> for Dual {
+impl<N: Number> PartialOrd<f64> for Dual<N> {
+    #[inline]
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
         self.value.partial_cmp(other)
     }
 }
 
-impl Neg for Dual {
-    type Output = Dual;
+impl<N: Number> Neg for Dual<N> {
+    type Output = Dual<N>;
 
-    fn neg(self) -> Dual {
-        self.chain(-self.value, -1.0)
+    #[inline]
+    fn neg(self) -> Dual<N> {
+        Dual {
+            value: -self.value,
+            dq: -self.dq,
+            dv: -self.dv,
+        }
     }
 }
 
-impl Add for Dual {
-    type Output = Dual;
+impl<N: Number> Add for Dual<N> {
+    type Output = Dual<N>;
 
-    fn add(self, other: Dual) -> Dual {
+    #[inline]
+    fn add(self, other: Dual<N>) -> Dual<N> {
         Dual {
             value: self.value + other.value,
             dq: self.dq + other.dq,
@@ -279,10 +267,11 @@ impl Add for Dual {
     }
 }
 
-impl Sub for Dual {
-    type Output = Dual;
+impl<N: Number> Sub for Dual<N> {
+    type Output = Dual<N>;
 
-    fn sub(self, other: Dual) -> Dual {
+    #[inline]
+    fn sub(self, other: Dual<N>) -> Dual<N> {
         Dual {
             value: self.value - other.value,
             dq: self.dq - other.dq,
@@ -291,10 +280,11 @@ impl Sub for Dual {
     }
 }
 
-impl Mul for Dual {
-    type Output = Dual;
+impl<N: Number> Mul for Dual<N> {
+    type Output = Dual<N>;
 
-    fn mul(self, other: Dual) -> Dual {
+    #[inline]
+    fn mul(self, other: Dual<N>) -> Dual<N> {
         Dual {
             value: self.value * other.value,
             dq: product(other.value, self.dq) + product(self.value, other.dq),
@@ -303,10 +293,11 @@ impl Mul for Dual {
     }
 }
 
-impl Div for Dual {
-    type Output = Dual;
+impl<N: Number> Div for Dual<N> {
+    type Output = Dual<N>;
 
-    fn div(self, other: Dual) -> Dual {
+    #[inline]
+    fn div(self, other: Dual<N>) -> Dual<N> {
         let value = self.value / other.value;
         Dual {
             value,
@@ -319,19 +310,21 @@ impl Div for Dual {
 /// The operators with a plain number on either side.
 macro_rules! with_numbers {
     ($($operator:ident $method:ident)*) => { $(
-        impl $operator<f64> for Dual {
-            type Output = Dual;
+        impl<N: Number> $operator<f64> for Dual<N> {
+            type Output = Dual<N>;
 
-            fn $method(self, other: f64) -> Dual {
-                $operator::$method(self, Dual::constant(other))
+            #[inline]
+            fn $method(self, other: f64) -> Dual<N> {
+                $operator::$method(self, Dual::from(other))
             }
         }
 
-        impl $operator<Dual> for f64 {
-            type Output = Dual;
+        impl<N: Number> $operator<Dual<N>> for f64 {
+            type Output = Dual<N>;
 
-            fn $method(self, other: Dual) -> Dual {
-                $operator::$method(Dual::constant(self), other)
+            #[inline]
+            fn $method(self, other: Dual<N>) -> Dual<N> {
+                $operator::$method(Dual::from(self), other)
             }
         }
     )* };

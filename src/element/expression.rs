@@ -6,6 +6,8 @@ mod program;
 mod reader;
 mod token;
 
+use super::derivatives::{Dual, from_force};
+use super::tape::Symbol;
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response, Scale};
 use formula::{Formula, Node, Variable, is_reserved};
 use indexmap::IndexMap;
@@ -152,12 +154,10 @@ impl Expression {
         } else {
             0.0
         };
-        let force = run(formula, &self.values, Point { q, v, phase });
-        Response {
-            f: force.value,
-            df_dq: force.dq,
-            df_dv: force.dv,
-        }
+        from_force(q, v, |q, v| {
+            let phase = Dual::from(phase);
+            run(formula, &self.values, Point { q, v, phase })
+        })
     }
 
     /// What follows from the formula and the values of its parameters.
@@ -270,6 +270,27 @@ impl Element for Expression {
     #[inline]
     fn eval(&self, q: f64, v: f64, phase: f64) -> Response {
         self.scale.eval(q, v, |q, v| self.own(q, v, phase))
+    }
+
+    /// The phase comes within one turn.
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        v: Symbol<'t>,
+        phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        let formula = self.formula.as_ref().map_err(Fault::to_string)?;
+        if let Some(hidden) = self.kinks.hidden.first() {
+            let (word, character) = self.word_at(hidden.place);
+            return Err(format!(
+                "`{word}` (character {character}) switches on something that is not affine in q alone"
+            ));
+        }
+        if self.jumps_with_the_phase {
+            return Err("the force jumps from phase 2 pi to 0".into());
+        }
+        let law = |q, v| run(formula, &self.values, Point { q, v, phase });
+        Ok(self.scale.force(q, v, law))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

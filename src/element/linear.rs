@@ -1,5 +1,6 @@
 //! The linear law.
 
+use super::tape::Symbol;
 use super::{Element, Parameter, Response};
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,15 @@ impl Element for Linear {
             df_dq: 1.0,
             df_dv: 0.0,
         }
+    }
+
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        _v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(q)
     }
 
     fn visit_parameters(&mut self, _visit: &mut dyn FnMut(Parameter<'_>)) {}

@@ -5,8 +5,11 @@
 
 pub mod conformance;
 pub mod derivatives;
+pub mod number;
 mod registry;
 mod scale;
+pub mod tape;
+mod traced;
 
 mod backlash;
 mod cubic;
@@ -29,6 +32,9 @@ pub use registry::{
 };
 pub use scale::Scale;
 pub use tanh_friction::TanhFriction;
+pub use traced::Traced;
+
+use tape::Symbol;
 
 /// Force of a law and its partial derivatives at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -203,6 +209,22 @@ impl InvalidParameter {
 pub trait Element: std::fmt::Debug + Send + Sync {
     /// Force and partials. Finite for finite input; does not allocate.
     fn eval(&self, q: f64, v: f64, phase: f64) -> Response;
+
+    /// The force over numbers that record what is done with them: the Taylor series of the flow come from it.
+    ///
+    /// A law that computes its force over any [`number::Number`] hands that computation over. It is followed once in every
+    /// region between breakpoints.
+    ///
+    /// # Errors
+    /// Why there is no series; the default, for laws that compute with plain numbers only. Such laws are integrated by DOPRI5.
+    fn trace<'t>(
+        &self,
+        _q: Symbol<'t>,
+        _v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Err("its force is computed with plain numbers only (`eval` without `trace`)".into())
+    }
 
     /// Offers every dimensional or tunable parameter exactly once, in a fixed order.
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>));

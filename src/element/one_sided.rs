@@ -1,5 +1,8 @@
 //! A stop on one side.
 
+use super::derivatives::from_force;
+use super::number::Number;
+use super::tape::Symbol;
 use super::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
 };
@@ -37,22 +40,31 @@ crate::register_element! {
     example: "{type: one_sided, gap: 0.5}",
 }
 
+impl OneSided {
+    #[inline]
+    fn force<N: Number>(&self, q: N) -> N {
+        match self.side {
+            Side::Positive if q > self.gap => q - self.gap,
+            Side::Negative if q < -self.gap => q + self.gap,
+            _ => N::from(0.0),
+        }
+    }
+}
+
 #[typetag::serde(name = "one_sided")]
 impl Element for OneSided {
-    fn eval(&self, q: f64, _v: f64, _phase: f64) -> Response {
-        match self.side {
-            Side::Positive if q > self.gap => Response {
-                f: q - self.gap,
-                df_dq: 1.0,
-                df_dv: 0.0,
-            },
-            Side::Negative if q < -self.gap => Response {
-                f: q + self.gap,
-                df_dq: 1.0,
-                df_dv: 0.0,
-            },
-            _ => Response::default(),
-        }
+    #[inline]
+    fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
+        from_force(q, v, |q, _| self.force(q))
+    }
+
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        _v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(self.force(q))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

@@ -1,5 +1,7 @@
 //! Any continuous broken line: multi-stage clutches, bilinear stops.
 
+use super::number::Number;
+use super::tape::Symbol;
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response};
 use serde::{Deserialize, Serialize};
 
@@ -34,15 +36,15 @@ impl PiecewiseLinear {
     }
 
     /// Summed outwards from q = 0, so that an open stretch carries exactly no force.
-    fn force(&self, q: f64) -> f64 {
+    fn force<N: Number>(&self, q: N) -> N {
         let kinks = self.breakpoints.iter().zip(self.slopes.windows(2));
-        kinks.fold(self.slopes[self.region(0.0)] * q, |f, (b, s)| {
+        kinks.fold(q * self.slopes[self.region(0.0)], |f, (b, s)| {
             let beyond = if *b >= 0.0 {
-                (q - b).max(0.0)
+                (q - *b).max(0.0)
             } else {
-                (b - q).max(0.0)
+                (-q + *b).max(0.0)
             };
-            f + (s[1] - s[0]) * beyond
+            f + beyond * (s[1] - s[0])
         })
     }
 
@@ -60,6 +62,15 @@ impl Element for PiecewiseLinear {
             df_dq: self.slopes[self.region(q)],
             df_dv: 0.0,
         }
+    }
+
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        _v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(self.force(q))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

@@ -1,5 +1,8 @@
 //! A joint pressed against its flanks: backlash with a force that has to be overcome first.
 
+use super::derivatives::from_force;
+use super::number::Number;
+use super::tape::Symbol;
 use super::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
 };
@@ -34,22 +37,31 @@ crate::register_element! {
     example: "{type: preloaded, half_gap: 0.6, preload: 0.2}",
 }
 
+impl Preloaded {
+    #[inline]
+    fn force<N: Number>(&self, q: N) -> N {
+        let p = match self.half_gap {
+            0.0 => q,
+            b => q - q.clamp(-b, b),
+        };
+        p + p.sign() * self.preload
+    }
+}
+
 #[typetag::serde(name = "preloaded")]
 impl Element for Preloaded {
     #[inline]
-    fn eval(&self, q: f64, _v: f64, _phase: f64) -> Response {
-        let p = q - q.clamp(-self.half_gap, self.half_gap);
-        let contact = match p {
-            _ if p > 0.0 => 1.0,
-            _ if p < 0.0 => -1.0,
-            _ => 0.0,
-        };
-        let is_closed = contact != 0.0 || self.half_gap == 0.0;
-        Response {
-            f: p + contact * self.preload,
-            df_dq: if is_closed { 1.0 } else { 0.0 },
-            df_dv: 0.0,
-        }
+    fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
+        from_force(q, v, |q, _| self.force(q))
+    }
+
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        _v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(self.force(q))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

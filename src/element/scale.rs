@@ -1,5 +1,6 @@
 //! Laws that are evaluated in units of their own.
 
+use super::number::Number;
 use super::{Response, Units};
 
 /// The units in which a law is evaluated, seen from those in which it is asked: 1 as written, else those of
@@ -43,6 +44,12 @@ impl Scale {
             df_dq: own.df_dq * (self.displacement / self.force),
             df_dv: own.df_dv * (self.velocity / self.force),
         }
+    }
+
+    /// The same for a force over any kind of number.
+    #[inline]
+    pub fn force<N: Number>(&self, q: N, v: N, law: impl FnOnce(N, N) -> N) -> N {
+        law(q * self.displacement, v * self.velocity) / self.force
     }
 
     /// A displacement in the law's own units.

@@ -1,5 +1,8 @@
 //! Dry friction, regularised.
 
+use super::derivatives::from_force;
+use super::number::Number;
+use super::tape::Symbol;
 use super::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
 };
@@ -31,16 +34,27 @@ crate::register_element! {
     example: "{type: tanh_friction, force: 0.3, velocity: 0.7}",
 }
 
+impl TanhFriction {
+    #[inline]
+    fn force<N: Number>(&self, v: N) -> N {
+        (v / self.velocity).tanh() * self.force
+    }
+}
+
 #[typetag::serde(name = "tanh_friction")]
 impl Element for TanhFriction {
     #[inline]
-    fn eval(&self, _q: f64, v: f64, _phase: f64) -> Response {
-        let t = (v / self.velocity).tanh();
-        Response {
-            f: self.force * t,
-            df_dq: 0.0,
-            df_dv: self.force * (1.0 - t * t) / self.velocity,
-        }
+    fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
+        from_force(q, v, |_, v| self.force(v))
+    }
+
+    fn trace<'t>(
+        &self,
+        _q: Symbol<'t>,
+        v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(self.force(v))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

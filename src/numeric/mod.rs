@@ -19,4 +19,5 @@ pub mod periodic;
 pub mod quadrature;
 pub mod roots;
 pub mod symmetric;
+pub mod taylor;
 pub mod trigonometric;

@@ -183,6 +183,36 @@ impl Periodic {
         copy
     }
 
+    /// Whether the function changes otherwise than by jumps.
+    pub fn varies_smoothly(&self) -> bool {
+        !self.is_constant() && !matches!(self, Periodic::Rectangular { .. })
+    }
+
+    /// A bound on the modulus.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Periodic::Fourier { mean, harmonics } => {
+                let amplitudes = harmonics.iter().map(|h| h.cos.hypot(h.sin));
+                mean.abs() + amplitudes.sum::<f64>()
+            }
+            Periodic::Table { values, .. } => values.iter().fold(0.0, |m, v| m.max(v.abs())),
+            Periodic::Rectangular { high, low, .. } => high.abs().max(low.abs()),
+        }
+    }
+
+    /// Largest value and slope together, roughly.
+    pub fn steepest(&self) -> f64 {
+        match self {
+            Periodic::Fourier { mean, harmonics } => harmonics.iter().fold(mean.abs(), |sum, h| {
+                sum + h.order as f64 * (h.cos.abs() + h.sin.abs())
+            }),
+            Periodic::Table { values, base_order } => {
+                self.largest() * (1.0 + (values.len() * base_order) as f64)
+            }
+            Periodic::Rectangular { .. } => self.largest(),
+        }
+    }
+
     /// Whether the function is the same at every phase.
     pub fn is_constant(&self) -> bool {
         match self {

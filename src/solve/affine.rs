@@ -41,18 +41,4 @@ impl AffineLaw {
             flanks,
         }
     }
-
-    /// Borders of a region.
-    pub fn borders(&self, region: usize) -> (f64, f64) {
-        let low = region
-            .checked_sub(1)
-            .map_or(f64::NEG_INFINITY, |k| self.breakpoints[k]);
-        (
-            low,
-            self.breakpoints
-                .get(region)
-                .copied()
-                .unwrap_or(f64::INFINITY),
-        )
-    }
 }

@@ -8,6 +8,8 @@ use crate::system::Mount;
 pub enum ClosedForm {
     /// The motion, by the exact flow.
     Flow,
+    /// The motion, by the series flow. What the law itself needs is seen when it is followed.
+    Series,
     /// The Fourier integrals of the force, by the exact quadrature.
     Quadrature,
 }
@@ -18,12 +20,17 @@ impl ClosedForm {
         let need = self.need(mount)?;
         Some(match self {
             ClosedForm::Flow => format!("exact integration needs {need}"),
+            ClosedForm::Series => format!("the series flow needs {need}"),
             ClosedForm::Quadrature => format!("exact quadrature needs {need}"),
         })
     }
 
     fn need(self, mount: &Mount) -> Option<&'static str> {
         let error = &mount.transmission_error;
+        if self == ClosedForm::Series {
+            let jumps = |e: &Periodic| matches!(e, Periodic::Rectangular { .. });
+            return (error.iter().any(jumps)).then_some("a transmission error without jumps");
+        }
         let variation = &mount.stiffness_variation;
         if !mount.element.is_piecewise_affine() || mount.element.depends_on_velocity() {
             return Some("a piecewise-affine law (and impact_damping 0)");
@@ -39,7 +46,9 @@ impl ClosedForm {
         };
         match self {
             _ if variation.iter().all(is_allowed) => None,
-            ClosedForm::Flow => Some("a constant or rectangular stiffness variation"),
+            ClosedForm::Flow | ClosedForm::Series => {
+                Some("a constant or rectangular stiffness variation")
+            }
             ClosedForm::Quadrature => {
                 Some("a stiffness variation made of harmonics or rectangular, not of a table")
             }

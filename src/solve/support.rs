@@ -2,6 +2,7 @@
 
 use super::closed_form::ClosedForm;
 use super::floquet;
+use super::integrate::series_refusal;
 use crate::system::Mount;
 
 /// How far a solver goes.
@@ -28,7 +29,7 @@ pub struct Support {
 }
 
 /// What every solver does with a connection, always in the same order.
-pub fn of(mount: &Mount) -> [Support; 6] {
+pub fn of(mount: &Mount) -> [Support; 7] {
     let law = mount.element.as_ref();
     let (is_hidden, is_jumping) = (law.has_hidden_jumps(), law.is_discontinuous());
     let yes = |how: &str| (Reach::Yes, how.to_string());
@@ -37,6 +38,11 @@ pub fn of(mount: &Mount) -> [Support; 6] {
     let flow = match ClosedForm::Flow.refusal(mount) {
         None if is_jumping => yes("jumps located; a joint that sticks on one ends it"),
         None => yes("closed form between switches"),
+        Some(reason) => (Reach::No, reason),
+    };
+    let series = match series_refusal(mount) {
+        None if flow.0 == Reach::Yes => yes("the closed form is its case of constant coefficients"),
+        None => yes("Taylor series between switches, errors from their last terms"),
         Some(reason) => (Reach::No, reason),
     };
     let quadrature = match ClosedForm::Quadrature.refusal(mount) {
@@ -55,9 +61,10 @@ pub fn of(mount: &Mount) -> [Support; 6] {
         (_, true) => yes("sampled, with the instants of jumps as roots"),
         _ => yes("sampled"),
     };
-    let shooting = match (is_hidden, flow.0) {
-        (true, _) => (Reach::No, no_transition.to_string()),
-        (_, Reach::Yes) => yes("by the exact flow, if every connection admits it"),
+    let shooting = match (is_hidden, flow.0, series.0) {
+        (true, ..) => (Reach::No, no_transition.to_string()),
+        (_, Reach::Yes, _) => yes("by the exact flow, if every connection admits it"),
+        (.., Reach::Yes) => yes("by the series flow, if every connection has a series"),
         _ => yes("by DOPRI5"),
     };
     let multipliers = match is_hidden {
@@ -67,6 +74,7 @@ pub fn of(mount: &Mount) -> [Support; 6] {
     };
     [
         ("exact flow", flow),
+        ("series flow", series),
         ("DOPRI5", dopri5),
         ("Galerkin", galerkin),
         ("exact quadrature", quadrature),

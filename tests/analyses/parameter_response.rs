@@ -246,7 +246,7 @@ fn the_integrators_that_ran_are_named() {
     let report = run(TRAIN, text);
     let branches = &report.summary["branches"];
     assert_eq!(branches[0]["integrator"], Value::Null);
-    assert_eq!(branches[1]["integrator"], "exact, dopri5");
+    assert_eq!(branches[1]["integrator"], "exact, series");
     let table = main_table(&report);
     let rows = marked(table);
     assert_eq!(rows.len(), 2);

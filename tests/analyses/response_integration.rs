@@ -156,7 +156,7 @@ fn doubled_and_chaotic_attractors_say_so() {
 }
 
 #[test]
-fn impact_damping_runs_on_dopri5_and_si_reports_have_units() {
+fn impact_damping_runs_on_the_series_flow_and_si_reports_have_units() {
     let model = format!(
         "{}\nreport: {{units: si}}",
         TRAIN.replace(
@@ -168,7 +168,7 @@ fn impact_damping_runs_on_dopri5_and_si_reports_have_units() {
         &model,
         "{type: frequency_response, method: integration, from: 2 kHz, to: 1900 Hz, points: 2, transient: 200, periods: 5}",
     );
-    assert_eq!(report.summary["branches"][0]["integrator"], "dopri5");
+    assert_eq!(report.summary["branches"][0]["integrator"], "series");
     let table = main_table(&report);
     assert_eq!(texts(table, "label"), ["period 1", "period 1"]);
     let hertz = floats(table, "frequency_hz");

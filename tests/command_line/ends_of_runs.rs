@@ -97,6 +97,15 @@ fn what_was_reached_is_written() {
 #[test]
 fn a_collapse_of_the_step() {
     for analysis in [HISTORY, MAP] {
+        // The series flow names the place: q = 1, where the formula divides by zero.
+        for what in [
+            "magnet: a force is not analytic",
+            "deformation 9.99",
+            " at T = ",
+        ] {
+            ends_early(&format!("{FALLING}{analysis}"), what);
+        }
+        let analysis = analysis.replace("at: 0.1", "integrator: dopri5, at: 0.1");
         ends_early(
             &format!("{FALLING}{analysis}"),
             "the step fell below the resolution of the time",

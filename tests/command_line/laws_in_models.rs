@@ -112,16 +112,16 @@ fn check_says_what_every_solver_can_do() {
         (reach.join(" "), text, json["warnings"].to_string())
     };
     let (reach, text, _) = solvers("{type: backlash, half_gap: 40 um}");
-    assert_eq!(reach, "yes yes yes yes yes yes");
+    assert_eq!(reach, "yes yes yes yes yes yes yes");
     assert!(text.contains("exact exponentials"), "{text}");
     let (reach, text, _) = solvers("{type: backlash, half_gap: 40 um, impact_damping: 0.5}");
-    assert_eq!(reach, "no yes yes no yes yes");
+    assert_eq!(reach, "no yes yes yes no yes yes");
     assert!(text.contains("exact quadrature, no: "), "{text}");
     assert!(text.contains("exact flow, no: exact integration needs a piecewise-affine law (and impact_damping 0) (mesh)"), "{text}");
     let (reach, ..) = solvers("{type: preloaded, half_gap: 5 um, preload: 300 N}");
-    assert_eq!(reach, "yes yes yes yes yes yes");
+    assert_eq!(reach, "yes yes yes yes yes yes yes");
     let (reach, text, warnings) = solvers("{type: expression, force: 2.4e8*q + 50*sign(v)}");
-    assert_eq!(reach, "no limited limited no no no");
+    assert_eq!(reach, "no no limited limited no no no");
     assert!(
         text.contains("shooting, no: no transition matrix"),
         "{text}"

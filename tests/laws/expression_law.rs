@@ -2,6 +2,7 @@
 
 use gearlash::element::conformance::check;
 use gearlash::element::derivatives::{Dual, from_force};
+use gearlash::element::number::Number;
 use gearlash::element::{
     Backlash, Cubic, Element, Expression, ImpactDampingLaw, OneSided, PiecewiseLinear, Preloaded,
     Side, TanhFriction, Units, nondimensional,

@@ -20,8 +20,13 @@ impl Observer for Switches {
     }
 }
 
-/// A train of n coordinates with all its numbers drawn from `x`, values in 0..1.
-fn train(n: usize, is_loop: bool, x: &[f64]) -> System {
+/// A train of n coordinates with all its numbers drawn from `x`, values in 0..1; `mount` makes connection j.
+pub fn train(
+    n: usize,
+    is_loop: bool,
+    x: &[f64],
+    mount: impl Fn(usize, &mut dyn FnMut(f64, f64) -> f64) -> Mount,
+) -> System {
     let mut next = x.iter().cycle().copied();
     let mut draw = |low: f64, high: f64| low + (high - low) * next.next().unwrap();
     let e = n + usize::from(is_loop);
@@ -43,49 +48,52 @@ fn train(n: usize, is_loop: bool, x: &[f64]) -> System {
         (p.row(i) * minv_bt.column(j))[(0, 0)] * stiffness[j]
     });
     let gamma = &kappa * &map * draw(0.0, 0.2);
-    let mounts = (0..e)
-        .map(|j| match j % 4 {
-            1 => Mount::new(Box::new(PiecewiseLinear {
-                breakpoints: vec![-draw(0.2, 1.0), draw(0.1, 1.0)],
-                slopes: vec![1.0, draw(0.0, 0.3), draw(0.5, 1.5)],
-            })),
-            3 => Mount::new(Box::new(OneSided {
-                gap: draw(0.0, 0.5),
-                side: Side::Negative,
-            })),
-            _ => {
-                let mut mount = backlash(draw(0.05, 1.0));
-                if draw(0.0, 1.0) > 0.6 {
-                    let (high, low) = (1.2, 0.8);
-                    mount.stiffness_variation = Some(Periodic::Rectangular {
-                        high,
-                        low,
-                        duty: 0.5,
-                        phase: draw(0.0, 6.0),
-                        base_order: 2,
-                    });
-                }
-                if draw(0.0, 1.0) > 0.6 {
-                    let harmonics = vec![Harmonic {
-                        order: 2,
-                        cos: draw(0.0, 0.2),
-                        sin: draw(0.0, 0.2),
-                    }];
-                    mount.transmission_error = Some(Periodic::Fourier {
-                        mean: 0.0,
-                        harmonics,
-                    });
-                }
-                mount
-            }
-        })
-        .collect();
+    let mounts = (0..e).map(|j| mount(j, &mut draw)).collect();
     let loads = (0..n)
         .map(|i| load(n, i, draw(-0.3, 0.5), draw(0.0, 0.5)))
         .collect();
     let mut system = System::new(gamma, kappa, map, mounts, loads).unwrap();
     system.set_excitation_frequency(draw(0.3, 2.0));
     system
+}
+
+/// Laws and excitations of the exact flow.
+fn mount(j: usize, draw: &mut dyn FnMut(f64, f64) -> f64) -> Mount {
+    match j % 4 {
+        1 => Mount::new(Box::new(PiecewiseLinear {
+            breakpoints: vec![-draw(0.2, 1.0), draw(0.1, 1.0)],
+            slopes: vec![1.0, draw(0.0, 0.3), draw(0.5, 1.5)],
+        })),
+        3 => Mount::new(Box::new(OneSided {
+            gap: draw(0.0, 0.5),
+            side: Side::Negative,
+        })),
+        _ => {
+            let mut mount = backlash(draw(0.05, 1.0));
+            if draw(0.0, 1.0) > 0.6 {
+                let (high, low) = (1.2, 0.8);
+                mount.stiffness_variation = Some(Periodic::Rectangular {
+                    high,
+                    low,
+                    duty: 0.5,
+                    phase: draw(0.0, 6.0),
+                    base_order: 2,
+                });
+            }
+            if draw(0.0, 1.0) > 0.6 {
+                let harmonics = vec![Harmonic {
+                    order: 2,
+                    cos: draw(0.0, 0.2),
+                    sin: draw(0.0, 0.2),
+                }];
+                mount.transmission_error = Some(Periodic::Fourier {
+                    mean: 0.0,
+                    harmonics,
+                });
+            }
+            mount
+        }
+    }
 }
 
 fn compare(system: &System, x: &[f64]) -> Result<(), String> {
@@ -156,7 +164,7 @@ fn random_trains_over_one_period() {
         .run(
             &(2..9_usize, proptest::bool::ANY, numbers),
             |(n, is_loop, x)| {
-                let system = train(n, is_loop, &x);
+                let system = train(n, is_loop, &x, mount);
                 compare(&system, &x).map_err(proptest::test_runner::TestCaseError::fail)
             },
         )

@@ -3,7 +3,9 @@
 use crate::common::{backlash, floats, load, matrix, reference};
 use gearlash::element::{Linear, OneSided, Side};
 use gearlash::numeric::periodic::Periodic;
-use gearlash::solve::integrate::{Exact, IntegrationEnd, Integrator, Observer, Segment, Switch};
+use gearlash::solve::integrate::{
+    Exact, IntegrationEnd, Integrator, IntegratorChoice, Observer, Segment, Switch, choose,
+};
 use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
 use std::f64::consts::{PI, TAU};
@@ -302,11 +304,18 @@ fn laws_that_are_not_affine_are_named() {
     let mounts = vec![backlash(1.0), Mount::new(Box::new(law))];
     let eye = DMatrix::identity(2, 2);
     let system = System::new(eye.clone(), eye.clone(), eye, mounts, vec![]).unwrap();
-    let error = Exact::new(&system, 10).unwrap_err().to_string();
+    let error = choose(&system, IntegratorChoice::Exact).err().unwrap();
+    let error = error.to_string();
     assert!(
         error.contains("connection 1") && error.contains("piecewise-affine"),
         "{error}"
     );
+    // It has a series, and `auto` says which of the two ran.
+    let flow = choose(&system, IntegratorChoice::Auto).unwrap();
+    assert_eq!(flow.name(), "series");
+    let affine = System::new(one(0.1), one(1.0), one(1.0), vec![backlash(1.0)], vec![]).unwrap();
+    let flow = choose(&affine, IntegratorChoice::Auto).unwrap();
+    assert_eq!(flow.name(), "exact");
 }
 
 #[test]

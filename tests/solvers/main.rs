@@ -17,6 +17,7 @@ mod continuation;
 mod crosscheck_excitations;
 mod crosscheck_integrators;
 mod crosscheck_models;
+mod crosscheck_series;
 mod dopri5;
 mod dopri5_switches;
 mod exact_energy;

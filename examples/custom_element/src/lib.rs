@@ -2,7 +2,9 @@
 
 #![forbid(unsafe_code)]
 
-use gearlash::element::derivatives::{Dual, from_force};
+use gearlash::element::derivatives::from_force;
+use gearlash::element::number::Number;
+use gearlash::element::tape::Symbol;
 use gearlash::element::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
 };
@@ -42,14 +44,27 @@ gearlash::register_element! {
     example: "{type: hertz, half_gap: 0.5, coefficient: 1.2}",
 }
 
+impl Hertz {
+    fn force<N: Number>(&self, q: N) -> N {
+        let approach = (q.abs() - self.half_gap).max(0.0);
+        approach.powf(1.5) * q.sign() * self.coefficient
+    }
+}
+
 #[typetag::serde(name = "hertz")]
 impl Element for Hertz {
+    // Derivatives come with the numbers: nobody has to write them.
     fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
-        // Derivatives come with the numbers: nobody has to write them.
-        from_force(q, v, |q: Dual, _v: Dual| {
-            let approach = (q.abs() - self.half_gap).max(0.0);
-            self.coefficient * q.sign() * approach.powf(1.5)
-        })
+        from_force(q, v, |q, _v| self.force(q))
+    }
+
+    fn trace<'t>(
+        &self,
+        q: Symbol<'t>,
+        _v: Symbol<'t>,
+        _phase: Symbol<'t>,
+    ) -> Result<Symbol<'t>, String> {
+        Ok(self.force(q))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {

@@ -280,7 +280,7 @@ impl<'a> Work<'a> {
         match attractor.record.stop {
             // A point that was cut short says nothing about its attractor.
             Some(Stop::Interrupted) => return None,
-            Some(stop) => self.stop(run, k, value, &stop.to_string()),
+            Some(stop) => self.stop(run, k, value, &flow::tell(stop, setting)),
             None => {}
         }
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;

@@ -6,6 +6,7 @@
 
 use super::report::{Delivered, Ending, early_message};
 use super::{BranchSettings, Method, Swept};
+use crate::analysis::Setting;
 use crate::analysis::bifurcation_diagram::Direction;
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::analysis::flow;
@@ -124,7 +125,7 @@ impl Sweep<'_, '_> {
         );
         reconsider(moving, &mut attractor, hints, options, &mut keep_going);
         if let Some(stop) = attractor.record.stop {
-            return Err(reason(stop));
+            return Err(reason(setting, stop));
         }
         let label = attractor.label;
         let (system, orbit) = self.measured(system, &attractor, &state)?;
@@ -157,7 +158,7 @@ impl Sweep<'_, '_> {
         if go_on {
             Ok(())
         } else {
-            Err(reason(Stop::Interrupted))
+            Err(reason(self.swept.setting, Stop::Interrupted))
         }
     }
 
@@ -182,22 +183,22 @@ impl Sweep<'_, '_> {
         let width = TAU / periods as f64;
         for k in 0..periods {
             if setting.control.is_interrupted() {
-                return Err(reason(Stop::Interrupted));
+                return Err(reason(setting, Stop::Interrupted));
             }
             let span = (k as f64 * width, (k + 1) as f64 * width);
             let end = integrator.advance(&system, span, &mut state, &mut orbit);
             if end != IntegrationEnd::Reached {
-                return Err(reason(Stop::of(end, k + 1)));
+                return Err(reason(setting, Stop::of(end, k + 1)));
             }
         }
         Ok((system, Orbit::Segments(orbit)))
     }
 }
 
-fn reason(stop: Stop) -> Reason {
+fn reason(setting: &Setting<'_>, stop: Stop) -> Reason {
     let word = match stop {
         Stop::Interrupted => "interrupted",
         Stop::Failed(..) => "integration_failed",
     };
-    (word, stop.to_string())
+    (word, flow::tell(stop, setting))
 }

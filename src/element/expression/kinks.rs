@@ -182,11 +182,7 @@ impl Search<'_> {
             return false;
         }
         let at = |q: f64| {
-            let point = Point {
-                q,
-                v: 0.0,
-                phase: 0.0,
-            };
+            let point = Point::at_rest(q);
             // Arguments stand before the node at hand, which has no shape yet.
             let nodes = &self.formula.nodes[..self.shapes.len()];
             function(&values(nodes, self.parameters, point))
@@ -230,11 +226,7 @@ fn root(at: &impl Fn(f64) -> Dual, inside: f64, (low, high): (f64, f64)) -> Opti
 /// Drops levels at which a piecewise affine function goes straight on.
 fn forget_smooth(formula: &Formula, parameters: &[f64], levels: &mut Vec<f64>) {
     let affine = |q: f64| {
-        let point = Point {
-            q,
-            v: 0.0,
-            phase: 0.0,
-        };
+        let point = Point::at_rest(q);
         let all = values(&formula.nodes, parameters, point);
         let value = all.last().copied().unwrap_or_default();
         (value.dq, value.value - value.dq * q)

@@ -1,8 +1,9 @@
-//! Evaluation of a formula: instructions on a stack of dual numbers, without allocation.
+//! Evaluation of a formula: instructions on a stack of numbers of any kind, without allocation.
 
 use super::MAX_STACK;
 use super::formula::{Binary, Formula, Node, Unary, Variable};
 use crate::element::derivatives::Dual;
+use crate::element::number::Number;
 
 /// One instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,18 +23,29 @@ pub(super) enum Op {
 
 /// What a formula is evaluated at.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Point {
-    pub(super) q: f64,
-    pub(super) v: f64,
-    pub(super) phase: f64,
+pub(super) struct Point<N> {
+    pub(super) q: N,
+    pub(super) v: N,
+    pub(super) phase: N,
 }
 
-impl Point {
-    fn variable(&self, variable: Variable) -> Dual {
+impl<N: Number> Point<N> {
+    fn variable(&self, variable: Variable) -> N {
         match variable {
-            Variable::Displacement => Dual::displacement(self.q),
-            Variable::Velocity => Dual::velocity(self.v),
-            Variable::Phase => Dual::constant(self.phase),
+            Variable::Displacement => self.q,
+            Variable::Velocity => self.v,
+            Variable::Phase => self.phase,
+        }
+    }
+}
+
+impl Point<Dual> {
+    /// At a displacement, at rest and at phase 0.
+    pub(super) fn at_rest(q: f64) -> Point<Dual> {
+        Point {
+            q: Dual::displacement(q),
+            v: Dual::velocity(0.0),
+            phase: Dual::constant(0.0),
         }
     }
 }
@@ -41,18 +53,18 @@ impl Point {
 /// Most formulas need no more values at once; a small stack is quicker to lay out.
 const SMALL_STACK: usize = 8;
 
-/// Value of a formula with its partials.
+/// Value of a formula.
 #[inline]
-pub(super) fn run(formula: &Formula, parameters: &[f64], at: Point) -> Dual {
+pub(super) fn run<N: Number>(formula: &Formula, parameters: &[f64], at: Point<N>) -> N {
     if formula.stack <= SMALL_STACK {
-        run_on::<SMALL_STACK>(&formula.code, parameters, at)
+        run_on::<SMALL_STACK, N>(&formula.code, parameters, at)
     } else {
-        run_on::<MAX_STACK>(&formula.code, parameters, at)
+        run_on::<MAX_STACK, N>(&formula.code, parameters, at)
     }
 }
 
-fn run_on<const SIZE: usize>(code: &[Op], parameters: &[f64], at: Point) -> Dual {
-    let mut stack = [Dual::constant(0.0); SIZE];
+fn run_on<const SIZE: usize, N: Number>(code: &[Op], parameters: &[f64], at: Point<N>) -> N {
+    let mut stack = [N::from(0.0); SIZE];
     let (mut count, mut next) = (0, 0);
     while let Some(op) = code.get(next) {
         next += 1;
@@ -66,20 +78,20 @@ fn run_on<const SIZE: usize>(code: &[Op], parameters: &[f64], at: Point) -> Dual
             Op::Skip(to) => next = to,
             Op::SkipUnless(to) => {
                 count -= 1;
-                if stack[count].value == 0.0 {
+                if stack[count] == 0.0 {
                     next = to;
                 }
             }
-            Op::Number(value) => (stack[count], count) = (Dual::constant(value), count + 1),
+            Op::Number(value) => (stack[count], count) = (N::from(value), count + 1),
             Op::Variable(variable) => (stack[count], count) = (at.variable(variable), count + 1),
-            Op::Parameter(k) => (stack[count], count) = (Dual::constant(parameters[k]), count + 1),
+            Op::Parameter(k) => (stack[count], count) = (N::from(parameters[k]), count + 1),
         }
     }
     stack[0]
 }
 
 /// Values of the first nodes, those of branches that do not count included.
-pub(super) fn values(nodes: &[Node], parameters: &[f64], at: Point) -> Vec<Dual> {
+pub(super) fn values(nodes: &[Node], parameters: &[f64], at: Point<Dual>) -> Vec<Dual> {
     let mut list: Vec<Dual> = Vec::with_capacity(nodes.len());
     for node in nodes {
         list.push(match *node {
@@ -94,10 +106,10 @@ pub(super) fn values(nodes: &[Node], parameters: &[f64], at: Point) -> Vec<Dual>
     list
 }
 
-fn unary(operator: Unary, x: Dual) -> Dual {
+fn unary<N: Number>(operator: Unary, x: N) -> N {
     match operator {
         Unary::Negative => -x,
-        Unary::Not => truth(x.value == 0.0),
+        Unary::Not => truth(x == 0.0),
         Unary::Abs => x.abs(),
         Unary::Sign => x.sign(),
         Unary::Sqrt => x.sqrt(),
@@ -113,7 +125,7 @@ fn unary(operator: Unary, x: Dual) -> Dual {
     }
 }
 
-fn binary(operator: Binary, a: Dual, b: Dual) -> Dual {
+fn binary<N: Number>(operator: Binary, a: N, b: N) -> N {
     match operator {
         Binary::Add => a + b,
         Binary::Subtract => a - b,
@@ -128,11 +140,11 @@ fn binary(operator: Binary, a: Dual, b: Dual) -> Dual {
         Binary::GreaterEqual => truth(a >= b),
         Binary::Equal => truth(a == b),
         Binary::NotEqual => truth(a != b),
-        Binary::And => truth(a.value != 0.0 && b.value != 0.0),
-        Binary::Or => truth(a.value != 0.0 || b.value != 0.0),
+        Binary::And => truth(a != 0.0 && b != 0.0),
+        Binary::Or => truth(a != 0.0 || b != 0.0),
     }
 }
 
-fn truth(holds: bool) -> Dual {
-    Dual::constant(f64::from(u8::from(holds)))
+fn truth<N: Number>(holds: bool) -> N {
+    N::from(f64::from(u8::from(holds)))
 }

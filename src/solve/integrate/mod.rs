@@ -4,10 +4,12 @@ mod dopri5;
 mod exact;
 
 pub use dopri5::{Dopri5, Dopri5Options};
-pub use exact::Exact;
+use exact::Law;
+pub use exact::{Exact, SeriesOptions};
 
+use super::closed_form::ClosedForm;
 use crate::error::SolveError;
-use crate::system::System;
+use crate::system::{Mount, System};
 use nalgebra::DMatrix;
 
 /// Why an integration stopped.
@@ -21,10 +23,27 @@ pub enum IntegrationEnd {
     MaxSteps,
     /// More switches in one call than were allowed: chatter.
     TooManySwitches,
-    /// The state is not finite.
+    /// The state is not finite, or beyond all bounds.
     Diverged,
     /// Somebody asked to stop.
     Interrupted,
+    /// The force of a connection has no finite series: a root of a negative number, a division by zero.
+    NotAnalytic(Singularity),
+}
+
+/// Where a force has no finite series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Singularity {
+    /// Connection.
+    pub connection: usize,
+    /// Deformation.
+    pub deformation: f64,
+    /// Its rate, d/d(omega_c t).
+    pub rate: f64,
+    /// Share of the excitation period at hand, 0..1.
+    pub share: f64,
+    /// Length of the excitation period in omega_c t.
+    pub period: f64,
 }
 
 impl IntegrationEnd {
@@ -37,6 +56,9 @@ impl IntegrationEnd {
             IntegrationEnd::TooManySwitches => "too many switches in one period (chatter)",
             IntegrationEnd::Diverged => "the state is not finite",
             IntegrationEnd::Interrupted => "interrupted",
+            IntegrationEnd::NotAnalytic(_) => {
+                "a force is not analytic (division by zero, or root or logarithm of a negative number)"
+            }
         }
     }
 }
@@ -112,7 +134,7 @@ impl Observer for () {
 /// ([`Integrator::start`] reports it once, at the start of a motion). Where the force jumps at a switch the variation gets the saltation matrix of [`super::jumps`]; a continuous force needs none.
 /// With hidden jumps ([`crate::element::Element::has_hidden_jumps`]) the variation is not known: Phi becomes NaN.
 pub trait Integrator {
-    /// `exact` or `dopri5`: the result says which integrator ran.
+    /// `exact`, `series` or `dopri5`: the result says which integrator ran.
     fn name(&self) -> &'static str;
 
     /// Reports the contacts made at the start of a motion: by connections on a breakpoint that move from there into contact.
@@ -163,13 +185,24 @@ pub trait Integrator {
 )]
 #[serde(rename_all = "snake_case")]
 pub enum IntegratorChoice {
-    /// The exact flow where every law allows it, DOPRI5 else; the result says which.
+    /// The series flow where every law allows it, in closed form where that is possible, DOPRI5 else; the result says which.
     #[default]
     Auto,
-    /// The exact flow; refused where a law does not allow it.
+    /// The flow in closed form; refused where a law or excitation does not allow it.
     Exact,
+    /// The flow by Taylor series, which is the closed form where there is one; refused where a law has no series.
+    Series,
     /// Dormand and Prince's method.
     Dopri5,
+}
+
+/// What keeps the series flow from a connection; `None` when it can take it.
+pub fn series_refusal(mount: &Mount) -> Option<String> {
+    let excitation = ClosedForm::Series.refusal(mount);
+    excitation.or_else(|| {
+        let law = Law::read(mount.element.as_ref());
+        law.err().map(|reason| format!("no series: {reason}"))
+    })
 }
 
 /// Switches allowed in one response period before the motion counts as chatter.
@@ -186,7 +219,15 @@ pub fn choose(
     let dopri5 = || Box::new(Dopri5::new(system, Dopri5Options::default()));
     match choice {
         IntegratorChoice::Dopri5 => Ok(dopri5()),
-        IntegratorChoice::Exact => Ok(Box::new(Exact::new(system, MAX_SWITCHES)?)),
+        IntegratorChoice::Exact => {
+            let refusal = |mount| ClosedForm::Flow.refusal(mount);
+            let refusals = system.mounts().iter().map(refusal).enumerate();
+            for (connection, reason) in refusals.filter_map(|(k, r)| Some((k, r?))) {
+                return Err(SolveError::Unsupported { connection, reason });
+            }
+            Ok(Box::new(Exact::new(system, MAX_SWITCHES)?))
+        }
+        IntegratorChoice::Series => Ok(Box::new(Exact::new(system, MAX_SWITCHES)?)),
         IntegratorChoice::Auto => match Exact::new(system, MAX_SWITCHES) {
             Ok(exact) => Ok(Box::new(exact)),
             Err(_) => Ok(dopri5()),

@@ -65,7 +65,7 @@ impl Regions {
         self.windows.resize(self.levels.len(), (0.0, 0.0));
         (0..self.levels.len()).for_each(|k| self.set_window(k));
         self.slopes.clear();
-        let slope = |error: &Periodic| system.subharmonic() as f64 * steepest(error);
+        let slope = |error: &Periodic| system.subharmonic() as f64 * error.steepest();
         let errors = system.mounts().iter().map(|m| &m.transmission_error);
         self.slopes
             .extend(errors.map(|e| e.as_ref().map_or(0.0, slope)));
@@ -333,19 +333,6 @@ impl Regions {
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m, x| m.max(x.abs()))
-}
-
-/// Largest value and slope of a series together.
-fn steepest(series: &Periodic) -> f64 {
-    match series {
-        Periodic::Fourier { mean, harmonics } => harmonics.iter().fold(mean.abs(), |sum, h| {
-            sum + h.order as f64 * (h.cos.abs() + h.sin.abs())
-        }),
-        Periodic::Table { values, base_order } => {
-            largest(values) * (1.0 + (values.len() * base_order) as f64)
-        }
-        Periodic::Rectangular { high, low, .. } => high.abs().max(low.abs()),
-    }
 }
 
 /// A distance from a level that a law's own rounding does not bridge.

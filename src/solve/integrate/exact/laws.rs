@@ -1,24 +1,228 @@
-//! The laws of a system that the exact flow can take.
+//! The laws of a system as the flow sees them: in every region between breakpoints an affine function or a program.
 
+use crate::element::Element;
+use crate::element::tape::Tape;
 use crate::error::SolveError;
+use crate::numeric::taylor::{Affine, Program};
 use crate::solve::affine::AffineLaw;
 use crate::solve::closed_form::ClosedForm;
 use crate::system::System;
 
-/// The tables of every connection.
-///
-/// # Errors
-/// A law that is not piecewise affine, an excitation that is no Fourier series, or a stiffness variation that is neither
-/// constant nor rectangular; the connection is named by its number.
-pub fn read(system: &System) -> Result<Vec<AffineLaw>, SolveError> {
-    for (connection, mount) in system.mounts().iter().enumerate() {
-        if let Some(reason) = ClosedForm::Flow.refusal(mount) {
-            return Err(SolveError::Unsupported { connection, reason });
+/// A law between its breakpoints.
+#[derive(Debug, Clone)]
+pub struct Law {
+    /// Ascending.
+    pub breakpoints: Vec<f64>,
+    /// Flank in each region, one more than breakpoints.
+    pub flanks: Vec<i8>,
+    /// Force in each region.
+    pub pieces: Vec<Piece>,
+}
+
+/// The force in one region.
+#[derive(Debug, Clone)]
+pub enum Piece {
+    /// constant + q x + v dx/dT.
+    Affine(Affine),
+    /// Anything analytic.
+    Smooth(Smooth),
+}
+
+/// An analytic force and its partial derivatives.
+#[derive(Debug, Clone)]
+pub struct Smooth {
+    /// One output: f(x, dx/dT, phase).
+    pub force: Program,
+    /// Two outputs: df/dx, df/dv.
+    pub partials: Program,
+}
+
+impl Law {
+    /// Follows a law once in each region.
+    ///
+    /// # Errors
+    /// Why it has no series.
+    pub fn read(element: &dyn Element) -> Result<Law, String> {
+        if element.is_piecewise_affine() && !element.depends_on_velocity() {
+            return Ok(AffineLaw::read(element).into());
+        }
+        if element.has_hidden_jumps() {
+            return Err("its force may jump where no breakpoint is known".into());
+        }
+        let breakpoints = element.breakpoints();
+        let (mut pieces, mut flanks) = (Vec::new(), Vec::new());
+        for region in 0..=breakpoints.len() {
+            let inside = inside(&breakpoints, region);
+            pieces.push(trace(element, inside)?);
+            flanks.push(element.flank(inside));
+        }
+        let law = Law {
+            breakpoints,
+            flanks,
+            pieces,
+        };
+        law.check_ends()?;
+        Ok(law)
+    }
+
+    /// Borders of a region.
+    pub fn borders(&self, region: usize) -> (f64, f64) {
+        let low = region.checked_sub(1).map(|k| self.breakpoints[k]);
+        let high = self.breakpoints.get(region).copied();
+        (
+            low.unwrap_or(f64::NEG_INFINITY),
+            high.unwrap_or(f64::INFINITY),
+        )
+    }
+
+    /// Whether the force is a broken line over the deformation alone.
+    pub fn is_affine(&self) -> bool {
+        let is_line = |piece: &Piece| matches!(piece, Piece::Affine(a) if a.v == 0.0);
+        self.pieces.iter().all(is_line)
+    }
+
+    /// Registers that the programs need at most.
+    pub fn registers(&self) -> usize {
+        let size = |piece: &Piece| match piece {
+            Piece::Affine(_) => 0,
+            Piece::Smooth(smooth) => smooth.force.ops.len().max(smooth.partials.ops.len()),
+        };
+        self.pieces.iter().map(size).max().unwrap_or(0)
+    }
+
+    /// Whether a phase enters anywhere.
+    pub fn reads_phase(&self) -> bool {
+        self.pieces.iter().any(|piece| match piece {
+            Piece::Affine(_) => false,
+            Piece::Smooth(smooth) => smooth.force.reads_phase() || smooth.partials.reads_phase(),
+        })
+    }
+
+    /// Moduli of the slopes df/dx and df/dv, chosen among the regions; of smooth forces the largest ones seen at breakpoints and one
+    /// displacement beyond them, at rest and in motion.
+    pub fn slopes(&self, chosen: fn(f64, f64) -> f64) -> (f64, f64) {
+        let slopes = (0..self.pieces.len()).map(|region| self.steepest(region));
+        let both = |a: (f64, f64), b: (f64, f64)| (chosen(a.0, b.0), chosen(a.1, b.1));
+        slopes.reduce(both).unwrap_or((0.0, 0.0))
+    }
+
+    fn steepest(&self, region: usize) -> (f64, f64) {
+        let piece = &self.pieces[region];
+        if let Piece::Affine(affine) = piece {
+            return (affine.q.abs(), affine.v.abs());
+        }
+        let (low, high) = self.borders(region);
+        let ends = [low, low + 1.0, high - 1.0, high];
+        let ends = ends.map(|x| if x.is_finite() { x } else { 0.0 });
+        let middle = inside(&self.breakpoints, region);
+        let places = ends.into_iter().chain([middle - 1.0, middle, middle + 1.0]);
+        let places = places.map(|x| x.clamp(low, high));
+        let larger = |most: f64, x: f64| {
+            if x.is_finite() {
+                most.max(x.abs())
+            } else {
+                most
+            }
+        };
+        let states = places.flat_map(|x| [-1.0, 0.0, 1.0].map(|v| (x, v)));
+        states.fold((0.0, 0.0), |most, (x, v)| {
+            let (q, v) = piece.partials(x, v);
+            (larger(most.0, q), larger(most.1, v))
+        })
+    }
+
+    /// A motion that enters a region starts at its border: the force has to have a series there.
+    fn check_ends(&self) -> Result<(), String> {
+        for (region, piece) in self.pieces.iter().enumerate() {
+            let (low, high) = self.borders(region);
+            for level in [low, high].into_iter().filter(|x| x.is_finite()) {
+                if !piece.is_analytic_at(level) {
+                    return Err(format!(
+                        "its force is not analytic at the breakpoint {level}, where motions start"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Piece {
+    fn partials(&self, x: f64, v: f64) -> (f64, f64) {
+        match self {
+            Piece::Affine(affine) => (affine.q, affine.v),
+            Piece::Smooth(smooth) => {
+                let values = smooth.partials.values(x, v, 0.0);
+                (values[0], values[1])
+            }
         }
     }
-    Ok(system
-        .mounts()
-        .iter()
-        .map(|m| AffineLaw::read(m.element.as_ref()))
-        .collect())
+
+    /// Whether a motion through x has a finite series of the force.
+    fn is_analytic_at(&self, x: f64) -> bool {
+        let Piece::Smooth(smooth) = self else {
+            return true;
+        };
+        [&smooth.force, &smooth.partials]
+            .into_iter()
+            .all(|program| program.is_analytic_along((x, 1.0), (0.3, 0.2), (1.0, 1.0)))
+    }
+}
+
+impl From<AffineLaw> for Law {
+    fn from(law: AffineLaw) -> Law {
+        let lines = law.slopes.iter().zip(&law.offsets);
+        let pieces = lines.map(|(slope, offset)| {
+            Piece::Affine(Affine {
+                constant: *offset,
+                q: *slope,
+                v: 0.0,
+            })
+        });
+        Law {
+            pieces: pieces.collect(),
+            breakpoints: law.breakpoints,
+            flanks: law.flanks,
+        }
+    }
+}
+
+/// A displacement inside a region.
+fn inside(breakpoints: &[f64], region: usize) -> f64 {
+    let below = region.checked_sub(1).map(|k| breakpoints[k]);
+    match (below, breakpoints.get(region)) {
+        (None, None) => 0.0,
+        (Some(below), None) => below + below.abs() + 1.0,
+        (None, Some(above)) => above - above.abs() - 1.0,
+        (Some(below), Some(above)) => 0.5 * (below + above),
+    }
+}
+
+/// The operations of a law at a displacement, at rest.
+fn trace(element: &dyn Element, q: f64) -> Result<Piece, String> {
+    let tape = Tape::default();
+    let [q, v, phase] = tape.inputs(q, 0.0, 1.0);
+    let force = element.trace(q, v, phase)?;
+    Ok(match force.value.affine() {
+        Some(affine) => Piece::Affine(affine),
+        None => Piece::Smooth(Smooth {
+            force: tape.program(&[force.value]),
+            partials: tape.program(&[force.dq, force.dv]),
+        }),
+    })
+}
+
+/// The laws of every connection.
+///
+/// # Errors
+/// A connection whose law or series cannot be expanded, named by its number.
+pub fn read(system: &System) -> Result<Vec<Law>, SolveError> {
+    let law = |(connection, mount)| {
+        let refuse = |reason| SolveError::Unsupported { connection, reason };
+        if let Some(reason) = ClosedForm::Series.refusal(mount) {
+            return Err(refuse(reason));
+        }
+        Law::read(mount.element.as_ref()).map_err(|reason| refuse(format!("no series: {reason}")))
+    };
+    system.mounts().iter().enumerate().map(law).collect()
 }

@@ -1,47 +1,71 @@
-//! Exact flow of piecewise-affine systems: between two switches the motion is a convergent power series.
+//! Series flow: between two switches the motion is a Taylor series, whatever is analytic there.
 //!
-//! In a contact region the equation is linear with harmonic forcing, so that the Taylor coefficients of the solution follow
-//! from a two-term recursion and the series converges everywhere. Summed to rounding it is the closed form (the exponential of
-//! the state with the forcing as an exosystem) without its special cases: free flight, no damping, repeated eigenvalues and
-//! resonance are ordinary. Every coordinate is a polynomial on a step, so that crossings are roots of polynomials: counted by
-//! the sign changes of the Bernstein form, none is missed and none found twice.
+//! Where every force is a constant multiple of its deformation the equation is linear with harmonic forcing, so that the
+//! coefficients follow from a two-term recursion and the series converges everywhere. Summed to rounding it is the closed form
+//! (the exponential of the state with the forcing as an exosystem) without its special cases: free flight, no damping, repeated
+//! eigenvalues and resonance are ordinary. Other forces (a stiffness that varies, impact damping, formulas) make their own
+//! series beside that of the motion, order by order; the decay of the last terms gives the step. Every coordinate is a
+//! polynomial on a step, so that crossings are roots of polynomials: counted by the sign changes of the Bernstein form, none is
+//! missed and none found twice.
 
+mod acting;
+mod decay;
+mod deviations;
+mod entries;
 mod forcing;
+mod frequencies;
+mod integrator;
 mod laws;
+mod options;
 mod pace;
 mod regions;
 mod series;
 mod variation;
 
-use super::{IntegrationEnd, Integrator, Observer, Segment, Switch};
+use super::{IntegrationEnd, Observer, Segment, Switch};
 use crate::error::SolveError;
 use crate::interrupt::Watch;
 use crate::numeric::bernstein::{Direction, evaluate};
 use crate::numeric::periodic::Periodic;
+use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::solve::jumps;
 use crate::system::System;
+use acting::Acting;
+use deviations::Deviations;
+use integrator::{kinks, not_analytic};
+pub(super) use laws::Law;
 use nalgebra::DMatrix;
+pub use options::SeriesOptions;
 use regions::Regions;
-use series::{COUNT, Polynomial, Series};
+use series::{Series, Span};
 use std::f64::consts::TAU;
 use variation::Variation;
 
-/// Exact integration of piecewise-affine systems. One call depends on its arguments only, not on the calls before.
+/// Integration by Taylor series. One call depends on its arguments only, not on the calls before.
 #[derive(Debug, Clone)]
 pub struct Exact {
     series: Series,
     regions: Regions,
+    acting: Acting,
     variation: Variation,
-    max_switches: usize,
+    deviations: Deviations,
+    options: SeriesOptions,
+    name: &'static str,
+    /// Steps of the last call, and how many a call may take.
+    effort: usize,
+    allowance: usize,
     slope: Vec<f64>,
     offset: Vec<f64>,
-    /// Phases of the response where a rectangular stiffness variation steps, in [0, 2 pi), ascending.
+    /// Phases of the response where an excitation or a law has a corner, in [0, 2 pi), ascending.
     kinks: Vec<f64>,
     segment: Vec<Polynomial>,
     deformation: Vec<f64>,
     /// Regions set aside.
     scratch: Vec<usize>,
 }
+
+/// Steps allowed per unit of time of the series, the reciprocal of the highest frequency.
+const STEPS_PER_UNIT: f64 = 50.0 / TAU;
 
 /// What a call moves besides the regions.
 struct Motion<'a> {
@@ -56,28 +80,40 @@ impl Exact {
     /// `max_switches`: switches allowed in one response period.
     ///
     /// # Errors
-    /// [`SolveError::Unsupported`] names the connection that is not piecewise affine.
+    /// [`SolveError::Unsupported`] names the connection that has no series.
     pub fn new(system: &System, max_switches: usize) -> Result<Exact, SolveError> {
+        let options = SeriesOptions {
+            max_switches,
+            ..SeriesOptions::default()
+        };
+        Exact::with(system, options)
+    }
+
+    /// The same with options.
+    ///
+    /// # Errors
+    /// [`SolveError::Unsupported`] names the connection that has no series.
+    pub fn with(system: &System, options: SeriesOptions) -> Result<Exact, SolveError> {
         let laws = laws::read(system)?;
         let (n, e) = (system.dof(), system.element_count());
-        let nu = system.subharmonic();
-        let mut kinks: Vec<f64> = system
-            .mounts()
-            .iter()
-            .filter_map(|m| m.stiffness_variation.as_ref().filter(|s| !s.is_constant()))
-            .flat_map(Periodic::kinks)
-            .flat_map(|x| (0..nu).map(move |m| (x + TAU * m as f64) / nu as f64))
-            .collect();
-        kinks.sort_by(f64::total_cmp);
-        let series = Series::new(system, &laws);
+        let series = Series::new(system, &laws, &options);
+        let is_closed_form = laws.iter().zip(system.mounts()).all(|(law, mount)| {
+            let varies = (mount.stiffness_variation.iter()).any(Periodic::varies_smoothly);
+            law.is_affine() && !varies
+        });
         Ok(Exact {
+            kinks: kinks(system, &laws),
+            acting: Acting::new(system, &laws),
             regions: Regions::new(laws, &series),
             series,
             variation: Variation::new(n),
-            max_switches,
+            deviations: Deviations::default(),
+            options,
+            name: if is_closed_form { "exact" } else { "series" },
+            effort: 0,
+            allowance: usize::MAX,
             slope: vec![0.0; e],
             offset: vec![0.0; e],
-            kinks,
             segment: vec![[0.0; COUNT]; n],
             deformation: vec![0.0; e],
             scratch: vec![0; e],
@@ -91,60 +127,142 @@ impl Exact {
         mut motion: Motion<'_>,
     ) -> IntegrationEnd {
         let system = motion.system;
-        self.series.prepare(system);
+        self.prepare(system);
         // theta = T / h and tau = Om T.
         let per_theta = system.omega() * self.series.unit;
         let (mut tau, mut switches) = (begin, 0);
-        let allowed = self.max_switches * ((end - begin) / TAU).ceil().max(1.0) as usize;
+        let turns = ((end - begin) / TAU).ceil().max(1.0) as usize;
+        let allowed = self.options.max_switches.saturating_mul(turns);
         self.place(system, tau, state);
         let mut is_stale = true;
         let mut watch = Watch::default();
-        while tau < end {
+        let nominal = STEPS_PER_UNIT * (end - begin) / per_theta;
+        let most = (self.options.spare_steps)
+            .saturating_mul(turns)
+            .saturating_add(nominal as usize);
+        let most = match self.name {
+            "exact" => most,
+            _ => most.min(self.allowance),
+        };
+        self.effort = 0;
+        // Switches have a limit of their own.
+        for _ in 0..allowed.saturating_add(most) {
             if watch.is_requested() {
                 return IntegrationEnd::Interrupted;
             }
+            if self.effort >= most {
+                break;
+            }
+            if tau >= end {
+                self.arrive(tau, state, &mut motion);
+                return IntegrationEnd::Reached;
+            }
             let stop = self.next_stop(tau, end);
+            let span = Span {
+                tau,
+                middle: 0.5 * (tau + stop),
+                remaining: (stop - tau) / per_theta,
+            };
             if is_stale || !self.kinks.is_empty() {
-                self.stiffen(system, 0.5 * (tau + stop));
+                self.stiffen(system, span.middle);
             }
-            self.series.expand(system, tau, state);
-            let mut reach = self.series.reach();
-            if motion.phi.is_some() {
-                reach = reach.min(variation::REACH * self.series.pace());
+            let reach = self.expand(span, state, &motion);
+            if let Some(fault) = self.fault(system, tau) {
+                return fault;
             }
-            let remaining = (stop - tau) / per_theta;
-            let whole = remaining <= reach * (1.0 + 1e-12);
-            let step = if whole { remaining } else { reach };
+            let whole = span.remaining <= reach * (1.0 + 1e-12);
+            let step = if whole { span.remaining } else { reach };
             let crossing = self
                 .regions
                 .first_crossing(&self.series, (tau, state), step);
             let theta = crossing.map_or(step, |c| c.theta);
-            self.series.state(theta, state);
-            if !state.iter().all(|x| x.is_finite()) {
-                return IntegrationEnd::Diverged;
-            }
             let next = match crossing {
                 None if whole => stop,
                 _ => (tau + theta * per_theta).min(stop),
             };
-            self.report(tau, theta * per_theta, theta, motion.observer);
-            if let Some(phi) = motion.phi.as_deref_mut() {
-                self.variation.advance(&self.series, phi, theta);
+            if crossing.is_none() && next <= tau {
+                return self.stuck(system, tau);
             }
+            self.series.state(theta, state);
+            let bound = match self.acting.list.is_empty() {
+                true => f64::MAX,
+                false => self.options.bound,
+            };
+            if !state.iter().all(|x| x.abs() <= bound) {
+                return IntegrationEnd::Diverged;
+            }
+            self.report(tau, theta * per_theta, theta, motion.observer);
+            self.transfer(theta, &mut motion);
             is_stale = crossing.is_some();
+            self.effort += usize::from(crossing.is_none());
             if let Some(c) = crossing {
                 self.cross((c.connection, c.direction), next, theta, &mut motion);
                 switches += 1;
                 if switches > allowed {
                     return IntegrationEnd::TooManySwitches;
                 }
-            } else if next <= tau {
-                return IntegrationEnd::StepTooSmall;
             }
             tau = next;
         }
-        self.arrive(tau, state, &mut motion);
-        IntegrationEnd::Reached
+        IntegrationEnd::MaxSteps
+    }
+
+    /// Refreshes what depends on the frequency.
+    fn prepare(&mut self, system: &System) {
+        if self.series.prepare(system) {
+            let frequency = system.excitation_frequency() * self.series.unit;
+            self.acting.prepare(frequency);
+        }
+    }
+
+    /// The series of a step and, where it is asked for, of the deviations from it; the largest theta at which they hold.
+    fn expand(&mut self, span: Span, state: &[f64], motion: &Motion<'_>) -> f64 {
+        let system = motion.system;
+        let Exact {
+            series,
+            acting,
+            regions,
+            deviations,
+            options,
+            ..
+        } = self;
+        series.expand(system, (acting, regions), span, state);
+        let reach = series.reach(acting);
+        match &motion.phi {
+            None => reach,
+            Some(_) if acting.list.is_empty() => reach.min(variation::REACH * series.pace()),
+            Some(phi) => {
+                acting.differentiate(|k| regions.piece(k), series.count);
+                let own = deviations.expand(system, (series, acting), phi, options.tolerance);
+                reach.min(own)
+            }
+        }
+    }
+
+    /// Takes the transition matrix along to theta.
+    fn transfer(&mut self, theta: f64, motion: &mut Motion<'_>) {
+        let Some(phi) = motion.phi.as_deref_mut() else {
+            return;
+        };
+        if self.acting.list.is_empty() {
+            self.variation.advance(&self.series, phi, theta);
+        } else {
+            self.deviations.evaluate(phi, theta, self.series.unit);
+        }
+    }
+
+    /// Why the step has no series, if it has none.
+    fn fault(&self, system: &System, tau: f64) -> Option<IntegrationEnd> {
+        let fault = self.acting.fault(self.series.count)?;
+        Some(not_analytic(system, tau, fault))
+    }
+
+    /// Why the step has no length.
+    fn stuck(&self, system: &System, tau: f64) -> IntegrationEnd {
+        let steepest = self.acting.steepest(self.series.count);
+        steepest.map_or(IntegrationEnd::StepTooSmall, |c| {
+            not_analytic(system, tau, c)
+        })
     }
 
     /// Regions at an instant; on a breakpoint that to which the connection moves.
@@ -165,10 +283,17 @@ impl Exact {
             .regions
             .place(&self.series, (tau, state), &self.deformation)
         {
-            self.stiffen(system, tau);
-            self.series.expand(system, tau, state);
+            self.open_series(system, tau, state);
             self.regions.leave(&self.series, (tau, state));
         }
+    }
+
+    /// The series of the motion at an instant, in the regions at hand.
+    fn open_series(&mut self, system: &System, tau: f64, state: &[f64]) {
+        self.stiffen(system, tau);
+        let span = Span::at(tau);
+        let forces = (&mut self.acting, &self.regions);
+        self.series.expand(system, forces, span, state);
     }
 
     /// Reports the switches of connections that end on a breakpoint and are about to pass it: the next call starts beyond.
@@ -179,8 +304,7 @@ impl Exact {
         self.regions.swap(&mut after);
         for (k, region) in after.iter().enumerate() {
             while let Some(direction) = self.regions.towards(k, *region) {
-                self.stiffen(motion.system, tau);
-                self.series.expand(motion.system, tau, state);
+                self.open_series(motion.system, tau, state);
                 self.cross((k, direction), tau, 0.0, motion);
             }
         }
@@ -219,10 +343,8 @@ impl Exact {
         }
         let turn = (tau / TAU).floor() * TAU;
         let later = |turn: f64| {
-            self.kinks
-                .iter()
-                .map(move |k| turn + k)
-                .find(|x| *x > tau + 1e-13)
+            let first = self.kinks.partition_point(|k| turn + k <= tau + 1e-13);
+            self.kinks.get(first).map(|k| turn + k)
         };
         later(turn)
             .or_else(|| later(turn + TAU))
@@ -230,13 +352,15 @@ impl Exact {
             .min(end)
     }
 
-    /// Slopes and offsets of the current regions, stiffness variation included.
+    /// Slopes and offsets of the current regions with the stiffness at a phase; which connections act by series.
     fn stiffen(&mut self, system: &System, tau: f64) {
+        let phase = system.subharmonic() as f64 * tau;
+        self.acting.list.clear();
         for (e, mount) in system.mounts().iter().enumerate() {
-            let phase = system.subharmonic() as f64 * tau;
             let variation = mount.stiffness_variation.as_ref();
             let factor = variation.map_or(1.0, |s| s.value(phase));
-            (self.slope[e], self.offset[e]) = self.regions.affine(e, factor);
+            let line = self.acting.admit(e, self.regions.piece(e), factor);
+            (self.slope[e], self.offset[e]) = line.unwrap_or((0.0, 0.0));
         }
         self.series.set_laws(&self.slope, &self.offset);
     }
@@ -259,69 +383,5 @@ impl Exact {
             coefficients: self.segment.as_flattened(),
             count: COUNT,
         });
-    }
-}
-
-impl Integrator for Exact {
-    fn name(&self) -> &'static str {
-        "exact"
-    }
-
-    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer) {
-        self.series.prepare(system);
-        self.place(system, tau, state);
-        self.stiffen(system, tau);
-        self.series.expand(system, tau, state);
-        for connection in 0..system.element_count() {
-            let (value, slope) = evaluate(self.series.deformation(connection), 0.0);
-            let element = system.mounts()[connection].element.as_ref();
-            let begun = (self.regions).begun(&self.series, (tau, state), connection, value);
-            let Some((level, to)) = begun.filter(|(level, _)| element.flank(*level) == 0) else {
-                continue;
-            };
-            observer.switch(&Switch {
-                tau,
-                connection,
-                level,
-                from: 0,
-                to,
-                velocity: slope / self.series.unit,
-            });
-        }
-    }
-
-    fn error(&self) -> f64 {
-        1e-13
-    }
-
-    fn advance(
-        &mut self,
-        system: &System,
-        tau: (f64, f64),
-        state: &mut [f64],
-        observer: &mut dyn Observer,
-    ) -> IntegrationEnd {
-        let motion = Motion {
-            system,
-            phi: None,
-            observer,
-        };
-        self.run(tau, state, motion)
-    }
-
-    fn advance_with_variation(
-        &mut self,
-        system: &System,
-        tau: (f64, f64),
-        state: &mut [f64],
-        phi: &mut DMatrix<f64>,
-        observer: &mut dyn Observer,
-    ) -> IntegrationEnd {
-        let motion = Motion {
-            system,
-            phi: Some(phi),
-            observer,
-        };
-        self.run(tau, state, motion)
     }
 }

@@ -3,7 +3,8 @@
 //! The unit of the series is that of the stiffest contact. While a contact 10^6 times stiffer than its shaft is open, nothing
 //! moves that fast: steps of that length would be a thousand times too short.
 
-use super::series::{Entry, radius};
+use super::entries::Entry;
+use super::frequencies::radius;
 use crate::system::System;
 
 /// Ratio of the highest frequency to that of an open train from which steps are measured by contact state; below it one unit

@@ -1,8 +1,9 @@
 //! In which region of its law every connection is, and where it leaves it.
 
-use super::series::{COUNT, Polynomial, Series};
+use super::laws::{Law, Piece};
+use super::series::Series;
 use crate::numeric::bernstein::{Direction, first_passage, hull};
-use crate::solve::affine::AffineLaw;
+use crate::numeric::taylor::{COUNT, Polynomial};
 use std::cmp::Ordering;
 
 /// Rounding of a deformation in units of what it is made of.
@@ -26,7 +27,7 @@ pub struct Regions {
 
 #[derive(Debug, Clone)]
 struct Connection {
-    law: AffineLaw,
+    law: Law,
     region: usize,
     /// Sum of the moduli of W in its row.
     weight: f64,
@@ -50,7 +51,7 @@ fn size(series: &Series, state: &[f64]) -> f64 {
 
 impl Regions {
     /// Every connection in the lowest region of its law.
-    pub fn new(laws: Vec<AffineLaw>, series: &Series) -> Regions {
+    pub fn new(laws: Vec<Law>, series: &Series) -> Regions {
         let connection = |(k, law)| {
             let (weight, error) = series.sizes(k);
             Connection {
@@ -66,10 +67,11 @@ impl Regions {
         }
     }
 
-    /// Slope and offset of a connection's law, its stiffness multiplied by a factor.
-    pub fn affine(&self, connection: usize, factor: f64) -> (f64, f64) {
+    /// The force of a connection in its region.
+    #[inline]
+    pub fn piece(&self, connection: usize) -> &Piece {
         let Connection { law, region, .. } = &self.connections[connection];
-        (factor * law.slopes[*region], factor * law.offsets[*region])
+        &law.pieces[*region]
     }
 
     /// Moves a connection into the next region: the breakpoint passed, the flanks before and after.

@@ -1,6 +1,8 @@
 //! Small deviations from the motion: the recursion without loads, for every column of the transition matrix at once.
 
-use super::series::{COUNT, Entry, Series, dense};
+use super::entries::{Entry, dense};
+use super::series::Series;
+use crate::numeric::taylor::COUNT;
 use nalgebra::DMatrix;
 
 /// Longest step in units of time of the series.

@@ -1,0 +1,203 @@
+//! Connections whose force is no constant multiple of the deformation: their series, made order by order beside the motion.
+//!
+//! The force of such a connection is s(phase) f(x, dx/dT, phase), x = W q - e. Coefficient k of it follows from those of x and
+//! dx/dT up to k, which the recursion of the motion has at that moment.
+
+use super::forcing::{Instant, Sources};
+use super::laws::{Law, Piece};
+use crate::numeric::taylor::{COUNT, Inputs, Polynomial, convolve};
+use crate::system::System;
+
+/// All connections, and which of them act in this way at the moment.
+#[derive(Debug, Clone)]
+pub struct Acting {
+    /// Numbers of the connections that act, ascending.
+    pub list: Vec<usize>,
+    parts: Vec<Part>,
+    variations: Sources,
+    variation: Vec<Polynomial>,
+    phase: (f64, f64),
+}
+
+/// The series of one connection.
+#[derive(Debug, Clone)]
+struct Part {
+    x: Polynomial,
+    /// dx/dT.
+    rate: Polynomial,
+    law: Polynomial,
+    force: Polynomial,
+    /// s df/dx and s df/dv.
+    partials: [Polynomial; 2],
+    /// Whether s is a function of the phase.
+    varies: bool,
+    /// s where it is constant on the stretch.
+    factor: f64,
+    registers: Vec<Polynomial>,
+}
+
+impl Acting {
+    /// Buffers for every connection of a system.
+    pub fn new(system: &System, laws: &[Law]) -> Acting {
+        let e = system.element_count();
+        let mut variations = Sources::new(e);
+        for (k, mount) in system.mounts().iter().enumerate() {
+            match mount.stiffness_variation.as_ref() {
+                Some(series) if series.varies_smoothly() => variations.add(k, 1.0, series),
+                _ => {}
+            }
+        }
+        let zero = [0.0; COUNT];
+        let part = |(law, mount): (&Law, &crate::system::Mount)| Part {
+            x: zero,
+            rate: zero,
+            law: zero,
+            force: zero,
+            partials: [zero; 2],
+            varies: (mount.stiffness_variation.iter()).any(|s| s.varies_smoothly()),
+            factor: 1.0,
+            registers: vec![zero; law.registers()],
+        };
+        Acting {
+            list: Vec::with_capacity(e),
+            parts: laws.iter().zip(system.mounts()).map(part).collect(),
+            variations,
+            variation: vec![zero; e],
+            phase: (0.0, 0.0),
+        }
+    }
+
+    /// Sets the excitation frequency in the unit of time of the series.
+    pub fn prepare(&mut self, frequency: f64) {
+        self.variations.prepare(frequency);
+    }
+
+    /// Whether a connection in a region acts; if not, its slope and offset with the stiffness at a phase inside the stretch.
+    pub fn admit(&mut self, k: usize, piece: &Piece, factor: f64) -> Option<(f64, f64)> {
+        let part = &mut self.parts[k];
+        part.factor = factor;
+        match piece {
+            Piece::Affine(a) if a.v == 0.0 && !part.varies => {
+                return Some((factor * a.q, factor * a.constant));
+            }
+            Piece::Affine(a) if *a == Default::default() => return Some((0.0, 0.0)),
+            _ => self.list.push(k),
+        }
+        None
+    }
+
+    /// Series of the stiffness variation for a step.
+    pub fn expand(&mut self, at: &Instant) {
+        self.phase = (at.phase, at.rate);
+        if !self.list.is_empty() && !self.variations.is_zero() {
+            self.variations.expand(at, &mut self.variation);
+        }
+    }
+
+    /// Coefficient k of the force of a connection, from those of its deformation and rate.
+    #[inline]
+    pub fn force(
+        &mut self,
+        connection: usize,
+        piece: &Piece,
+        k: usize,
+        (x, rate): (f64, f64),
+    ) -> f64 {
+        let part = &mut self.parts[connection];
+        (part.x[k], part.rate[k]) = (x, rate);
+        let law = match piece {
+            Piece::Affine(a) => a.q * x + a.v * rate + if k == 0 { a.constant } else { 0.0 },
+            Piece::Smooth(smooth) => {
+                let inputs = Inputs {
+                    x: &part.x,
+                    y: &part.rate,
+                    phase: self.phase,
+                };
+                smooth.force.step(k, &inputs, &mut part.registers);
+                smooth.force.output(0, k, &inputs, &part.registers)
+            }
+        };
+        part.law[k] = law;
+        part.force[k] = match part.varies {
+            true => convolve(&part.law, &self.variation[connection], k),
+            false => part.factor * law,
+        };
+        part.force[k]
+    }
+
+    /// A connection whose force has no series at the begin of the step, with its deformation and rate there.
+    pub fn fault(&self, count: usize) -> Option<(usize, f64, f64)> {
+        let is_faulty = |k: &&usize| {
+            let force = &self.parts[**k].force;
+            !force[..count].iter().all(|c| c.is_finite())
+        };
+        let connection = *self.list.iter().find(is_faulty)?;
+        Some(self.place(connection))
+    }
+
+    /// The connection whose force changes fastest, with its deformation and rate.
+    pub fn steepest(&self, count: usize) -> Option<(usize, f64, f64)> {
+        let growth = |k: &usize| {
+            let force = &self.parts[*k].force[..count];
+            let size = force[..2]
+                .iter()
+                .fold(f64::MIN_POSITIVE, |m, c| m.max(c.abs()));
+            force[count - 1].abs().max(force[count - 2].abs()) / size
+        };
+        let largest = |a: &&usize, b: &&usize| growth(a).total_cmp(&growth(b));
+        let connection = *self.list.iter().max_by(largest)?;
+        Some(self.place(connection))
+    }
+
+    fn place(&self, connection: usize) -> (usize, f64, f64) {
+        let part = &self.parts[connection];
+        (connection, part.x[0], part.rate[0])
+    }
+
+    /// Makes the series of the partials of every acting connection from that of its motion.
+    pub fn differentiate<'a>(&mut self, piece: impl Fn(usize) -> &'a Piece, count: usize) {
+        for k in &self.list {
+            let part = &mut self.parts[*k];
+            match piece(*k) {
+                Piece::Affine(a) => {
+                    part.partials = [[0.0; COUNT]; 2];
+                    (part.partials[0][0], part.partials[1][0]) = (a.q, a.v);
+                }
+                Piece::Smooth(smooth) => {
+                    let inputs = Inputs {
+                        x: &part.x,
+                        y: &part.rate,
+                        phase: self.phase,
+                    };
+                    for j in 0..count {
+                        smooth.partials.step(j, &inputs, &mut part.registers);
+                        for (index, partial) in part.partials.iter_mut().enumerate() {
+                            partial[j] = smooth.partials.output(index, j, &inputs, &part.registers);
+                        }
+                    }
+                }
+            }
+            for partial in &mut part.partials {
+                match part.varies {
+                    true => multiply(partial, &self.variation[*k], count),
+                    false => partial[..count].iter_mut().for_each(|c| *c *= part.factor),
+                }
+            }
+        }
+    }
+
+    /// s df/dx and s df/dv of a connection, as made by [`Acting::differentiate`].
+    pub fn partials(&self, connection: usize) -> &[Polynomial; 2] {
+        &self.parts[connection].partials
+    }
+}
+
+/// a <- a b, up to so many coefficients.
+fn multiply(a: &mut Polynomial, b: &Polynomial, count: usize) {
+    if a[..count].iter().all(|c| *c == 0.0) {
+        return;
+    }
+    for k in (0..count).rev() {
+        a[k] = convolve(a, b, k);
+    }
+}

@@ -1,0 +1,161 @@
+//! Small deviations from the motion where the slopes of forces change in time: their series, all columns at once.
+
+use super::acting::Acting;
+use super::entries::Entry;
+use super::series::Series;
+use crate::numeric::taylor::{COUNT, Polynomial};
+use crate::system::System;
+use nalgebra::DMatrix;
+
+/// Series of the columns of a transition matrix.
+///
+///     (k + 2)(k + 1) a_{k+2} = -h Gam (k + 1) a_{k+1} - h^2 kappa (slope W a_k + sum_j A_j W a_{k-j} + B_j W r_{k-j})
+///
+/// A, B: series of s df/dx and s df/dv along the motion; r: rates of a in omega_c t.
+#[derive(Debug, Clone, Default)]
+pub struct Deviations {
+    columns: usize,
+    /// terms[(k * n + i) * columns + j]: coefficient k of coordinate i in column j.
+    terms: Vec<f64>,
+    /// Deformations and their rates, order by order, of one acting connection behind the other.
+    motions: Vec<f64>,
+    count: usize,
+}
+
+impl Deviations {
+    /// Makes the series from a transition matrix; largest theta at which they hold.
+    pub fn expand(
+        &mut self,
+        system: &System,
+        (series, acting): (&Series, &Acting),
+        phi: &DMatrix<f64>,
+        tolerance: f64,
+    ) -> f64 {
+        let (n, columns) = (system.dof(), phi.ncols());
+        self.columns = columns;
+        self.count = series.count;
+        self.terms.resize(COUNT * n * columns, 0.0);
+        self.motions
+            .resize(acting.list.len() * 2 * COUNT * columns, 0.0);
+        for i in 0..n {
+            for j in 0..columns {
+                self.terms[i * columns + j] = phi[(i, j)];
+                self.terms[(n + i) * columns + j] = phi[(n + i, j)] * series.unit;
+            }
+        }
+        for k in 0..self.count - 2 {
+            self.step(system, series, acting, k);
+        }
+        self.reach(n, tolerance)
+    }
+
+    /// Coefficient k + 2 of all coordinates in all columns.
+    fn step(&mut self, system: &System, series: &Series, acting: &Acting, k: usize) {
+        let (n, columns) = (system.dof(), self.columns);
+        let (known, next) = self.terms.split_at_mut((k + 2) * n * columns);
+        let next = &mut next[..n * columns];
+        next.fill(0.0);
+        let order = (k + 1) as f64;
+        let row = |k: usize, i: usize| (k * n + i) * columns..(k * n + i + 1) * columns;
+        let out = |i: usize| i * columns..(i + 1) * columns;
+        for Entry {
+            row: i,
+            column,
+            value,
+        } in &series.damping
+        {
+            add(
+                &mut next[out(*i)],
+                -value * order,
+                &known[row(k + 1, *column)],
+            );
+        }
+        for Entry {
+            row: i,
+            column,
+            value,
+        } in &series.coupled
+        {
+            add(&mut next[out(*i)], -value, &known[row(k, *column)]);
+        }
+        let square = series.unit * series.unit;
+        for (place, e) in acting.list.iter().enumerate() {
+            let motions = &mut self.motions[place * 2 * COUNT * columns..][..2 * COUNT * columns];
+            let (x, rate) = motions.split_at_mut(COUNT * columns);
+            let here = k * columns..(k + 1) * columns;
+            x[here.clone()].fill(0.0);
+            rate[here.clone()].fill(0.0);
+            for (i, w) in system.element_map_row(*e) {
+                add(&mut x[here.clone()], *w, &known[row(k, *i)]);
+                let factor = w * order / series.unit;
+                add(&mut rate[here.clone()], factor, &known[row(k + 1, *i)]);
+            }
+            let partials = acting.partials(*e);
+            for (i, kappa) in system.stiffness_column(*e) {
+                for (partial, motion) in partials.iter().zip([&*x, &*rate]) {
+                    let out = &mut next[out(*i)];
+                    convolve(out, -square * kappa, partial, motion, k);
+                }
+            }
+        }
+        let factor = 1.0 / (order * (k + 2) as f64);
+        next.iter_mut().for_each(|a| *a *= factor);
+    }
+
+    /// Largest theta at which the last two terms, as rates, are negligible beside the first two at theta.
+    fn reach(&self, n: usize, tolerance: f64) -> f64 {
+        let block = n * self.columns;
+        let largest = |terms: &[f64]| terms.iter().fold(f64::MIN_POSITIVE, |m, c| m.max(c.abs()));
+        let values = largest(&self.terms[..block]);
+        let rates = largest(&self.terms[block..2 * block]);
+        let last = largest(&self.terms[(self.count - 2) * block..self.count * block]);
+        let at = |scale: f64| {
+            let size = values.max(rates * scale);
+            let ratio = tolerance * size / ((self.count - 1) as f64 * last);
+            let power = match ratio < 1.0 && scale == 1.0 {
+                true => self.count - 3,
+                false => self.count - 2,
+            };
+            ratio.powf(1.0 / power as f64)
+        };
+        let first = at(1.0);
+        if first >= 1.0 {
+            return first;
+        }
+        // Shorter than the unit of time: the rates count for what they add within the step.
+        let second = at(first).min(first);
+        at(second).min(second)
+    }
+
+    /// The transition matrix at theta.
+    pub fn evaluate(&self, phi: &mut DMatrix<f64>, theta: f64, unit: f64) {
+        let (n, columns) = (phi.nrows() / 2, self.columns);
+        for i in 0..n {
+            for j in 0..columns {
+                let (mut value, mut slope) = (0.0, 0.0);
+                for k in (0..self.count).rev() {
+                    slope = slope * theta + value;
+                    value = value * theta + self.terms[(k * n + i) * columns + j];
+                }
+                phi[(i, j)] = value;
+                phi[(n + i, j)] = slope / unit;
+            }
+        }
+    }
+}
+
+/// out += factor sum_j partial_j motion_(k-j), a row of columns each.
+fn convolve(out: &mut [f64], factor: f64, partial: &Polynomial, motion: &[f64], k: usize) {
+    let columns = out.len();
+    for (j, p) in partial[..=k].iter().enumerate() {
+        if *p != 0.0 {
+            let row = &motion[(k - j) * columns..(k - j + 1) * columns];
+            add(out, factor * p, row);
+        }
+    }
+}
+
+#[inline]
+fn add(sum: &mut [f64], factor: f64, part: &[f64]) {
+    sum.iter_mut().zip(part).for_each(|(s, p)| *s += factor * p);
+}

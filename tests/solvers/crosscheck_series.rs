@@ -1,0 +1,166 @@
+//! Series flow against DOPRI5 on random trains: stiffness that varies, transmission errors, impact damping, cubic laws, formulas.
+
+use crate::common::backlash;
+use crate::crosscheck_integrators::train;
+use gearlash::element::{
+    Backlash, Cubic, Element, Expression, ImpactDampingLaw, Preloaded, TanhFriction,
+};
+use gearlash::numeric::periodic::{Harmonic, Periodic};
+use gearlash::solve::integrate::{
+    Dopri5, Dopri5Options, Exact, IntegrationEnd, Integrator, Observer, Switch,
+};
+use gearlash::system::{Mount, System};
+use nalgebra::DMatrix;
+use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
+use std::f64::consts::TAU;
+
+#[derive(Default)]
+struct Switches(Vec<Switch>);
+
+impl Observer for Switches {
+    fn switch(&mut self, switch: &Switch) {
+        self.0.push(*switch);
+    }
+}
+
+type Draw<'a> = dyn FnMut(f64, f64) -> f64 + 'a;
+
+fn harmonics(mean: f64, size: f64, draw: &mut Draw<'_>) -> Periodic {
+    let harmonic = |order| Harmonic {
+        order,
+        cos: draw(-size, size),
+        sin: draw(-size, size),
+    };
+    let harmonics = [1, 2, 5].map(harmonic).to_vec();
+    Periodic::Fourier { mean, harmonics }
+}
+
+fn table(mean: f64, size: f64, draw: &mut Draw<'_>) -> Periodic {
+    let mut values: Vec<f64> = (0..6).map(|_| draw(-size, size)).collect();
+    let own = values.iter().sum::<f64>() / 6.0;
+    values.iter_mut().for_each(|v| *v += mean - own);
+    Periodic::Table {
+        values,
+        base_order: 1,
+    }
+}
+
+fn law(draw: &mut Draw<'_>) -> Box<dyn Element> {
+    let formula = |text: &str, parameters: &[(&str, f64)]| -> Box<dyn Element> {
+        Box::new(Expression::new(text, parameters).unwrap())
+    };
+    let b = draw(0.1, 0.8);
+    match (8.0 * draw(0.0, 1.0)) as usize {
+        0 => Box::new(Cubic { cubic: b }),
+        1 => Box::new(TanhFriction {
+            force: 0.2,
+            velocity: b,
+        }),
+        2 => formula(
+            "(abs(q) > b)*(q - b*sign(q))*(1 + d*sign(q)*v)",
+            &[("b", b), ("d", 0.1)],
+        ),
+        3 => formula("q + b*sin(q)*exp(-v^2) + 0.1*cos(phase)*q", &[("b", b)]),
+        4 => formula(
+            "sinh(b*q)/b + atan(v)/5 + log(2 + cos(q))/9 + sqrt(1 + v^2) - 1",
+            &[("b", b)],
+        ),
+        5 => Box::new(Preloaded {
+            half_gap: b,
+            preload: 0.05,
+        }),
+        literal => Box::new(Backlash {
+            half_gap: b,
+            impact_damping: draw(0.02, 0.2),
+            impact_damping_law: match literal {
+                6 => ImpactDampingLaw::Literal,
+                _ => ImpactDampingLaw::Dissipative,
+            },
+        }),
+    }
+}
+
+fn mount(j: usize, draw: &mut Draw<'_>) -> Mount {
+    let mut mount = match j % 3 {
+        0 => backlash(draw(0.05, 1.0)),
+        _ => Mount::new(law(draw)),
+    };
+    mount.stiffness_variation = match draw(0.0, 1.0) {
+        x if x < 0.4 => Some(harmonics(1.0, 0.1, draw)),
+        x if x < 0.6 => Some(table(1.0, 0.3, draw)),
+        _ => None,
+    };
+    mount.transmission_error = match draw(0.0, 1.0) {
+        x if x < 0.4 => Some(harmonics(0.0, 0.1, draw)),
+        x if x < 0.6 => Some(table(0.0, 0.2, draw)),
+        _ => None,
+    };
+    mount
+}
+
+/// State, transition matrix and switches after a period.
+fn period(
+    integrator: &mut dyn Integrator,
+    system: &System,
+    start: &[f64],
+) -> (IntegrationEnd, Vec<f64>, DMatrix<f64>, Vec<Switch>) {
+    let mut state = start.to_vec();
+    let mut phi = DMatrix::identity(start.len(), start.len());
+    let mut seen = Switches::default();
+    let end =
+        integrator.advance_with_variation(system, (0.0, TAU), &mut state, &mut phi, &mut seen);
+    (end, state, phi, seen.0)
+}
+
+fn compare(system: &System, x: &[f64]) -> Result<(), String> {
+    let n = system.dof();
+    let start: Vec<f64> = (0..2 * n)
+        .map(|k| 2.0 * x[(7 * k + 3) % x.len()] - 1.0)
+        .collect();
+    let mut flow = Exact::new(system, 1000).map_err(|e| e.to_string())?;
+    let (end, state, phi, seen) = period(&mut flow, system, &start);
+    let options = Dopri5Options {
+        relative: 1e-13,
+        absolute: 1e-15,
+        ..Dopri5Options::default()
+    };
+    let mut dopri5 = Dopri5::new(system, options);
+    let (other_end, other, other_phi, other_seen) = period(&mut dopri5, system, &start);
+    if (end, other_end) != (IntegrationEnd::Reached, IntegrationEnd::Reached) {
+        return Err(format!("{end:?} {other_end:?}"));
+    }
+    if seen.len() != other_seen.len() {
+        return Err(format!("{} switches, not {}", seen.len(), other_seen.len()));
+    }
+    let gaps = state.iter().zip(&other).map(|(a, b)| (a - b).abs());
+    let gap = gaps.fold(0.0, f64::max) / state.iter().fold(1.0, |m, x| x.abs().max(m));
+    let phi_gap = (&phi - &other_phi).amax() / phi.amax().max(1.0);
+    let mut pairs = seen.iter().zip(&other_seen);
+    let same = pairs.all(|(s, t)| s.connection == t.connection && (s.tau - t.tau).abs() < 1e-9);
+    if gap > 1e-10 || phi_gap > 1e-9 || !same {
+        return Err(format!(
+            "state {gap:e}, Phi {phi_gap:e}, same switches: {same}"
+        ));
+    }
+    Ok(())
+}
+
+#[test]
+fn random_trains_with_everything_over_one_period() {
+    let config = Config {
+        cases: 200,
+        rng_seed: RngSeed::Fixed(2026),
+        failure_persistence: None,
+        ..Config::default()
+    };
+    let numbers = proptest::collection::vec(0.0..1.0_f64, 131);
+    TestRunner::new(config)
+        .run(
+            &(1..7_usize, proptest::bool::ANY, numbers),
+            |(n, is_loop, x)| {
+                let system = train(n, is_loop && n > 1, &x, mount);
+                compare(&system, &x).map_err(TestCaseError::fail)
+            },
+        )
+        .unwrap();
+}
