@@ -164,3 +164,46 @@ fn random_trains_with_everything_over_one_period() {
         )
         .unwrap();
 }
+
+/// A motion at rest has no terms of its own; the deviations from it need theirs.
+#[test]
+fn deviations_from_rest_take_no_more_steps_than_motions() {
+    let one = |x| DMatrix::from_element(1, 1, x);
+    let mounts = vec![Mount::new(
+        Box::new(Cubic { cubic: 1.0 }) as Box<dyn Element>
+    )];
+    let system = System::new(one(0.2), one(1.0), one(1.0), mounts, vec![]).unwrap();
+    let mut flow = Exact::new(&system, 10).unwrap();
+    let (end, state, phi, _) = period(&mut flow, &system, &[0.0, 0.0]);
+    assert_eq!((end, state), (IntegrationEnd::Reached, vec![0.0, 0.0]));
+    assert!(flow.effort() < 20, "{} steps", flow.effort());
+    // q'' + 0.2 q' + q = 0 over 2 pi.
+    let damped = (1.0_f64 - 0.01).sqrt();
+    let shrink = (-0.1 * TAU).exp();
+    let wanted = shrink * ((damped * TAU).cos() + 0.1 / damped * (damped * TAU).sin());
+    assert!((phi[(0, 0)] - wanted).abs() < 1e-11);
+}
+
+/// Where a force has a pole the terms of the series grow without bound: the run ends before it, and says where.
+#[test]
+fn a_pole_on_the_path_ends_the_motion() {
+    let one = |x| DMatrix::from_element(1, 1, x);
+    for (force, start, pole) in [("-1/(1 - q)^2", 0.3, 1.0), ("0.2 + sqrt(q)", 0.3, 0.0)] {
+        let law = Expression::new(force, &[]).unwrap();
+        let mounts = vec![Mount::new(Box::new(law) as Box<dyn Element>)];
+        let mut system = System::new(one(0.1), one(1.0), one(1.0), mounts, vec![]).unwrap();
+        system.set_excitation_frequency(0.1);
+        let mut state = [start, 0.0];
+        let mut flow = Exact::new(&system, 10).unwrap();
+        match flow.advance(&system, (0.0, TAU), &mut state, &mut ()) {
+            IntegrationEnd::NotAnalytic(at) => {
+                assert!(
+                    at.connection == 0 && (at.deformation - pole).abs() < 1e-6,
+                    "{at:?}"
+                );
+                assert!(state.iter().all(|x| x.is_finite()) && at.share > 0.0);
+            }
+            end => panic!("{force}: {end:?} at {state:?}"),
+        }
+    }
+}

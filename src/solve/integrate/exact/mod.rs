@@ -162,6 +162,10 @@ impl Exact {
                 tau,
                 middle: 0.5 * (tau + stop),
                 remaining: (stop - tau) / per_theta,
+                least: match motion.phi {
+                    Some(_) => variation::terms((stop - tau) / per_theta),
+                    None => 0,
+                },
             };
             if is_stale || !self.kinks.is_empty() {
                 self.stiffen(system, span.middle);

@@ -63,6 +63,8 @@ pub struct Span {
     pub middle: f64,
     /// Length in units of time of the series up to the end of that stretch.
     pub remaining: f64,
+    /// Coefficients at least: deviations need them also where the motion itself is at rest.
+    pub least: usize,
 }
 
 impl Span {
@@ -72,6 +74,7 @@ impl Span {
             tau,
             middle: tau,
             remaining: f64::INFINITY,
+            least: 0,
         }
     }
 }
@@ -203,7 +206,7 @@ impl Series {
         } else {
             self.count = self.terms;
             acting.expand(&at);
-            self.recur_acting(system, (acting, regions), span.remaining, state);
+            self.recur_acting(system, (acting, regions), span, state);
         }
         if self.errors.is_some() {
             for (x, error) in self.deformation.iter_mut().zip(&self.error) {
@@ -304,7 +307,7 @@ impl Series {
         &mut self,
         system: &System,
         (acting, regions): (&mut Acting, &Regions),
-        remaining: f64,
+        span: Span,
         state: &[f64],
     ) {
         let n = self.q.len();
@@ -312,7 +315,7 @@ impl Series {
             (q[0], q[1]) = (state[i], state[n + i] * self.unit);
         }
         let square = self.unit * self.unit;
-        let mut ending = Ending::new(remaining, self.tolerance);
+        let mut ending = Ending::new(span.remaining, self.tolerance);
         for k in 0..self.terms - 2 {
             let order = (k + 1) as f64;
             for (q, load) in self.q.iter_mut().zip(&self.load) {
@@ -337,7 +340,7 @@ impl Series {
                 q[k + 2] *= RECIPROCAL[k + 1] * RECIPROCAL[k + 2];
                 largest = largest.max(q[k + 2].abs());
             }
-            if ending.is_reached(k, &self.q, largest) {
+            if ending.is_reached(k, &self.q, largest) && k + 3 >= span.least {
                 self.count = k + 3;
                 break;
             }

@@ -137,7 +137,7 @@ impl Variation {
 }
 
 /// Terms that a step needs: the first rate left out is as small as the term before it.
-fn terms(theta: f64) -> usize {
+pub fn terms(theta: f64) -> usize {
     let negligible = LIMIT.iter().position(|limit| theta < *limit);
     negligible.map_or(COUNT, |k| (k + 1).clamp(2, COUNT))
 }
