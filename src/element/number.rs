@@ -1,7 +1,7 @@
 //! The kinds of numbers a law can be computed with.
 //!
 //! A law writes its force once, over any [`Number`]: plain numbers give values, [`Dual`](super::derivatives::Dual) numbers
-//! partial derivatives, [`Traced`](super::tape::Traced) numbers a program from which Taylor series follow.
+//! partial derivatives, [`Traced`](super::Traced) numbers a program from which Taylor series follow.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -222,7 +222,8 @@ pub fn choose(
         IntegratorChoice::Exact => {
             let refusal = |mount| ClosedForm::Flow.refusal(mount);
             let refusals = system.mounts().iter().map(refusal).enumerate();
-            for (connection, reason) in refusals.filter_map(|(k, r)| Some((k, r?))) {
+            let first = refusals.filter_map(|(k, r)| Some((k, r?))).next();
+            if let Some((connection, reason)) = first {
                 return Err(SolveError::Unsupported { connection, reason });
             }
             Ok(Box::new(Exact::new(system, MAX_SWITCHES)?))

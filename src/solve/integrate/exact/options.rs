@@ -13,7 +13,7 @@ pub struct SeriesOptions {
     /// Switches allowed in one response period.
     pub max_switches: usize,
     /// Steps allowed in a period of the response besides fifty for every oscillation of the fastest mode: a motion that takes
-    /// more has left everything that the equation describes, and ends with [`IntegrationEnd::MaxSteps`].
+    /// more has left everything that the equation describes, and ends with [`MaxSteps`](crate::solve::integrate::IntegrationEnd::MaxSteps).
     pub spare_steps: usize,
     /// A coordinate or velocity beyond this has diverged, where the flow is no closed form.
     pub bound: f64,
