@@ -41,4 +41,5 @@ pub mod yaml;
 
 pub use inventory;
 pub use serde;
+pub use serde_json;
 pub use typetag;

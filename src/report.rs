@@ -1,5 +1,6 @@
 //! Results as tables: written once by the analyses, read by every output.
 
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 
 /// A text without control characters, which could move the cursor of a terminal or break a page: their symbols instead, such
@@ -24,9 +25,11 @@ fn is_bidirectional(c: char) -> bool {
 }
 
 /// Values of a column. A NaN in `Float` is an empty cell.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Values {
     /// Real numbers, written with 17 significant digits.
+    #[serde(serialize_with = "with_gaps", deserialize_with = "from_gaps")]
     Float(Vec<f64>),
     /// Whole numbers.
     Integer(Vec<i64>),
@@ -34,7 +37,42 @@ pub enum Values {
     Text(Vec<String>),
 }
 
+/// Numbers of which empty cells are null: JSON knows no NaN.
+fn with_gaps<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    let cell = |x: &f64| (!x.is_nan()).then_some(*x);
+    serializer.collect_seq(values.iter().map(cell))
+}
+
+fn from_gaps<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    let cells: Vec<Option<f64>> = Vec::deserialize(deserializer)?;
+    Ok(cells.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect())
+}
+
 impl Values {
+    /// The real numbers of a column of them; NaN where a cell is empty.
+    pub fn as_floats(&self) -> Option<&[f64]> {
+        match self {
+            Values::Float(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The whole numbers of a column of them.
+    pub fn as_integers(&self) -> Option<&[i64]> {
+        match self {
+            Values::Integer(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The words of a column of them.
+    pub fn as_texts(&self) -> Option<&[String]> {
+        match self {
+            Values::Text(values) => Some(values),
+            _ => None,
+        }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         match self {
@@ -94,7 +132,7 @@ pub enum Cell {
 }
 
 /// A named column with its unit (empty: dimensionless).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Column {
     /// Column name, as in the header row.
     pub name: String,
@@ -105,7 +143,7 @@ pub struct Column {
 }
 
 /// A table: columns of equal length. File name: `<analysis>.csv` when `name` is empty, else `<analysis>.<name>.csv`.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// Empty for the main table, else `events`, `multipliers`, `orbits`, ...
     pub name: String,
@@ -114,7 +152,7 @@ pub struct Table {
 }
 
 /// One curve of a figure: columns of a table by name. It holds no numbers of its own.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// Name of the table (empty: the main table).
     pub table: String,
@@ -131,7 +169,7 @@ pub struct Curve {
 }
 
 /// How a curve is drawn.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum CurveStyle {
     /// A plain line.
     Line,
@@ -157,7 +195,7 @@ pub enum CurveStyle {
 }
 
 /// A diagram: one or several panels that share nothing but the page.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Heading.
     pub title: String,
@@ -166,7 +204,7 @@ pub struct Figure {
 }
 
 /// An abscissa of frequencies omega.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyAxis {
     /// What the column holds.
     pub written: FrequencyUnit,
@@ -175,7 +213,7 @@ pub struct FrequencyAxis {
 }
 
 /// Unit of a column of frequencies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FrequencyUnit {
     /// omega/omega_c.
     Nondimensional,
@@ -186,7 +224,7 @@ pub enum FrequencyUnit {
 }
 
 /// One pair of axes.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
     /// Text of the abscissa, unit included.
     pub x_label: String,
@@ -201,7 +239,7 @@ pub struct Panel {
 }
 
 /// What one analysis delivers.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Name of the analysis in the model file: file stem of the results.
     pub name: String,
@@ -228,7 +266,7 @@ pub struct Report {
 }
 
 /// A main table that is on disk already.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Streamed {
     /// Rows in the file.
     pub rows: u64,
@@ -240,6 +278,11 @@ impl Table {
     /// Column of that name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|c| c.name == name)
+    }
+
+    /// Real numbers of a column, NaN where a cell is empty; `None` where there is no such column of real numbers.
+    pub fn floats(&self, name: &str) -> Option<&[f64]> {
+        self.column(name)?.values.as_floats()
     }
 
     /// Number of rows.
@@ -260,6 +303,11 @@ impl Report {
             Some(streamed) if self.is_streamed(table) => streamed.rows,
             _ => table.rows() as u64,
         }
+    }
+
+    /// The main table.
+    pub fn main(&self) -> Option<&Table> {
+        self.table("")
     }
 
     /// Table of that name; the main table has the empty name.

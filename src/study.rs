@@ -2,17 +2,19 @@
 
 use crate::analysis::{Analysis, Control, Setting};
 use crate::assembly::Assembly;
-use crate::error::{Diagnostic, Error};
+use crate::error::{Diagnostic, Error, Source};
 use crate::model::Model;
 use crate::output::{self, FigureFormat, Input, RunOptions};
 use crate::report::Report;
-use crate::yaml::{self, Document, Node};
+use crate::yaml::{self, Node};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 mod ensemble;
 mod load;
+mod memory;
 mod merge;
 mod record;
 mod run;
@@ -22,13 +24,13 @@ mod shelf;
 pub use merge::merge;
 pub use shard::Shard;
 
-use load::{analyses, build, load_run, names, without_repetition};
+use load::{analyses, assembled, build, load_run, names, without_repetition};
 
 /// A model file ready to run.
 #[derive(Debug)]
 pub struct Study {
-    /// The merged document.
-    pub document: Document,
+    /// Texts that it was made from, in order: what a hash of the input is taken of.
+    sources: Vec<Arc<Source>>,
     /// The model as written, without any analysis's own settings.
     pub model: Model,
     /// Its assembly.
@@ -48,16 +50,11 @@ pub struct Run {
     texts: Texts,
     analysis: Box<dyn Analysis>,
     /// The model with the analysis's own `set:`; `None` when it has none.
-    own: Option<Variant>,
+    own: Option<Built>,
 }
 
-/// A document with some values changed, and what it says.
-#[derive(Debug)]
-struct Variant {
-    root: Node,
-    model: Model,
-    assembly: Assembly,
-}
+/// A model and its assembly.
+type Built = (Model, Assembly);
 
 /// Keys that every analysis takes besides its own.
 #[derive(Debug, Default, Deserialize)]
@@ -136,38 +133,45 @@ impl Study {
     /// Every mistake that could be found in one go; nothing has run and nothing is written then.
     pub fn load(path: &Path, overrides: &[String], only: &[String]) -> Result<Study, Error> {
         let document = yaml::load(path, overrides)?;
+        let base =
+            build(&document.root).map(|(model, assembly)| (model.called_after(path), assembly));
+        Study::new(&document.root, base, only, document.sources)
+    }
+
+    /// The analyses of a model in memory, all of them or those named in `only`, checked.
+    ///
+    /// # Errors
+    /// Every mistake that could be found in one go.
+    pub fn of(model: &Model, only: &[String]) -> Result<Study, Error> {
+        Study::new(model.document(), assembled(model.clone()), only, Vec::new())
+    }
+
+    fn new(
+        root: &Node,
+        base: Result<Built, Vec<Diagnostic>>,
+        only: &[String],
+        sources: Vec<Arc<Source>>,
+    ) -> Result<Study, Error> {
         let mut faults = Vec::new();
-        let base = build(&document.root)
-            .map_err(|list| faults.extend(list))
-            .ok();
+        let base = base.map_err(|list| faults.extend(list)).ok();
         let mut runs = Vec::new();
-        for (name, entry) in analyses(&document.root, only).unwrap_or_else(|list| {
+        for (name, entry) in analyses(root, only).unwrap_or_else(|list| {
             faults.extend(list);
             Vec::new()
         }) {
-            match load_run(&document.root, name, entry, base.as_ref()) {
+            match load_run(root, name, entry, base.as_ref()) {
                 Ok(run) => runs.push(run),
                 Err(list) => faults.extend(list),
             }
         }
         match base {
-            Some((mut model, assembly)) if faults.is_empty() => {
-                if model.name.is_empty() {
-                    model.name = path
-                        .file_stem()
-                        .unwrap_or_default()
-                        .to_string_lossy()
-                        .into_owned();
-                }
-                let names = names(&document.root);
-                Ok(Study {
-                    document,
-                    model,
-                    assembly,
-                    runs,
-                    names,
-                })
-            }
+            Some((model, assembly)) if faults.is_empty() => Ok(Study {
+                names: names(root),
+                sources,
+                model,
+                assembly,
+                runs,
+            }),
             _ => Err(Error::Input(without_repetition(faults))),
         }
     }
@@ -221,22 +225,21 @@ impl Study {
 
     /// The model under which an analysis runs.
     fn setting<'a>(&'a self, run: &'a Run, control: &'a dyn Control) -> Setting<'a> {
-        let (document, model, assembly) = match &run.own {
-            Some(own) => (&own.root, &own.model, &own.assembly),
-            None => (&self.document.root, &self.model, &self.assembly),
+        let (model, assembly) = match &run.own {
+            Some((model, assembly)) => (model, assembly),
+            None => (&self.model, &self.assembly),
         };
         Setting {
             name: &run.name,
             model,
             assembly,
-            document,
             control,
         }
     }
 
     /// A report with its name, its texts, and what the model says.
     fn finish(&self, run: &Run, mut report: Report, control: &dyn Control) -> Report {
-        let assembly = run.own.as_ref().map_or(&self.assembly, |own| &own.assembly);
+        let assembly = run.own.as_ref().map_or(&self.assembly, |own| &own.1);
         report.name = run.name.clone();
         report.kind = run.kind.clone();
         report.title = run.texts.title.clone().unwrap_or_else(|| run.name.clone());
@@ -248,10 +251,7 @@ impl Study {
             .collect::<Vec<_>>()
             .join(" ");
         report.assumed = run.texts.assumed.clone();
-        // The assembly hands on the warnings of the model.
-        let mut warnings = assembly.warnings.clone();
-        warnings.append(&mut report.warnings);
-        report.warnings = warnings;
+        finish(&mut report, assembly);
         if let Some(figure) = &mut report.figure {
             figure.title = report.title.clone();
         }
@@ -259,12 +259,11 @@ impl Study {
         if let (Some(end), Some(reason)) = (&mut report.ended_early, control.reason()) {
             *end = end.replacen("interrupted", &reason, 1);
         }
-        report.summary.insert("scales".into(), scales(assembly));
         report
     }
 
     fn inputs(&self) -> Vec<Input> {
-        (self.document.sources.iter())
+        (self.sources.iter())
             .map(|s| Input::of(s.name.clone(), s.text.as_bytes()))
             .collect()
     }
@@ -278,6 +277,15 @@ impl Study {
         };
         self.runs.iter().map(analysis).collect()
     }
+}
+
+/// Adds what the model says to a report.
+fn finish(report: &mut Report, assembly: &Assembly) {
+    // The assembly hands on the warnings of the model.
+    let mut warnings = assembly.warnings.clone();
+    warnings.append(&mut report.warnings);
+    report.warnings = warnings;
+    report.summary.insert("scales".into(), scales(assembly));
 }
 
 fn scales(assembly: &Assembly) -> Value {

@@ -44,7 +44,6 @@ use crate::measure::Units;
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::{Report, Table};
-use crate::yaml::Node;
 use cost::Cost;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -160,9 +159,6 @@ pub struct Setting<'a> {
     pub model: &'a Model,
     /// The assembled system.
     pub assembly: &'a Assembly,
-    /// The merged document that `model` was read from: an analysis that varies a parameter reads it again with one value
-    /// changed (see [`parameter`]).
-    pub document: &'a Node,
     /// Interruption and progress.
     pub control: &'a dyn Control,
 }
@@ -198,6 +194,49 @@ pub trait Control: Send + Sync {
 
     /// Progress of an analysis: share done, 0..1, and a few words.
     fn progress(&self, _analysis: &str, _share: f64, _words: &str) {}
+}
+
+/// An observer made of a function: told which analysis has done which share (0..1) of its work, and in words where it is, it
+/// answers whether to go on.
+///
+/// ```
+/// use gearlash::analysis::Observer;
+///
+/// let observer = Observer::new(|analysis, share, words| {
+///     println!("{analysis}: {:3.0} % {words}", 100.0 * share);
+///     share < 0.5
+/// });
+/// ```
+#[derive(Debug)]
+pub struct Observer<F> {
+    tell: F,
+    interrupt: Interrupt,
+}
+
+impl<F: Fn(&str, f64, &str) -> bool + Send + Sync> Observer<F> {
+    /// An observer that calls a function from whichever thread computes.
+    pub fn new(tell: F) -> Observer<F> {
+        Observer {
+            tell,
+            interrupt: Interrupt::default(),
+        }
+    }
+}
+
+impl<F: Fn(&str, f64, &str) -> bool + Send + Sync> Control for Observer<F> {
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.is_requested()
+    }
+
+    fn interrupt(&self) -> Interrupt {
+        self.interrupt.clone()
+    }
+
+    fn progress(&self, analysis: &str, share: f64, words: &str) {
+        if !(self.tell)(analysis, share, words) {
+            self.interrupt.request();
+        }
+    }
 }
 
 /// A flag that reaches into long computations.

@@ -3,11 +3,11 @@
 
 use super::Setting;
 use crate::assembly::{Assembly, Scales, assemble};
-use crate::error::{Diagnostic, did_you_mean, nearest};
+use crate::error::Diagnostic;
 use crate::model::{self, FrequencyScale, Model, Structure};
 use crate::quantity::Quantity;
 use crate::system::System;
-use crate::yaml::{Node, Value, join};
+use crate::yaml::Node;
 
 /// What is varied.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,8 +20,6 @@ pub enum Parameter {
 
 /// Parts of a document that hold numbers of the mechanics.
 const ROOTS: [&str; 5] = ["bodies", "connections", "damping", "loads", "reduced"];
-/// Paths that an ambiguous short form lists.
-const SHOWN: usize = 4;
 
 impl Parameter {
     /// The parameter that a user names: `frequency`, a dotted path as for `--set`, or a short form of one: some of its steps in
@@ -33,41 +31,7 @@ impl Parameter {
         if written == "frequency" {
             return Ok(Parameter::Frequency);
         }
-        let steps: Vec<&str> = written.split('.').collect();
-        // A reduced model has its own `damping` and `loads`: there these are short forms.
-        if ROOTS.contains(&steps[0]) && setting.document.get(steps[0]).is_some() {
-            return Ok(Parameter::Path(written.into()));
-        }
-        let mut known = Vec::new();
-        for root in ROOTS {
-            if let Some(node) = setting.document.get(root) {
-                leaves(node, root.into(), &mut known);
-            }
-        }
-        let fits: Vec<&String> = known.iter().filter(|path| is_short(&steps, path)).collect();
-        match fits.as_slice() {
-            [one] => Ok(Parameter::Path((*one).clone())),
-            [] => unwritten(setting, &steps)
-                .map(Parameter::Path)
-                .ok_or_else(|| {
-                    // Whoever writes a short form means a short form.
-                    let short: Vec<String> = known.iter().map(|path| shortened(path)).collect();
-                    let hint = match nearest(written, &short) {
-                        Some(name) => format!("did you mean `{name}`?"),
-                        None => did_you_mean(written, &known),
-                    };
-                    format!("`{written}` is neither `frequency` nor a path of the model; {hint}")
-                }),
-            several => {
-                let shown: Vec<&str> = several.iter().take(SHOWN).map(|p| p.as_str()).collect();
-                Err(format!(
-                    "`{written}` could be any of {} numbers of the model ({}{}); write the path in full",
-                    several.len(),
-                    shown.join(", "),
-                    if several.len() > SHOWN { ", .." } else { "" }
-                ))
-            }
-        }
+        setting.model.path_of(written).map(Parameter::Path)
     }
 
     /// A value of the parameter: omega/omega_c, or SI base units (nondimensional for reduced models).
@@ -164,7 +128,7 @@ impl<'a> Variation<'a> {
     pub fn new(setting: &'a Setting<'a>, path: &'a str) -> Variation<'a> {
         let kept = ["schema", "name", "report", "scaling"];
         let kept = kept.into_iter().chain(ROOTS);
-        let parts = kept.filter_map(|key| Some((key, setting.document.get(key)?.clone())));
+        let parts = kept.filter_map(|key| Some((key, setting.model.document().get(key)?.clone())));
         Variation {
             setting,
             root: Node::map(parts),
@@ -222,70 +186,4 @@ fn freeze(model: &mut Model, scales: &Scales) {
             connection.length = Some(*l);
         }
     }
-}
-
-/// Paths of all scalars below a node.
-fn leaves(node: &Node, path: String, out: &mut Vec<String>) {
-    match &node.value {
-        Value::Scalar { .. } => out.push(path),
-        Value::List(list) => {
-            for (k, entry) in list.iter().enumerate() {
-                leaves(entry, join(&path, k.to_string()), out);
-            }
-        }
-        Value::Map(map) => {
-            for (key, entry) in map {
-                leaves(&entry.node, join(&path, key), out);
-            }
-        }
-    }
-}
-
-/// Whether the steps stand in the path in their order, the last one at its end.
-fn is_short(steps: &[&str], path: &str) -> bool {
-    let mut rest = steps.iter().rev();
-    let mut wanted = rest.next();
-    for (k, step) in path.rsplit('.').enumerate() {
-        if wanted == Some(&step) {
-            wanted = rest.next();
-        } else if k == 0 {
-            return false;
-        }
-    }
-    wanted.is_none()
-}
-
-/// Names and keys of a path alone, such as `mesh_2.half_gap`: a short form of it.
-fn shortened(path: &str) -> String {
-    const UNSAID: [&str; 7] = [
-        "bodies",
-        "connections",
-        "loads",
-        "reduced",
-        "elements",
-        "element",
-        "harmonics",
-    ];
-    let steps: Vec<&str> = path.split('.').collect();
-    let last = steps.len() - 1;
-    let is_said = |(k, step): &(usize, &&str)| {
-        let is_index = step.bytes().all(|b| b.is_ascii_digit());
-        *k == last || !(is_index || UNSAID.contains(*step))
-    };
-    let said = steps.iter().enumerate().filter(is_said);
-    said.map(|(_, step)| *step).collect::<Vec<_>>().join(".")
-}
-
-/// Full path of a default that the document does not write, such as `mesh_1.impact_damping`: the first place of that name
-/// that the model takes a number in.
-fn unwritten(setting: &Setting<'_>, steps: &[&str]) -> Option<String> {
-    let (first, rest) = steps.split_first()?;
-    let rest = rest.join(".");
-    [
-        format!("connections.{first}.element.{rest}"),
-        format!("connections.{first}.{rest}"),
-        format!("reduced.elements.{first}.{rest}"),
-    ]
-    .into_iter()
-    .find(|path| !rest.is_empty() && rebuilt(setting, path, Node::number(0.0)).is_ok())
 }

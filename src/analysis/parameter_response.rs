@@ -90,10 +90,10 @@ impl ParameterResponse {
                 return Err(fault(message.into()));
             }
         };
-        match setting.document.at(&path) {
+        match setting.model.document().at(&path) {
             // A default that is not written: the model says whether it knows the key.
             None => {
-                let mut document = setting.document.clone();
+                let mut document = setting.model.document().as_ref().clone();
                 let lost = document.set(&path, Node::number(0.0)).err();
                 lost.map_or(Ok(path), |mistake| Err(fault(joined(&[mistake]))))
             }

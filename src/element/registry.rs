@@ -23,14 +23,17 @@ pub enum ParameterKind {
 }
 
 /// Range of a parameter, of every number of a list or a map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub enum ParameterRange {
     /// Any finite number.
     #[default]
+    #[serde(rename = "any")]
     Any,
     /// >= 0.
+    #[serde(rename = ">= 0")]
     NotNegative,
     /// > 0.
+    #[serde(rename = "> 0")]
     Positive,
 }
 

@@ -5,6 +5,8 @@ use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::{Entry, Node, Value, join, unknown_keys};
 use indexmap::IndexMap;
 
+pub(super) use crate::element::ParameterRange as Range;
+
 /// Mistakes kept: more of them say nothing more, and a hostile file has millions.
 const KEPT: usize = 1000;
 
@@ -16,6 +18,19 @@ pub(super) struct Mistakes {
     more: usize,
     /// What is allowed but looks like a slip.
     warnings: Vec<String>,
+    /// Every number that is read, by path, where somebody wants to know.
+    numbers: Option<IndexMap<String, Found>>,
+}
+
+/// A number as the reader found it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    /// SI, or nondimensional in a reduced model.
+    pub value: f64,
+    pub dimension: Option<UnitDimension>,
+    /// Whether the unit is written.
+    pub has_unit: bool,
+    pub range: Range,
 }
 
 impl Mistakes {
@@ -34,6 +49,46 @@ impl Mistakes {
 
     pub(super) fn count(&self) -> usize {
         self.list.len() + self.more
+    }
+
+    /// A reader's notes that keep every number.
+    pub(super) fn with_numbers() -> Mistakes {
+        Mistakes {
+            numbers: Some(IndexMap::new()),
+            ..Mistakes::default()
+        }
+    }
+
+    /// The numbers read so far.
+    pub(super) fn take_numbers(&mut self) -> IndexMap<String, Found> {
+        self.numbers.take().unwrap_or_default()
+    }
+
+    /// The number of a node; `None` and one mistake more where it is wrong.
+    pub(super) fn number(
+        &mut self,
+        node: &Node,
+        path: &str,
+        measure: Measure,
+        range: Range,
+    ) -> Option<f64> {
+        let value = self.note(number(node, path, measure, range));
+        if let Some(numbers) = &mut self.numbers {
+            let written = Quantity::from_node(node, path).ok();
+            let unit = written.as_ref().and_then(|quantity| quantity.dimension);
+            let found = Found {
+                value: value.or(written.map(|w| w.value)).unwrap_or(f64::NAN),
+                dimension: match measure {
+                    Measure::Si(dimension) => Some(dimension),
+                    Measure::AnySi => unit,
+                    Measure::Bare => None,
+                },
+                has_unit: unit.is_some(),
+                range,
+            };
+            numbers.insert(path.to_owned(), found);
+        }
+        value
     }
 
     /// Notes what is allowed but looks like a slip.
@@ -79,24 +134,8 @@ pub(super) enum Measure {
     Bare,
 }
 
-/// Range of a number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Range {
-    /// Any finite number.
-    Any,
-    /// > 0.
-    Positive,
-    /// >= 0.
-    NotNegative,
-}
-
 /// A finite number of a scalar node.
-pub(super) fn number(
-    node: &Node,
-    path: &str,
-    measure: Measure,
-    range: Range,
-) -> Result<f64, Diagnostic> {
+fn number(node: &Node, path: &str, measure: Measure, range: Range) -> Result<f64, Diagnostic> {
     let quantity = Quantity::from_node(node, path)?;
     let value = match measure {
         Measure::Si(dimension) => quantity
@@ -217,7 +256,7 @@ impl<'n> Fields<'n> {
         mistakes: &mut Mistakes,
     ) -> Option<f64> {
         let node = self.get(key)?;
-        mistakes.note(number(node, &self.path_of(key), measure, range))
+        mistakes.number(node, &self.path_of(key), measure, range)
     }
 
     /// The one of several keys that is given; none or more than one is a mistake.

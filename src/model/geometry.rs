@@ -1,6 +1,6 @@
 //! What a connection acts on: bodies with their lever arms.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries, number};
+use super::fields::{Fields, Measure, Mistakes, Range, entries};
 use super::kinematics::Row;
 use super::teeth::{self, Teeth};
 use super::{Body, DeformationUnit, Motion};
@@ -179,7 +179,7 @@ fn wheels(
         let path = fields.path_of(name);
         let body = find.wheel(name, Diagnostic::at_key(entry, &path, ""), mistakes);
         let radius = Measure::Si(UnitDimension::LENGTH);
-        let radius = mistakes.note(number(&entry.node, &path, radius, Range::Positive));
+        let radius = mistakes.number(&entry.node, &path, radius, Range::Positive);
         let side = if arms.is_empty() { 1.0 } else { sign };
         arms.extend(body.zip(radius).map(|(body, radius)| (body, side * radius)));
     }
@@ -240,8 +240,7 @@ fn levers(
             DeformationUnit::Metre if is_turning => UnitDimension::LENGTH,
             _ => UnitDimension::NUMBER,
         };
-        let arm = number(&entry.node, &path, Measure::Si(measure), Range::Any);
-        let arm = mistakes.note(arm);
+        let arm = mistakes.number(&entry.node, &path, Measure::Si(measure), Range::Any);
         if arm == Some(0.0) {
             let message = "a lever arm of 0 does nothing: leave the body out";
             mistakes.add(Diagnostic::at(&entry.node, &path, message));

@@ -1,10 +1,9 @@
 //! Laws in a model file: units first, then typetag.
 
 use super::DeformationUnit;
-use super::fields::{Fields, Measure, Mistakes, Range, entries, number, word};
+use super::fields::{Fields, Measure, Mistakes, entries, word};
 use crate::element::{
-    Element, InvalidParameter, Linear, ParameterInfo, ParameterKind, ParameterRange, find,
-    registered,
+    Element, InvalidParameter, Linear, ParameterInfo, ParameterKind, find, registered,
 };
 use crate::error::{Diagnostic, Location, did_you_mean};
 use crate::quantity::UnitDimension;
@@ -156,13 +155,9 @@ fn in_si(
     mistakes: &mut Mistakes,
 ) -> Option<Node> {
     let measure = units.measure(parameter);
-    let range = match parameter.range {
-        ParameterRange::Any => Range::Any,
-        ParameterRange::NotNegative => Range::NotNegative,
-        ParameterRange::Positive => Range::Positive,
-    };
+    let range = parameter.range;
     let converted = |node: &Node, path: &str, mistakes: &mut Mistakes| {
-        let value = mistakes.note(number(node, path, measure, range))?;
+        let value = mistakes.number(node, path, measure, range)?;
         Some(Node {
             location: node.location.clone(),
             ..Node::number(value)

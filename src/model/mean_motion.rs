@@ -1,6 +1,6 @@
 //! Mean motion in a model file: the reference shaft, drag, and the torque that balances all others.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar, number};
+use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
 use super::geometry::Bodies;
 use super::kinematics::{Fault, Row, speeds};
 use super::{Body, Drag, Load, Motion, Teeth};
@@ -109,7 +109,7 @@ fn also<'n>(
             mistakes.add(super::geometry::unknown_body(name, bodies, at));
         }
         let measure = Measure::Si(UnitDimension::FREQUENCY);
-        let speed = mistakes.note(number(&entry.node, &path, measure, Range::Any));
+        let speed = mistakes.number(&entry.node, &path, measure, Range::Any);
         list.extend(
             found
                 .zip(speed)
@@ -191,9 +191,9 @@ pub(super) fn drag(
         Motion::Translation => (UnitDimension::FORCE, UnitDimension::DAMPING),
     };
     if is_scalar(node) {
-        let constant = number(node, path, Measure::Si(torque), Range::NotNegative);
+        let constant = mistakes.number(node, path, Measure::Si(torque), Range::NotNegative);
         return Some(Drag {
-            constant: mistakes.note(constant)?,
+            constant: constant?,
             viscous: 0.0,
         });
     }

@@ -7,27 +7,48 @@ mod geometry;
 pub mod kinematics;
 mod law;
 mod mean_motion;
+mod names;
 mod orders;
 mod read;
 mod reduced;
 mod series;
 mod teeth;
 mod train;
+mod value;
 
 pub use fields::{NAMES, check_name, is_name};
 pub use geometry::GEOMETRY;
 pub use mean_motion::MeanMotion;
 pub use read::{SCHEMA, locate, read};
 pub use teeth::Teeth;
+pub use value::{Knob, NamedNumber};
 
 use crate::element::Element;
 use crate::numeric::periodic::Periodic;
 use crate::quantity::UnitDimension;
+use crate::yaml::Node;
 use indexmap::IndexMap;
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
-/// A model file after validation.
+/// A valid model: mechanics and analyses, a value whose numbers have names.
+///
+/// ```
+/// use gearlash::model::Model;
+///
+/// let mut model = Model::from_yaml(
+///     "bodies: {A: {inertia: 1 kg m^2}}\n\
+///      connections:\n  spring: {ground: A, stiffness: 4 N m/rad, element: {type: backlash, half_gap: 1 mrad}}\n",
+/// )?;
+/// let gap = model.knob("spring.half_gap")?;
+/// assert_eq!(model.get(&gap), 1e-3);
+/// model.set(&gap, 2e-3)?;
+/// assert_eq!(gap.unit(), "rad");
+/// assert!(model.set(&gap, -1.0).is_err());
+/// # Ok::<(), gearlash::error::Error>(())
+/// ```
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Model {
     /// Name of the model.
     pub name: String,
@@ -37,9 +58,22 @@ pub struct Model {
     pub report_units: ReportUnits,
     /// What the user must know.
     pub warnings: Vec<String>,
+    /// The tree that it was read from: names and analyses.
+    document: Arc<Node>,
 }
 
 impl Model {
+    /// A model of mechanics that were put together by hand: its numbers have no names, and it has no analyses.
+    pub fn of(name: impl Into<String>, structure: Structure, report_units: ReportUnits) -> Model {
+        Model {
+            name: name.into(),
+            structure,
+            report_units,
+            warnings: Vec::new(),
+            document: Arc::default(),
+        }
+    }
+
     /// Units of deformation and force of a connection, by its number: `("m", "N")` or `("rad", "N m")`.
     pub fn units_of(&self, connection: usize) -> (&'static str, &'static str) {
         let unit = match &self.structure {

@@ -7,6 +7,7 @@ use super::{Model, ReportUnits, Structure};
 use crate::element::Element;
 use crate::error::{Diagnostic, did_you_mean};
 use crate::yaml::Node;
+use std::sync::Arc;
 
 /// Version of the model file that this reader understands.
 pub const SCHEMA: usize = 1;
@@ -32,8 +33,12 @@ const KEYS: [&str; 12] = [
 /// Every independent mistake, with path, place, what was found, what was wanted and the nearest known name.
 pub fn read(root: &Node) -> Result<Model, Vec<Diagnostic>> {
     let mut mistakes = Mistakes::default();
-    let model = model(root, &mut mistakes);
-    mistakes.conclude(model)
+    let model = interpret(root, &mut mistakes);
+    let model = mistakes.conclude(model)?;
+    Ok(Model {
+        document: Arc::new(root.clone()),
+        ..model
+    })
 }
 
 /// Gives diagnostics of later stages the place of their path, or of the nearest part of the path that the document has.
@@ -50,7 +55,8 @@ pub fn locate(root: &Node, list: &mut [Diagnostic]) {
     }
 }
 
-fn model(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
+/// The model of a document, without the document itself.
+pub(super) fn interpret(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
     let fields = Fields::open(root, "", mistakes)?;
     for (key, entry) in fields.entries() {
         if !KEYS.contains(&key) && !key.starts_with("x-") {
@@ -82,6 +88,7 @@ fn model(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
         structure,
         report_units: report_units.unwrap_or(usual),
         warnings,
+        document: Arc::default(),
     })
 }
 

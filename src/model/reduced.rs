@@ -1,6 +1,6 @@
 //! Reduced, nondimensional systems in a model file.
 
-use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, number};
+use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries};
 use super::geometry::Bodies;
 use super::law::{LawUnits, law};
 use super::orders::{Orders, on_common_base};
@@ -98,8 +98,9 @@ fn matrix(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<DMatrix<f6
 
 fn vector(node: &Node, path: &str, mistakes: &mut Mistakes) -> Vec<f64> {
     let list = entries(node, path, mistakes);
-    let read = |(path, node): &(String, &Node)| number(node, path, Measure::Bare, Range::Any);
-    list.iter().filter_map(|x| mistakes.note(read(x))).collect()
+    list.iter()
+        .filter_map(|(path, node)| mistakes.number(node, path, Measure::Bare, Range::Any))
+        .collect()
 }
 
 fn element_map(
@@ -156,7 +157,7 @@ fn damping(node: &Node, n: Option<usize>, mistakes: &mut Mistakes) -> Option<Red
         }
         return Some(ReducedDamping::Matrix(gamma));
     }
-    let value = mistakes.note(number(node, &own, Measure::Bare, Range::NotNegative))?;
+    let value = mistakes.number(node, &own, Measure::Bare, Range::NotNegative)?;
     Some(match kind {
         "modal_ratio" => ReducedDamping::ModalRatio(value),
         _ => ReducedDamping::StiffnessProportional(value),

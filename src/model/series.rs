@@ -1,6 +1,6 @@
 //! Periodic functions in a model file: loads, stiffness variation, transmission error.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries, number};
+use super::fields::{Fields, Measure, Mistakes, Range, entries};
 use super::orders::Orders;
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{Fraction, gcd};
@@ -271,8 +271,9 @@ fn table(
         mistakes.add(Diagnostic::at(node, &path, message));
         return None;
     }
-    let read = |(path, node): &(String, &Node)| number(node, path, measure, Range::Any);
-    let values: Vec<Option<f64>> = list.iter().map(|x| mistakes.note(read(x))).collect();
+    let mut read =
+        |(path, node): &(String, &Node)| mistakes.number(node, path, measure, Range::Any);
+    let values: Vec<Option<f64>> = list.iter().map(&mut read).collect();
     Some(Periodic::Table {
         values: values.into_iter().collect::<Option<_>>()?,
         base_order,

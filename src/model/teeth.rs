@@ -5,7 +5,7 @@
 //! m_n normal module, alpha_n normal pressure angle, beta helix angle, z teeth.
 
 use super::DeformationUnit;
-use super::fields::{Fields, Measure, Mistakes, Range, count, number};
+use super::fields::{Fields, Measure, Mistakes, Range, count};
 use super::geometry::{Finder, Geometry};
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{Fraction, whole};
@@ -278,7 +278,7 @@ fn angle(fields: &Fields<'_>, key: &str, absent: f64, mistakes: &mut Mistakes) -
     };
     let path = fields.path_of(key);
     let measure = Measure::Si(UnitDimension::ANGLE);
-    let value = mistakes.note(number(node, &path, measure, Range::NotNegative))?;
+    let value = mistakes.number(node, &path, measure, Range::NotNegative)?;
     if value <= STEEPEST {
         return Some(value);
     }

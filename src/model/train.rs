@@ -2,7 +2,7 @@
 
 use super::connection::{Placed, connection, place};
 use super::drawing::centre_distances;
-use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar, number};
+use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar};
 use super::geometry::{Bodies, unknown_body};
 use super::mean_motion::{Rows, add_drag, balance, drag, reference};
 use super::orders::{Orders, on_common_base};
@@ -130,8 +130,7 @@ fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
         Some(UnitDimension::MASS) => (Motion::Translation, UnitDimension::MASS),
         _ => (Motion::Rotation, UnitDimension::INERTIA),
     };
-    let inertia = number(node, &path, Measure::Si(dimension), Range::Positive);
-    let inertia = mistakes.note(inertia)?;
+    let inertia = mistakes.number(node, &path, Measure::Si(dimension), Range::Positive)?;
     let drag = match fields.get("drag") {
         Some(node) => drag(node, &fields.path_of("drag"), motion, mistakes)?,
         None => Drag::default(),
@@ -229,9 +228,10 @@ fn damping(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Damping> 
                 mistakes.add(Diagnostic::at(node, &path, message));
             }
             let list = entries(node, &path, mistakes);
-            let read =
-                |(path, node): &(String, &Node)| number(node, path, ratio, Range::NotNegative);
-            let list: Vec<_> = list.iter().map(|x| mistakes.note(read(x))).collect();
+            let mut read = |(path, node): &(String, &Node)| {
+                mistakes.number(node, path, ratio, Range::NotNegative)
+            };
+            let list: Vec<_> = list.iter().map(&mut read).collect();
             list.into_iter()
                 .collect::<Option<_>>()
                 .map(ModalDamping::PerMode)
@@ -297,8 +297,8 @@ fn scaling(
         return (scaling, warnings);
     };
     if let Some(node) = fields.get("frequency") {
-        let read = frequency(node, &fields.path_of("frequency"));
-        scaling.frequency = mistakes.note(read).unwrap_or(scaling.frequency);
+        let read = frequency(node, &fields.path_of("frequency"), mistakes);
+        scaling.frequency = read.unwrap_or(scaling.frequency);
     }
     if let Some(node) = fields.get("length") {
         let path = fields.path_of("length");
@@ -306,8 +306,7 @@ fn scaling(
             Ok(Some(UnitDimension::ANGLE)) => (UnitDimension::ANGLE, DeformationUnit::Radian),
             _ => (UnitDimension::LENGTH, DeformationUnit::Metre),
         };
-        let length = number(node, &path, Measure::Si(dimension), Range::Positive);
-        scaling.length = mistakes.note(length);
+        scaling.length = mistakes.number(node, &path, Measure::Si(dimension), Range::Positive);
         let others = connections.into_iter().flatten();
         let others: Vec<&str> = others
             .filter(|(_, c)| c.unit != unit && c.length.is_none())
@@ -325,30 +324,26 @@ fn scaling(
     (scaling, warnings)
 }
 
-fn frequency(node: &Node, path: &str) -> Result<FrequencyScale, Diagnostic> {
+fn frequency(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<FrequencyScale> {
     const WORDS: [&str; 2] = ["first_mode", "first_connection"];
     if is_scalar(node) {
-        match node.as_text(path)? {
-            "first_mode" => return Ok(FrequencyScale::FirstMode),
-            "first_connection" => return Ok(FrequencyScale::FirstConnection),
+        match mistakes.note(node.as_text(path))? {
+            "first_mode" => return Some(FrequencyScale::FirstMode),
+            "first_connection" => return Some(FrequencyScale::FirstConnection),
             text if text.starts_with(|c: char| c.is_alphabetic()) => {
                 let message = format!(
                     "found {}, wanted {} or a frequency",
                     node.describe(),
                     WORDS.join(", ")
                 );
-                return Err(
-                    Diagnostic::at(node, path, message).with_help(did_you_mean(text, WORDS))
-                );
+                let mistake = Diagnostic::at(node, path, message);
+                mistakes.add(mistake.with_help(did_you_mean(text, WORDS)));
+                return None;
             }
             _ => {}
         }
     }
-    let value = number(
-        node,
-        path,
-        Measure::Si(UnitDimension::FREQUENCY),
-        Range::Positive,
-    )?;
-    Ok(FrequencyScale::Value(value))
+    let measure = Measure::Si(UnitDimension::FREQUENCY);
+    let value = mistakes.number(node, path, measure, Range::Positive)?;
+    Some(FrequencyScale::Value(value))
 }

@@ -1,8 +1,8 @@
 //! Reading a model file into a study: every mistake that can be found before anything runs.
 
-use super::{Run, Texts, Variant};
+use super::{Built, Run, Texts};
 use crate::analysis::{self, Analysis, Control, Setting};
-use crate::assembly::{Assembly, assemble};
+use crate::assembly::assemble;
 use crate::error::{Diagnostic, did_you_mean};
 use crate::model::{self, Model};
 use crate::output::folder;
@@ -10,9 +10,13 @@ use crate::yaml::{self, Entry, Node};
 use indexmap::IndexMap;
 
 /// Reads and assembles the model of a document; mistakes of the assembly get the place of their path.
-pub(super) fn build(root: &Node) -> Result<(Model, Assembly), Vec<Diagnostic>> {
-    let model = model::read(root)?;
-    let assembly = assemble(&model).map_err(|list| located(root, list))?;
+pub(super) fn build(root: &Node) -> Result<Built, Vec<Diagnostic>> {
+    assembled(model::read(root)?)
+}
+
+/// Assembles a model; mistakes get the place of their path.
+pub(super) fn assembled(model: Model) -> Result<Built, Vec<Diagnostic>> {
+    let assembly = assemble(&model).map_err(|list| located(model.document(), list))?;
     Ok((model, assembly))
 }
 
@@ -67,7 +71,7 @@ pub(super) fn load_run(
     root: &Node,
     name: &str,
     entry: &Entry,
-    base: Option<&(Model, Assembly)>,
+    base: Option<&Built>,
 ) -> Result<Run, Vec<Diagnostic>> {
     let path = yaml::join("analyses", name);
     model::check_name(entry, name, &path).map_err(|d| vec![d])?;
@@ -82,16 +86,13 @@ pub(super) fn load_run(
         list
     })?;
     let own = own?;
-    let (document, model, assembly) = match (&own, base) {
-        (Some(own), _) => (&own.root, &own.model, &own.assembly),
-        (None, Some((model, assembly))) => (root, model, assembly),
-        (None, None) => return Err(Vec::new()),
+    let Some((model, assembly)) = own.as_ref().or(base) else {
+        return Err(Vec::new());
     };
     let setting = Setting {
         name,
         model,
         assembly,
-        document,
         control: &Unattended,
     };
     let faults = analysis.check(&setting);
@@ -127,7 +128,7 @@ pub(super) fn diagnostics(
 }
 
 /// The model with the analysis's own `set:`, if it has one.
-fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<Variant>, Vec<Diagnostic>> {
+fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<Built>, Vec<Diagnostic>> {
     let Some(set) = node.get("set").filter(|set| !set.is_null()) else {
         return Ok(None);
     };
@@ -144,12 +145,7 @@ fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<Variant>, Ve
     if !faults.is_empty() {
         return Err(faults);
     }
-    let (model, assembly) = build(&changed)?;
-    Ok(Some(Variant {
-        root: changed,
-        model,
-        assembly,
-    }))
+    build(&changed).map(Some)
 }
 
 type Read = (Texts, String, Box<dyn Analysis>);

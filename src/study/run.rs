@@ -27,7 +27,7 @@ impl Study {
             // Runs of a study that cannot be paid are rows of its table.
             let refusal = cost.refusal(control.memory());
             if let Some(fault) = refusal.filter(|_| run.analysis.study().is_none()) {
-                faults.extend(diagnostics(&self.document.root, &run.name, vec![fault]));
+                faults.extend(diagnostics(self.model.document(), &run.name, vec![fault]));
             }
             list.push((run.name.clone(), cost));
         }
@@ -166,7 +166,7 @@ impl Study {
             };
             let setting = self.setting(run, control);
             let plan = Plan::new(study, &setting).map_err(|faults| {
-                Error::Input(diagnostics(&self.document.root, &run.name, faults))
+                Error::Input(diagnostics(self.model.document(), &run.name, faults))
             })?;
             let ensemble = Ensemble {
                 name: &run.name,

@@ -61,6 +61,13 @@ impl From<Node> for Entry {
     }
 }
 
+/// Nothing (null).
+impl Default for Node {
+    fn default() -> Self {
+        Node::scalar("")
+    }
+}
+
 impl From<Value> for Node {
     fn from(value: Value) -> Self {
         Node {

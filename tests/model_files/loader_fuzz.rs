@@ -336,7 +336,6 @@ fn take(text: &str, validator: &Validator) -> bool {
                     name,
                     model: &read,
                     assembly: &assembly,
-                    document: &root,
                     control: &control,
                 };
                 is_whole &= analysis.check(&setting).is_empty();

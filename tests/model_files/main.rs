@@ -8,6 +8,7 @@ mod kinematics;
 mod loader_fuzz;
 mod model_mistakes;
 mod model_read;
+mod model_value;
 mod models_load;
 mod places;
 mod run_fuzz;

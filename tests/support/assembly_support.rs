@@ -71,12 +71,7 @@ pub fn load(train: &mut Train, body: usize, mean: f64, cos: f64, sin: f64) {
 }
 
 pub fn model(structure: Structure) -> Model {
-    Model {
-        name: "test".into(),
-        structure,
-        report_units: ReportUnits::Nondimensional,
-        warnings: Vec::new(),
-    }
+    Model::of("test", structure, ReportUnits::Nondimensional)
 }
 
 pub fn assembled(train: &Train) -> Assembly {

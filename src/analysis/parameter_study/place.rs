@@ -59,12 +59,13 @@ impl Target {
                 format!("`{key}` belongs to the study: the runs have no place to show it");
             return Err(vec![Fault::new(format!("{path}.{key}"), message)]);
         }
-        let mut root = setting.document.clone();
+        let mut root = setting.model.document().as_ref().clone();
         let (mut model, mut assembly) = (setting.model.clone(), setting.assembly.clone());
         if let Some(set) = node.get("set").filter(|set| !set.is_null()) {
             // The study's own `set:` is the last word, and has been spoken already.
             let own = setting
-                .document
+                .model
+                .document()
                 .at(&format!("analyses.{}.set", setting.name));
             for set in [Some(set), own].into_iter().flatten() {
                 change(&mut root, set).map_err(|list| faults_of(name.as_deref(), list))?;
@@ -157,7 +158,7 @@ fn entry(study: &ParameterStudy, setting: &Setting<'_>) -> Result<(Option<String
             return Err(Fault::new("analysis", message));
         }
     };
-    let known = setting.document.get("analyses");
+    let known = setting.model.document().get("analyses");
     match known.and_then(|map| map.get(written)) {
         Some(node) => Ok((Some(written.clone()), node.clone())),
         None => {

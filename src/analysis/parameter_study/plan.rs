@@ -195,7 +195,6 @@ impl Target {
             name: outer.name,
             model: &self.model,
             assembly: &self.assembly,
-            document: &self.root,
             control,
         }
     }
@@ -328,7 +327,6 @@ impl Worker<'_> {
             name: self.plan.setting.name,
             model,
             assembly,
-            document: &self.root,
             control,
         }
     }

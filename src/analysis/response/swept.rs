@@ -333,7 +333,7 @@ fn read(
 /// SI unit of a number of the model, from whatever of its values is written with a unit.
 fn unit(setting: &Setting<'_>, settings: &BranchSettings, path: &str) -> String {
     let ends = [&settings.from, &settings.to].into_iter().flatten();
-    let own = setting.document.at(path);
+    let own = setting.model.document().at(path);
     let own = own.and_then(|node| Quantity::from_node(node, path).ok());
     let all = ends.chain(&settings.marks).chain(&own);
     let dimension = all.filter_map(|quantity| quantity.dimension).next();

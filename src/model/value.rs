@@ -1,0 +1,239 @@
+//! Models as values: read from a text, a file or a tree, with numbers that have names.
+
+use super::fields::Found;
+use super::{Model, read};
+use crate::element::ParameterRange;
+use crate::error::{Diagnostic, Error};
+use crate::quantity::{Quantity, UnitDimension};
+use crate::yaml::{self, Node};
+use serde::Serialize;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A number of a model, resolved by name once ([`Model::knob`]).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Knob {
+    path: String,
+    dimension: Option<UnitDimension>,
+    has_unit: bool,
+    range: ParameterRange,
+    /// Value where the model does not write it.
+    default: f64,
+}
+
+impl Knob {
+    /// Full dotted path, such as `connections.mesh_2.element.half_gap`.
+    pub fn name(&self) -> &str {
+        &self.path
+    }
+
+    /// Unit of the value, such as `m`; empty where it has none.
+    pub fn unit(&self) -> String {
+        self.dimension.map_or(String::new(), unit)
+    }
+
+    /// Values that make sense.
+    pub fn range(&self) -> ParameterRange {
+        self.range
+    }
+
+    /// The value as the document writes it. The unit stays: it decides what a stiffness or an inertia belongs to.
+    fn node(&self, value: f64) -> Node {
+        match self.dimension {
+            Some(dimension) if self.has_unit => {
+                Node::quoted(format!("{value:?} {}", dimension.unit()))
+            }
+            _ => Node::number(value),
+        }
+    }
+}
+
+/// A number of a model with everything there is to know about it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct NamedNumber {
+    /// Full dotted path.
+    pub name: String,
+    /// Value in SI units; nondimensional in a reduced model.
+    pub value: f64,
+    /// Unit of the value; empty where it has none.
+    pub unit: String,
+    /// Values that make sense: `any`, `>= 0` or `> 0`.
+    pub range: ParameterRange,
+    /// Whether the model writes it; a default otherwise.
+    pub is_written: bool,
+}
+
+impl NamedNumber {
+    fn new((name, found): (String, Found), is_written: bool) -> NamedNumber {
+        NamedNumber {
+            name,
+            value: found.value,
+            unit: found.dimension.map_or(String::new(), unit),
+            range: found.range,
+            is_written,
+        }
+    }
+}
+
+/// Unit of a dimension; empty for pure numbers.
+fn unit(dimension: UnitDimension) -> String {
+    match dimension {
+        UnitDimension::NUMBER => String::new(),
+        other => other.unit(),
+    }
+}
+
+impl Model {
+    /// The model of a YAML text. `extends` needs a file: see [`Model::load`].
+    ///
+    /// # Errors
+    /// [`Error::Input`] with every mistake that could be found.
+    pub fn from_yaml(text: &str) -> Result<Model, Error> {
+        let root = yaml::parse(text, "model.yaml")?;
+        read(&root).map_err(Error::Input)
+    }
+
+    /// The model of a file and the files that it extends. Without a `name`, it is called after the file.
+    ///
+    /// # Errors
+    /// [`Error::File`] when a file cannot be read; [`Error::Input`] with every mistake that could be found.
+    pub fn load(path: impl AsRef<Path>) -> Result<Model, Error> {
+        let document = yaml::load(path.as_ref(), &[])?;
+        let model = read(&document.root).map_err(Error::Input)?;
+        Ok(model.called_after(path.as_ref()))
+    }
+
+    /// The model of a tree with the keys of a model file. Texts may be quantities: `{"half_gap": "50 um"}`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with every mistake that could be found.
+    pub fn from_tree(tree: &serde_json::Value) -> Result<Model, Error> {
+        read(&Node::from_json(tree)).map_err(Error::Input)
+    }
+
+    /// The model as a tree with the keys of a model file, analyses included.
+    pub fn to_tree(&self) -> serde_json::Value {
+        self.document.to_json()
+    }
+
+    /// The model with other values, by name: full dotted paths, or short forms such as `mesh_2.half_gap`. Values are numbers in SI
+    /// units, quantities (`"60 um"`), or whole parts of a model, as with `--set`.
+    ///
+    /// # Errors
+    /// [`Error::Input`]: unknown names, each with the nearest known one; values out of range.
+    pub fn with<'a>(
+        &self,
+        changes: impl IntoIterator<Item = (&'a str, serde_json::Value)>,
+    ) -> Result<Model, Error> {
+        let mut document = self.document.as_ref().clone();
+        let mut mistakes = Vec::new();
+        for (name, value) in changes {
+            let is_top = document
+                .get(name.split('.').next().unwrap_or(name))
+                .is_some();
+            let path = match is_top || !name.contains('.') {
+                true => Ok(name.to_owned()),
+                false => self.path_of(name).map_err(|message| unknown(name, message)),
+            };
+            let set = path.and_then(|path| document.set(&path, Node::from_json(&value)));
+            mistakes.extend(set.err());
+        }
+        if !mistakes.is_empty() {
+            return Err(Error::Input(mistakes));
+        }
+        let mut model = read(&document).map_err(Error::Input)?;
+        if model.name.is_empty() {
+            model.name.clone_from(&self.name);
+        }
+        Ok(model)
+    }
+
+    /// The number of a name: a full dotted path, or a short form such as `mesh_2.half_gap`.
+    ///
+    /// # Errors
+    /// [`Error::Input`]: a name that is unknown, with the nearest known one; one that fits several numbers; one of something else.
+    pub fn knob(&self, name: &str) -> Result<Knob, Error> {
+        let refuse = |message| Error::Input(vec![unknown(name, message)]);
+        let path = self.path_of(name).map_err(refuse)?;
+        let Some(found) = self.number_at(&path) else {
+            let message = match self.document.at(&path) {
+                Some(node) => format!("{path} is {}, wanted the path of a number", node.describe()),
+                None => {
+                    let names = self.written_numbers();
+                    let hint = crate::error::did_you_mean(&path, names.keys());
+                    format!("the model has no number of this name; {hint}")
+                }
+            };
+            return Err(refuse(message));
+        };
+        Ok(Knob {
+            dimension: found.dimension,
+            has_unit: found.has_unit,
+            range: found.range,
+            default: found.value,
+            path,
+        })
+    }
+
+    /// The value of a number, in SI units; nondimensional in a reduced model.
+    pub fn get(&self, knob: &Knob) -> f64 {
+        let written = self.document.at(&knob.path);
+        let written = written.and_then(|node| Quantity::from_node(node, &knob.path).ok());
+        written.map_or(knob.default, |quantity| quantity.value)
+    }
+
+    /// Changes a number, in SI units; nondimensional in a reduced model.
+    ///
+    /// # Errors
+    /// [`Error::Input`]: what the model says about the value. The model stays as it was.
+    pub fn set(&mut self, knob: &Knob, value: f64) -> Result<(), Error> {
+        let mut document = self.document.as_ref().clone();
+        let set = document.set(&knob.path, knob.node(value));
+        set.map_err(|mistake| Error::Input(vec![mistake]))?;
+        let name = std::mem::take(&mut self.name);
+        match read(&document) {
+            Ok(model) => {
+                *self = Model { name, ..model };
+                Ok(())
+            }
+            Err(list) => {
+                self.name = name;
+                Err(Error::Input(list))
+            }
+        }
+    }
+
+    /// All numbers of the mechanics, written ones in the order of reading, then defaults.
+    pub fn numbers(&self) -> Vec<NamedNumber> {
+        let written = self.written_numbers().into_iter();
+        let written = written.map(|entry| NamedNumber::new(entry, true));
+        let defaults = self.default_numbers().into_iter();
+        written
+            .chain(defaults.map(|entry| NamedNumber::new(entry, false)))
+            .collect()
+    }
+
+    /// The tree that the model was read from.
+    pub(crate) fn document(&self) -> &Arc<Node> {
+        &self.document
+    }
+
+    /// The model, called after its file where it has no name.
+    pub(crate) fn called_after(mut self, path: &Path) -> Model {
+        if self.name.is_empty() {
+            let stem = path.file_stem().unwrap_or_default();
+            self.name = stem.to_string_lossy().into_owned();
+        }
+        self
+    }
+}
+
+fn unknown(name: &str, message: String) -> Diagnostic {
+    Diagnostic {
+        location: None,
+        path: name.to_owned(),
+        message,
+        help: None,
+    }
+}
