@@ -26,26 +26,30 @@ impl ClosedForm {
     }
 
     fn need(self, mount: &Mount) -> Option<&'static str> {
-        let error = &mount.transmission_error;
-        if self == ClosedForm::Series {
-            let jumps = |e: &Periodic| matches!(e, Periodic::Rectangular { .. });
-            return (error.iter().any(jumps)).then_some("a transmission error without jumps");
-        }
-        let variation = &mount.stiffness_variation;
-        if !mount.element.is_piecewise_affine() || mount.element.depends_on_velocity() {
+        if self != ClosedForm::Series
+            && (!mount.element.is_piecewise_affine() || mount.element.depends_on_velocity())
+        {
             return Some("a piecewise-affine law (and impact_damping 0)");
         }
-        if !error.iter().all(|e| matches!(e, Periodic::Fourier { .. })) {
-            return Some("a transmission error made of harmonics, not of a table");
+        let error = mount.transmission_error.as_ref();
+        match (self, error) {
+            (_, None | Some(Periodic::Fourier { .. })) => {}
+            (ClosedForm::Quadrature, Some(_)) => {
+                return Some("a transmission error made of harmonics, not of a table");
+            }
+            (_, Some(Periodic::Rectangular { .. })) => {
+                return Some("a transmission error without jumps");
+            }
+            (_, Some(Periodic::Table { .. })) => {}
         }
         let is_allowed = |s: &Periodic| match s {
             _ if s.is_constant() => true,
             Periodic::Rectangular { .. } => true,
-            Periodic::Fourier { .. } => self == ClosedForm::Quadrature,
-            Periodic::Table { .. } => false,
+            Periodic::Fourier { .. } => self != ClosedForm::Flow,
+            Periodic::Table { .. } => self == ClosedForm::Series,
         };
         match self {
-            _ if variation.iter().all(is_allowed) => None,
+            _ if mount.stiffness_variation.iter().all(is_allowed) => None,
             ClosedForm::Flow | ClosedForm::Series => {
                 Some("a constant or rectangular stiffness variation")
             }

@@ -8,6 +8,7 @@ pub mod attractor;
 pub mod branch;
 pub mod closed_form;
 pub mod continuation;
+pub mod ensemble;
 pub mod equilibrium;
 pub mod events;
 pub mod family;

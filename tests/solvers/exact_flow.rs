@@ -37,7 +37,7 @@ impl Observer for Log {
     }
 }
 
-fn idler(case: i64, zeta: f64, gaps: &[f64]) -> System {
+pub fn idler(case: i64, zeta: f64, gaps: &[f64]) -> System {
     let x = if case == 1 {
         1.0
     } else {

@@ -20,6 +20,7 @@ mod crosscheck_models;
 mod crosscheck_series;
 mod dopri5;
 mod dopri5_switches;
+mod ensembles;
 mod exact_energy;
 mod exact_flow;
 mod exact_grazing;

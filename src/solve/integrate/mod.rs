@@ -205,6 +205,23 @@ pub fn series_refusal(mount: &Mount) -> Option<String> {
     })
 }
 
+/// What [`IntegratorChoice::Auto`] stands for: `Exact` or `Series` where every connection admits the flow, else `Dopri5`.
+pub fn automatic(system: &System) -> IntegratorChoice {
+    let mounts = system.mounts();
+    if mounts.iter().all(|m| ClosedForm::Flow.refusal(m).is_none()) {
+        IntegratorChoice::Exact
+    } else if mounts.iter().all(|m| series_refusal(m).is_none()) {
+        IntegratorChoice::Series
+    } else {
+        IntegratorChoice::Dopri5
+    }
+}
+
+/// Whether the flow, in closed form or by series, integrates a system: what it computes stands to about twelve digits.
+pub fn is_flow(system: &System) -> bool {
+    automatic(system) != IntegratorChoice::Dopri5
+}
+
 /// Switches allowed in one response period before the motion counts as chatter.
 pub const MAX_SWITCHES: usize = 10_000;
 
@@ -229,9 +246,6 @@ pub fn choose(
             Ok(Box::new(Exact::new(system, MAX_SWITCHES)?))
         }
         IntegratorChoice::Series => Ok(Box::new(Exact::new(system, MAX_SWITCHES)?)),
-        IntegratorChoice::Auto => match Exact::new(system, MAX_SWITCHES) {
-            Ok(exact) => Ok(Box::new(exact)),
-            Err(_) => Ok(dopri5()),
-        },
+        IntegratorChoice::Auto => choose(system, automatic(system)),
     }
 }
