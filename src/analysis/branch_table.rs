@@ -73,12 +73,18 @@ impl Recorder for MeasureRecorder<'_> {
     }
 }
 
-/// Headings of the r.m.s. deformations, each with the place of its values among the recorded ones.
-pub(super) fn rms(swept: &Swept<'_>) -> Vec<(usize, Heading)> {
+/// Headings of one measure of every connection, each with the place of its values among the recorded ones.
+pub(super) fn main(swept: &Swept<'_>, measure: &str) -> Vec<(usize, Heading)> {
     let sections = Sections::of(swept);
     let main = sections.columns(ResponseTable::Main);
-    let rms = main.filter(|(_, heading)| heading.name.starts_with("rms."));
-    rms.map(|(k, heading)| (k, heading.clone())).collect()
+    let is_measure = |name: &str| name.strip_prefix(measure).is_some_and(|rest| rest.starts_with('.'));
+    let found = main.filter(|(_, heading)| is_measure(&heading.name));
+    found.map(|(k, heading)| (k, heading.clone())).collect()
+}
+
+/// The r.m.s. deformations among them.
+pub(super) fn rms(swept: &Swept<'_>) -> Vec<(usize, Heading)> {
+    main(swept, "rms")
 }
 
 /// What one method delivered.

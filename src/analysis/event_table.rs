@@ -5,7 +5,7 @@ use super::branch_table::{Traced, rms};
 use super::columns::{float, integer, text};
 use super::response::Swept;
 use crate::report::{Column, Table};
-use crate::solve::events::{BifurcationEvent, EventKind};
+use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
 
 /// Located events, with the r.m.s. deformation of every connection for the plots.
 pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
@@ -65,10 +65,33 @@ pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
             of(&|e| swept.excitation(e.lambda) * hertz),
         ));
     }
+    columns.push(float(
+        "omega_method",
+        "",
+        of(&|e| match e.method_lambda.is_nan() {
+            true => f64::NAN,
+            false => swept.excitation(e.method_lambda),
+        }),
+    ));
+    columns.push(float(
+        "parameter_method",
+        &swept.unit,
+        of(&|e| swept.value(e.method_lambda)),
+    ));
+    columns.push(float("confirmed", "", of(&confirmed)));
     columns.push(breakpoints(setting, rows.iter().map(|(_, e)| *e)));
     Table {
         name: "events".into(),
         columns,
+    }
+}
+
+/// 1 or 0; not a number where the flow was not asked.
+fn confirmed(event: &BifurcationEvent) -> f64 {
+    match event.verdict {
+        Verdict::NotTried => f64::NAN,
+        Verdict::Confirmed => 1.0,
+        Verdict::Refuted => 0.0,
     }
 }
 

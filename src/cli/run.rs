@@ -100,7 +100,7 @@ fn default_folder(file: &Path) -> PathBuf {
     PathBuf::from("results").join(stem)
 }
 
-/// One line an analysis: rows, events by kind, how it ended; then what verifications brought.
+/// One line an analysis: rows, events by kind, how it ended; then what the flow and the error estimates say.
 fn summary(reports: &[Report]) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
@@ -119,11 +119,12 @@ fn summary(reports: &[Report]) -> String {
             end.to_string(),
         ]);
     }
-    let verified = reports.iter().filter_map(|report| {
-        let message = report.summary.get("verify")?.get("message")?.as_str()?;
-        Some(format!("{}: {message}\n", report.name))
+    let messages = reports.iter().flat_map(|report| {
+        let said = |key: &str| report.summary.get(key)?.get("message")?.as_str();
+        let messages = ["verify", "accuracy"].into_iter().filter_map(said);
+        messages.map(|message| format!("{}: {message}\n", report.name))
     });
-    format!("{table}\n{}", verified.collect::<String>())
+    format!("{table}\n{}", messages.collect::<String>())
 }
 
 /// `2 fold, 4 period_doubling`.

@@ -1,6 +1,7 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
 mod bounds;
+pub mod confirm;
 mod ledger;
 mod refit;
 mod ripple;

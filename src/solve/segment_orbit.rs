@@ -169,8 +169,9 @@ impl SegmentOrbit {
             .collect()
     }
 
-    /// The slope's sign is read between the roots of each stretch: an extremum on a seam is found, and found once.
-    fn extrema_of(&self, system: &System, connection: usize) -> Vec<(f64, f64)> {
+    /// The same for one connection. The slope's sign is read between the roots of each stretch: an extremum on a seam is found,
+    /// and found once.
+    pub fn extrema_of(&self, system: &System, connection: usize) -> Vec<(f64, f64)> {
         let mut runs: Vec<(f64, f64, bool)> = Vec::new();
         for stretch in &self.stretches {
             let deformation = self.deformation(system, connection, stretch);

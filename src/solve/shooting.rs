@@ -34,6 +34,15 @@ pub struct Shooting<F: Family> {
     phi: DMatrix<f64>,
 }
 
+/// Where the flow leads in nu excitation periods.
+#[derive(Debug, Clone, Copy)]
+pub struct Image<'a> {
+    /// P^nu(u).
+    pub state: &'a [f64],
+    /// The transition matrix.
+    pub phi: &'a DMatrix<f64>,
+}
+
 impl<F: Family> Shooting<F> {
     /// Buffers and tables at a parameter.
     ///
@@ -79,13 +88,13 @@ impl<F: Family> Shooting<F> {
     /// P^nu(u) into `self.state`, watched.
     fn map(
         &mut self,
-        u: &DVector<f64>,
+        u: &[f64],
         lambda: f64,
         observer: &mut dyn Observer,
     ) -> Result<IntegrationEnd, SolveError> {
         self.prepare(lambda)?;
         let system = self.family.at(lambda)?;
-        self.state.copy_from_slice(u.as_slice());
+        self.state.copy_from_slice(u);
         self.integrator.allow(self.allowance);
         let end = self
             .integrator
@@ -102,13 +111,13 @@ impl<F: Family> Shooting<F> {
     /// The same with the transition matrix into `self.phi`.
     fn map_with_variation(
         &mut self,
-        u: &DVector<f64>,
+        u: &[f64],
         lambda: f64,
         observer: &mut dyn Observer,
     ) -> Result<IntegrationEnd, SolveError> {
         self.prepare(lambda)?;
         let system = self.family.at(lambda)?;
-        self.state.copy_from_slice(u.as_slice());
+        self.state.copy_from_slice(u);
         self.phi.fill_with_identity();
         let (state, phi) = (&mut self.state, &mut self.phi);
         self.integrator.allow(self.allowance);
@@ -117,6 +126,44 @@ impl<F: Family> Shooting<F> {
             .advance_with_variation(system, (0.0, TAU), state, phi, observer);
         self.allowance = self.allowance.saturating_sub(self.integrator.effort());
         uninterrupted().map(|()| end)
+    }
+
+    /// P^nu(u) and its transition matrix Phi, watched; `None` where the flow does not reach the end of the period.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    pub fn image(
+        &mut self,
+        u: &[f64],
+        lambda: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Image<'_>>, SolveError> {
+        let end = self.map_with_variation(u, lambda, observer)?;
+        let is_whole = end == IntegrationEnd::Reached;
+        Ok(is_whole.then_some(Image {
+            state: &self.state,
+            phi: &self.phi,
+        }))
+    }
+
+    /// The transition matrix of the last image.
+    pub fn monodromy(&self) -> &DMatrix<f64> {
+        &self.phi
+    }
+
+    /// dP^nu/dlambda into `slope`, a difference quotient.
+    ///
+    /// # Errors
+    /// The system cannot be made beside this parameter.
+    pub fn slope(
+        &mut self,
+        u: &[f64],
+        lambda: f64,
+        slope: &mut DVector<f64>,
+    ) -> Result<(), SolveError> {
+        self.map(u, lambda, &mut ())?;
+        self.centre.copy_from_slice(&self.state);
+        self.difference(u, lambda, slope)
     }
 
     /// An orbit to be filled by the integration.
@@ -142,7 +189,7 @@ impl<F: Family> Residual for Shooting<F> {
         out: &mut Linearisation,
     ) -> Result<(), SolveError> {
         // A flow that does not reach the end of the period has no image: the caller sees a residual that is not finite.
-        let end = self.map_with_variation(u, lambda, &mut ())?;
+        let end = self.map_with_variation(u.as_slice(), lambda, &mut ())?;
         let valid = if end == IntegrationEnd::Reached {
             1.0
         } else {
@@ -163,7 +210,7 @@ impl<F: Family> Residual for Shooting<F> {
             return Ok(());
         }
         self.centre.copy_from_slice(&self.state);
-        self.difference(u, lambda, &mut out.dr_dlambda)
+        self.difference(u.as_slice(), lambda, &mut out.dr_dlambda)
     }
 }
 
@@ -183,7 +230,7 @@ impl<F: Family> Shooting<F> {
     /// within 1e-7 of the parameter.
     fn difference(
         &mut self,
-        u: &DVector<f64>,
+        u: &[f64],
         lambda: f64,
         out: &mut DVector<f64>,
     ) -> Result<(), SolveError> {
@@ -225,7 +272,7 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
 
     fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
         let mut orbit = self.empty_orbit(lambda)?;
-        self.map(u, lambda, &mut orbit)?;
+        self.map(u.as_slice(), lambda, &mut orbit)?;
         Ok(Orbit::Segments(orbit))
     }
 
@@ -242,10 +289,10 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
         let mut orbit = self.empty_orbit(lambda)?;
         let multipliers = match extent {
             Extent::Motion => {
-                self.map(u, lambda, &mut orbit)?;
+                self.map(u.as_slice(), lambda, &mut orbit)?;
                 Vec::new()
             }
-            Extent::Stability => match self.map_with_variation(u, lambda, &mut orbit)? {
+            Extent::Stability => match self.map_with_variation(u.as_slice(), lambda, &mut orbit)? {
                 IntegrationEnd::Reached => floquet::multipliers(&self.phi),
                 _ => Vec::new(),
             },

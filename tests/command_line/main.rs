@@ -7,8 +7,10 @@ mod synthetic;
 
 mod bad_input;
 mod cli;
+mod confirm;
 mod costs;
 mod ends_of_runs;
+mod error_estimates;
 mod folders;
 mod hostile_input;
 mod laws_in_models;

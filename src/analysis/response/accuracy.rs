@@ -1,16 +1,44 @@
 //! What is known of the error of every point of Galerkin branches.
 
+use super::report::Delivered;
+use super::verify::{self, Verification, recorded};
 use super::{BranchSettings, Swept};
-use crate::analysis::branch_table::rms;
-use crate::analysis::columns::{float, integer};
+use crate::analysis::branch_table::{main, rms};
+use crate::analysis::columns::{float, integer, text};
 use crate::error::SolveError;
+use crate::postprocess::measures::Meter;
 use crate::report::{Column, Table};
-use crate::solve::branch::BranchPoint;
+use crate::solve::branch::{BranchPoint, confirm};
 use crate::solve::family::Family;
-use crate::solve::galerkin::accuracy::{Accuracy, Check, Estimate};
+use crate::solve::floquet::{Floquet, Spectrum};
+use crate::solve::galerkin::accuracy::{Accuracy, Check, Estimate, Rms, relative};
 use crate::solve::galerkin::adaptive::Sizes;
+use crate::solve::orbit::{FourierOrbit, Orbit};
 use crate::solve::residual::Size;
+use crate::system::System;
 use serde_json::{Value, json};
+
+/// R.m.s. values below this share of the largest one count as large as that.
+const HARDLY_MOVES: f64 = 1e-3;
+
+/// Values and errors of one point, nondimensional, by connection.
+struct Judged {
+    /// What judged: `flow`, whose orbits are exact, or `series`, with twice the harmonics.
+    by: &'static str,
+    rms: Vec<Rms>,
+    errors: Vec<Rms>,
+    /// Largest force, and its error.
+    force: Vec<(f64, f64)>,
+    /// Largest error of a multiplier, relative to its modulus or 1.
+    multipliers: f64,
+}
+
+impl Judged {
+    /// Largest relative error of an r.m.s. value.
+    fn largest(&self) -> f64 {
+        relative(&self.rms, &self.errors)
+    }
+}
 
 /// What is known of one point.
 struct Row {
@@ -18,6 +46,9 @@ struct Row {
     point: usize,
     lambda: f64,
     harmonics: usize,
+    judged: Judged,
+    /// Largest relative error against the nearest place of the branch.
+    along: f64,
     estimate: Estimate,
     check: Option<Check>,
 }
@@ -31,6 +62,80 @@ pub(super) fn is_asked_for(settings: &BranchSettings) -> bool {
     settings.error_estimate || settings.convergence_check || settings.harmonics.are_chosen()
 }
 
+/// What judges the points of one branch.
+struct Judge<'a> {
+    swept: &'a Swept<'a>,
+    meter: Meter,
+    floquet: Floquet,
+    has_multipliers: bool,
+}
+
+impl Judge<'_> {
+    /// Against the flow's orbit.
+    fn by_flow(&self, point: &BranchPoint, row: &verify::Row) -> Judged {
+        let of = |measure| recorded(self.swept, point, measure);
+        let pairs = of("rms").into_iter().zip(of("rms_velocity"));
+        let rms: Vec<Rms> = pairs
+            .map(|(displacement, velocity)| Rms {
+                displacement,
+                velocity,
+            })
+            .collect();
+        let errors = rms.iter().zip(&row.exactly).map(|(value, exact)| Rms {
+            displacement: exact.rms - value.displacement,
+            velocity: exact.rms_velocity - value.velocity,
+        });
+        let force = of("force_max").into_iter().zip(&row.exactly);
+        Judged {
+            by: "flow",
+            errors: errors.collect(),
+            force: force.map(|(f, exact)| (f, exact.force_max - f)).collect(),
+            multipliers: row.multiplier_error,
+            rms,
+        }
+    }
+
+    /// Against the orbit of twice the harmonics.
+    fn by_series(
+        &mut self,
+        point: &BranchPoint,
+        estimate: &Estimate,
+        (system, orbit): (&System, FourierOrbit),
+    ) -> Judged {
+        let corrected = &estimate.corrected;
+        let is_known = estimate.errors.iter().all(|e| e.displacement.is_finite());
+        let here = self.swept.here(point.lambda);
+        let force = recorded(self.swept, point, "force_max");
+        let (mut force, mut multipliers) = (
+            force.into_iter().map(|f| (f, f64::NAN)).collect::<Vec<_>>(),
+            f64::NAN,
+        );
+        if is_known {
+            let measures = self
+                .meter
+                .measure(system, &Orbit::Fourier(corrected.clone()));
+            let scaled = measures.iter().zip(&here.stiffening);
+            for (force, (m, stiffening)) in force.iter_mut().zip(scaled) {
+                force.1 = m.force_max * stiffening - force.0;
+            }
+            if self.has_multipliers {
+                let mut of = |orbit: &FourierOrbit| {
+                    self.floquet
+                        .multipliers(system, orbit, &orbit.extrema(system))
+                };
+                multipliers = confirm::difference(&of(&orbit), &of(corrected));
+            }
+        }
+        Judged {
+            by: "series",
+            rms: estimate.rms.clone(),
+            errors: estimate.errors.clone(),
+            force,
+            multipliers,
+        }
+    }
+}
+
 impl Accuracies {
     /// Judges the points of one branch; `doublings` of the samples where they were finest.
     ///
@@ -40,19 +145,26 @@ impl Accuracies {
         &mut self,
         (settings, swept): (&BranchSettings, &Swept<'_>),
         sizes: Sizes<'_, F>,
-        (branch, subharmonic, doublings): (usize, usize, u32),
-        points: &[BranchPoint],
+        (branch, doublings): (usize, u32),
+        (delivered, verification): (&Delivered, &Verification),
     ) -> Result<(), SolveError> {
+        let subharmonic = delivered.subharmonic;
         let dof = swept.setting.assembly.system.dof();
-        let mut judge: Option<(usize, Accuracy<F>)> = None;
-        for (point, accepted) in points.iter().enumerate() {
+        let mut by_size: Option<(usize, Accuracy<F>)> = None;
+        let mut judge = Judge {
+            swept,
+            meter: Meter::new(2 * settings.size_for(subharmonic).samples),
+            floquet: Floquet::default(),
+            has_multipliers: settings.stability && swept.spectrum() == Spectrum::All,
+        };
+        for (point, accepted) in delivered.points.iter().enumerate() {
             if swept.setting.control.is_interrupted() {
                 break;
             }
             let (u, lambda) = (&accepted.unknowns, accepted.lambda);
             let harmonics = u.len() / dof / 2 / subharmonic;
-            let judge = match &mut judge {
-                Some((size, judge)) if *size == harmonics => judge,
+            let larger = match &mut by_size {
+                Some((size, larger)) if *size == harmonics => larger,
                 other => {
                     let size = Size {
                         harmonics,
@@ -62,20 +174,32 @@ impl Accuracies {
                     &mut other.insert((harmonics, made)).1
                 }
             };
-            let check = settings.convergence_check.then(|| judge.check(u, lambda));
+            let check = settings.convergence_check.then(|| larger.check(u, lambda));
+            let estimate = larger.estimate(u, lambda)?;
+            let rows = verification.of_branch(branch);
+            let flow = rows.filter(|r| r.point == point && r.is_same).last();
+            let judged = match flow.filter(|r| !r.exactly.is_empty()) {
+                Some(row) => judge.by_flow(accepted, row),
+                None => judge.by_series(accepted, &estimate, larger.orbit(u, lambda)?),
+            };
             self.0.push(Row {
                 branch,
                 point,
                 lambda,
                 harmonics,
-                estimate: judge.estimate(u, lambda)?,
+                along: match judged.by {
+                    "flow" => along(swept, &delivered.points, point, &judged),
+                    _ => estimate.along,
+                },
+                judged,
+                estimate,
                 check: check.transpose()?,
             });
         }
         Ok(())
     }
 
-    /// One row a point.
+    /// One row per point.
     pub fn table(&self, settings: &BranchSettings, swept: &Swept<'_>) -> Table {
         let of = |f: &dyn Fn(&Row) -> f64| self.0.iter().map(f).collect::<Vec<f64>>();
         let count = |f: &dyn Fn(&Row) -> usize| self.0.iter().map(|r| f(r) as i64).collect();
@@ -85,21 +209,31 @@ impl Accuracies {
             float("omega", "", of(&|r| swept.excitation(r.lambda))),
             float("parameter", &swept.unit, of(&|r| swept.value(r.lambda))),
             integer("harmonics", count(&|r| r.harmonics)),
-            float("relative_error", "", of(&|r| r.estimate.largest())),
-            float("branch_error", "", of(&|r| r.estimate.along)),
+            float("relative_error", "", of(&|r| r.judged.largest())),
+            float("branch_error", "", of(&|r| r.along)),
             float("sampling_error", "", of(&|r| r.estimate.sampling)),
             float("truncation", "", of(&|r| r.estimate.truncation)),
         ];
         for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
-            let error = |r: &Row| r.estimate.errors[k].displacement.abs();
+            let error = |r: &Row| r.judged.errors[k].displacement.abs();
             columns.push(heading.prefixed("error_").column(of(&error)));
         }
         for (k, name) in swept.setting.assembly.connections.iter().enumerate() {
-            let error =
-                |r: &Row| (r.estimate.errors[k].velocity / r.estimate.rms[k].velocity).abs();
+            let error = |r: &Row| (r.judged.errors[k].velocity / r.judged.rms[k].velocity).abs();
             let name = format!("error_rms_velocity.{name}");
             columns.push(float(name, "", of(&error)));
         }
+        for (k, (_, heading)) in main(swept, "force_max").into_iter().enumerate() {
+            let error = |r: &Row| r.judged.force[k].1.abs();
+            columns.push(heading.prefixed("error_").column(of(&error)));
+        }
+        columns.push(float(
+            "error_multipliers",
+            "",
+            of(&|r| r.judged.multipliers),
+        ));
+        let by = self.0.iter().map(|r| r.judged.by.to_owned());
+        columns.push(text("judged_by", by.collect()));
         if settings.convergence_check {
             columns.extend(self.check_columns(swept));
         }
@@ -146,7 +280,7 @@ impl Accuracies {
             "relative_error_largest": errors.last(),
             "relative_error_median": errors.get(errors.len() / 2),
             "largest_at": worst.map(|r| swept.value(r.lambda)),
-            "branch_error_largest": largest(self.0.iter().map(|r| r.estimate.along)),
+            "branch_error_largest": largest(self.0.iter().map(|r| r.along)),
             "sampling_error_largest": largest(self.0.iter().map(|r| r.estimate.sampling)),
             "truncation_largest": largest(self.0.iter().map(|r| r.estimate.truncation)),
             "harmonics_least": harmonics().min(),
@@ -185,7 +319,7 @@ impl Accuracies {
     /// What is said where the most harmonics do not suffice: how many points, and between which values.
     pub fn complaint(&self, settings: &BranchSettings, swept: &Swept<'_>) -> Option<String> {
         let resolution = settings.resolution()?;
-        let fails = |r: &&Row| r.estimate.along > resolution.tolerance;
+        let fails = |r: &&Row| r.along > resolution.tolerance;
         let failing: Vec<f64> = self.0.iter().filter(fails).map(|r| r.lambda).collect();
         let low = failing.iter().copied().reduce(f64::min)?;
         let high = failing.iter().copied().reduce(f64::max)?;
@@ -199,7 +333,7 @@ impl Accuracies {
             failing.len(),
             self.0.len(),
             resolution.tolerance,
-            largest(self.0.iter().map(|r| r.estimate.along)).unwrap_or(f64::NAN),
+            largest(self.0.iter().map(|r| r.along)).unwrap_or(f64::NAN),
             swept.place(low),
             swept.place(high),
         ))
@@ -207,16 +341,51 @@ impl Accuracies {
 
     /// Relative errors that are known, ascending.
     fn errors(&self) -> Vec<f64> {
-        let errors = self.0.iter().map(|r| r.estimate.largest());
+        let errors = self.0.iter().map(|r| r.judged.largest());
         let mut list: Vec<f64> = errors.filter(|e| e.is_finite()).collect();
         list.sort_by(f64::total_cmp);
         list
     }
 
     fn worst(&self) -> Option<&Row> {
-        let known = self.0.iter().filter(|r| r.estimate.largest().is_finite());
-        known.max_by(|a, b| a.estimate.largest().total_cmp(&b.estimate.largest()))
+        let known = self.0.iter().filter(|r| r.judged.largest().is_finite());
+        known.max_by(|a, b| a.judged.largest().total_cmp(&b.judged.largest()))
     }
+}
+
+/// Error against the nearest place of the branch: the error at the same parameter less its part along the branch, which is all
+/// of it beside a fold.
+///
+/// ```text
+/// e - (e . t / t . t) t,    e = (errors of r.m.s. values, 0),    t = (their change along the branch, change of lambda)
+/// ```
+///
+/// every value relative to its size, a frequency too.
+fn along(swept: &Swept<'_>, points: &[BranchPoint], point: usize, judged: &Judged) -> f64 {
+    let ends = [point.saturating_sub(1), (point + 1).min(points.len() - 1)];
+    let largest = judged
+        .rms
+        .iter()
+        .map(|r| r.displacement)
+        .fold(0.0, f64::max);
+    let lambda = match swept.written() {
+        None => points[point].lambda.abs(),
+        Some(_) => 1.0,
+    };
+    let sides = ends.map(|k| recorded(swept, &points[k], "rms"));
+    let size = |k: usize| judged.rms[k].displacement.max(HARDLY_MOVES * largest);
+    let mut e: Vec<f64> = (0..judged.rms.len())
+        .map(|k| judged.errors[k].displacement / size(k))
+        .collect();
+    let mut t: Vec<f64> = (0..judged.rms.len())
+        .map(|k| (sides[1][k] - sides[0][k]) / size(k))
+        .collect();
+    e.push(0.0);
+    t.push((points[ends[1]].lambda - points[ends[0]].lambda) / lambda);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let share = dot(&e, &t) / dot(&t, &t).max(f64::MIN_POSITIVE);
+    let rest = e.iter().zip(&t).map(|(e, t)| (e - share * t).abs());
+    rest.fold(0.0, f64::max)
 }
 
 /// What the convergence check says of one connection.

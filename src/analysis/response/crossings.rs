@@ -142,7 +142,7 @@ impl Crossings {
         };
         for (event, found) in events.iter().enumerate() {
             let Some(point) = &found.point else { continue };
-            if !leads_on(found.kind) || Some(found.lambda) == joint {
+            if !leads_on(found.kind) || Some(found.method_lambda) == joint || !found.is_located() {
                 continue;
             }
             let place = Place::of(problem, &point.u, point.lambda)?;

@@ -66,9 +66,13 @@ macro_rules! response_keys {
             /// has a gap.
             #[serde(default, skip_serializing_if = "crate::analysis::Tables::are_usual")]
             pub tables: crate::analysis::Tables,
-            /// Which points of Galerkin branches to take through the flow: none, all, or every k-th.
+            /// What of Galerkin branches is taken through the flow: events with a spread of points, all points, every k-th point, or
+            /// none; events where the flow is exact, when absent.
             #[serde(default)]
-            pub verify: crate::analysis::response::Verify,
+            pub confirm: Option<crate::analysis::response::Confirm>,
+            /// `true` stands for `confirm: all`, k for `confirm: k`, `false` for `confirm: none`.
+            #[serde(default)]
+            pub verify: Option<crate::analysis::response::Verify>,
             /// Whether to estimate the error of every point of Galerkin branches, from twice the harmonics.
             #[serde(default)]
             pub error_estimate: bool,
@@ -149,6 +153,7 @@ macro_rules! branch_settings {
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
             tables: $keys.tables.clone(),
+            confirm: $keys.confirm,
             verify: $keys.verify,
             error_estimate: $keys.error_estimate,
             convergence_check: $keys.convergence_check,

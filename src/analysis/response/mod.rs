@@ -3,10 +3,12 @@
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
 //! along a number of the model; `trace`: method by method from a first solution along the parameter, from a `source`; `crossings`: the branches that
 //! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `restart`: what goes on behind a break; `integration`: the method that follows
-//! attractors; `verify`: the same points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
-//! takes; `expense`: what they cost; `outcome`: how branches ended; `tables`: which ones are written; `report`: tables and figure.
+//! attractors; `confirm` and `verify`: events and points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
+//! takes; `bandwidth`: whether they reach the contacts; `expense`: what they cost; `outcome`: how branches ended; `tables`: which ones are written; `report`: tables and figure.
 
 mod accuracy;
+mod bandwidth;
+mod confirm;
 mod crossings;
 mod expense;
 mod guarded;
@@ -27,6 +29,7 @@ mod tables;
 mod trace;
 mod verify;
 
+pub use confirm::{Confirm, Verify};
 pub use crossings::Branches;
 pub use harmonics::Harmonics;
 pub use keys::{BranchSettings, Method, Orbits, Quadrature};
@@ -35,4 +38,3 @@ pub use starts::Starts;
 pub(super) use swept::Swept;
 pub use tables::{ResponseTable, Tables};
 pub(super) use trace::{run, tables};
-pub use verify::Verify;

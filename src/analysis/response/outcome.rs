@@ -1,12 +1,12 @@
 //! How a branch ended, and what a reader of its results has to know.
 
-use super::Method;
 use super::guarded::Guarded;
 use super::report::{self, Delivered, Ending};
 use super::trace::Work;
+use super::{Method, bandwidth};
 use crate::solve::branch::{self, Branch};
 use crate::solve::continuation::PathEnd;
-use crate::solve::events::EventKind;
+use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
 use crate::solve::floquet::Spectrum;
 use crate::solve::residual::PeriodicResidual;
 
@@ -88,7 +88,9 @@ impl Work<'_> {
                 "{name}: the contact pulls somewhere on the branch (1 + beta v < 0): impact damping is beyond its range"
             ));
         }
-        for event in delivered.events.iter().filter(|e| !e.is_located()) {
+        list.extend(bandwidth::complaint(swept, delivered));
+        let lost = |e: &&BifurcationEvent| e.verdict == Verdict::NotTried && !e.is_located();
+        for event in delivered.events.iter().filter(lost) {
             let (low, high) = event.bracket;
             if event.kind == EventKind::Unresolved {
                 let (before, behind) = event.unstable.unwrap_or_default();

@@ -192,7 +192,6 @@ pub(super) fn assemble(
     report.tables.extend(branch_table::rattle(swept, &traced));
     report.tables.extend(orbits.map(|o| o.finish(setting)));
     if let Some(verification) = verification {
-        report.tables.push(verification.table(swept));
         let value = verification.as_value();
         report.summary.insert("verify".into(), value);
     }

@@ -1,6 +1,6 @@
 //! What the shared keys mean for the solvers, and what can be wrong with them.
 
-use super::{BranchSettings, Method, Quadrature, Swept};
+use super::{BranchSettings, Confirm, Method, Quadrature, Swept};
 use crate::analysis::flow::LabelKeys;
 use crate::analysis::{Fault, Setting, flow, limits};
 use crate::error::SolveError;
@@ -213,9 +213,21 @@ impl BranchSettings {
         if methods.is_empty() || repeated {
             faults.push(Fault::new("methods", "wanted a list of different methods"));
         }
-        if self.verify.is_asked_for() && !self.has_galerkin() {
-            let message = "`verify` takes points of the method `galerkin` through the flow, which is not asked for";
+        if self.verify.is_some() && self.confirm.is_some() {
+            let message = "`verify` and `confirm` exclude each other; `verify: true` stands for `confirm: all`";
             faults.push(Fault::new("verify", message));
+        }
+        let is_asked = matches!(self.asked(), Some(asked) if asked != Confirm::None);
+        if is_asked && !self.has_galerkin() {
+            let key = if self.verify.is_some() {
+                "verify"
+            } else {
+                "confirm"
+            };
+            let message = format!(
+                "`{key}` takes points of the method `galerkin` through the flow, which is not asked for"
+            );
+            faults.push(Fault::new(key, message));
         }
         for (key, is_asked_for) in [
             ("error_estimate", self.error_estimate),
@@ -228,7 +240,7 @@ impl BranchSettings {
                 faults.push(Fault::new(key, message));
             }
         }
-        let needs_flow = self.verify.is_asked_for() || self.starts.is_some();
+        let needs_flow = is_asked || self.starts.is_some();
         if needs_flow || methods.iter().any(|m| *m != Method::Galerkin) {
             faults.extend(flow::integrator(setting, system, self.integrator).err());
         }

@@ -13,7 +13,7 @@ use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::{Error, SolveError};
 use crate::report::{Report, Table};
-use crate::solve::branch::{self, TraceOptions};
+use crate::solve::branch::{self, Branch, TraceOptions};
 use crate::solve::continuation::PathEnd;
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
@@ -64,9 +64,12 @@ pub(in crate::analysis) fn run(
         ..
     } = work;
     let orbits = settings.orbits.are_kept().then_some(orbits);
-    let verification = settings.verify.is_asked_for().then_some(&verification);
+    let verification = verification.is_done().then_some(&verification);
     let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
     let mut report = report::assemble(swept, &delivered, orbits, verification, accuracies);
+    if let Some(verification) = verification.filter(|_| settings.lists_points()) {
+        report.tables.push(verification.table(swept));
+    }
     if settings.has_side_branches() {
         report.tables.push(report::branches(&delivered));
     }
@@ -96,11 +99,12 @@ pub(in crate::analysis) fn tables(settings: &BranchSettings, swept: &Swept<'_>) 
     let delivered: Vec<Delivered> = methods.map(|m| Delivered::new(m, 1)).collect();
     let orbits = OrbitTable::new(swept.setting);
     let orbits = settings.orbits.are_kept().then_some(orbits);
-    let verification = settings.verify.is_asked_for().then(Verification::new);
     let accuracies = Accuracies::default();
     let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
-    let verification = verification.as_ref();
-    let mut tables = report::assemble(swept, &delivered, orbits, verification, accuracies).tables;
+    let mut tables = report::assemble(swept, &delivered, orbits, None, accuracies).tables;
+    if settings.lists_points() {
+        tables.push(Verification::new().table(swept));
+    }
     if settings.has_side_branches() {
         tables.push(report::branches(&delivered));
     }
@@ -255,7 +259,7 @@ impl<'a> Work<'a> {
         let newton = settings.newton();
         let doublings = match settings.resolution() {
             None => {
-                self.follow_verified(&mut make(options(first))?, source, delivered)?;
+                self.trace(&mut make(options(first))?, source, delivered)?;
                 0
             }
             Some(mut resolution) => {
@@ -267,34 +271,36 @@ impl<'a> Work<'a> {
                 }
                 resolution.most = resolution.most.max(resolution.least).max(first);
                 let mut galerkin = Adaptive::new(sizes, resolution, newton, (first, nu))?;
-                self.follow_verified(&mut galerkin, source, delivered)?;
+                self.trace(&mut galerkin, source, delivered)?;
                 galerkin.finest()
             }
         };
         if accuracy::is_asked_for(settings) {
             let (given, number) = ((settings, swept), self.delivered.len());
-            let points = &delivered.points;
+            let judged = (&*delivered, &self.verification);
             self.accuracies
-                .add(given, sizes, (number, nu, doublings), points)?;
+                .add(given, sizes, (number, doublings), judged)?;
         }
         Ok(())
     }
 
-    /// Follows one branch and takes its points through the flow where that is asked for.
-    fn follow_verified(
+    /// Takes a Galerkin branch through the flow: verdicts of its events, multipliers of its points.
+    fn confirm(
         &mut self,
-        galerkin: &mut dyn PeriodicResidual,
-        source: Source,
-        delivered: &mut Delivered,
+        problem: &mut dyn PeriodicResidual,
+        branch: &mut Branch,
+        recorder: &mut MeasureRecorder<'_>,
     ) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);
-        self.trace(galerkin, source, delivered)?;
-        if settings.verify.is_asked_for() {
-            let (number, newton) = (self.delivered.len(), settings.shooting_newton());
-            let points = &delivered.points;
-            self.verification
-                .add((settings, swept), galerkin, number, points, newton)?;
-        }
+        let Some(spread) = settings.spread(problem.system_at(swept.range.0)?) else {
+            return Ok(());
+        };
+        let given = (settings, swept);
+        let number = (self.delivered.len(), spread);
+        let warnings = self
+            .verification
+            .add(given, problem, number, branch, recorder)?;
+        self.warnings.extend(warnings);
         Ok(())
     }
 
@@ -348,7 +354,7 @@ impl<'a> Work<'a> {
             return Ok(());
         }
         self.arms.extend(apart.arm);
-        let branch = match traced {
+        let mut branch = match traced {
             Ok(branch) => branch,
             Err(outcome) => {
                 let message = match delivered.origin {
@@ -359,6 +365,9 @@ impl<'a> Work<'a> {
                 return Ok(());
             }
         };
+        if delivered.method == Method::Galerkin {
+            self.confirm(problem, &mut branch, &mut recorder)?;
+        }
         let side = crossings::ending(branch.end).filter(|_| delivered.is_side());
         delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));
         (delivered.points, delivered.events) = (branch.points, branch.events);
@@ -401,7 +410,7 @@ impl<'a> Work<'a> {
 
 /// Weight of the unknowns in the arclength: a change of the deformations by their own size counts like a change of the
 /// parameter by 1 (the frequency by omega_c, any other by its range).
-fn weight(system: &System) -> f64 {
+pub(super) fn weight(system: &System) -> f64 {
     let size = sizes(system).into_iter().fold(0.0, f64::max);
     let size = if size > 0.0 { size } else { 1.0 };
     1.0 / (system.dof() as f64 * size * size)

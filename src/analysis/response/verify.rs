@@ -1,4 +1,6 @@
-//! Points of Galerkin branches taken through the flow: how many digits the two methods share.
+//! Galerkin branches taken through the flow: verdicts of their events, digits that the two methods share.
+
+mod row;
 
 use super::guarded::Guarded;
 use super::{BranchSettings, Swept};
@@ -7,70 +9,30 @@ use crate::analysis::columns::{float, integer, text};
 use crate::error::SolveError;
 use crate::postprocess::measures::Meter;
 use crate::report::Table;
-use crate::solve::branch::BranchPoint;
-use crate::solve::continuation::{ContinuationOptions, Section};
-use crate::solve::family::Family;
-use crate::solve::newton::{Newton, NewtonOptions};
-use crate::solve::residual::{PeriodicResidual, Residual};
+use crate::solve::branch::confirm::{ConfirmOptions, Spread, confirm};
+use crate::solve::branch::{Branch, Recorder};
+use crate::solve::events::{BifurcationEvent, Verdict};
+use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
-use nalgebra::DVector;
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Serialize};
+use row::{ALL_DIGITS, Check, Found};
+pub(super) use row::{Row, recorded};
 use serde_json::{Value, json};
-use std::borrow::Cow;
 
-/// Which points to verify.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Verify {
-    /// None.
-    #[default]
-    None,
-    /// Every k-th point, the first one among them; `true` stands for every point.
-    Every(usize),
+/// Fewer common digits than these are a warning.
+const FEW_DIGITS: f64 = 2.0;
+
+/// Events by verdict.
+#[derive(Default)]
+struct Verdicts {
+    confirmed: usize,
+    refuted: usize,
+    added: usize,
 }
 
-impl Verify {
-    /// Whether any point is verified.
-    pub(super) fn is_asked_for(self) -> bool {
-        self != Verify::None
-    }
-
-    fn stride(self) -> usize {
-        match self {
-            Verify::None => usize::MAX,
-            Verify::Every(stride) => stride.max(1),
-        }
-    }
-}
-
-/// Digits that agree when nothing differs.
-const ALL_DIGITS: f64 = 16.0;
-
-/// What the flow has where a point stands.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Found {
-    /// An orbit, after so many iterations of the corrector.
-    Orbit(usize),
-    /// None at this parameter: the exact branch turns back at this one, the Galerkin branch a little later.
-    BeyondFold(f64),
-    /// None that the corrector reaches.
-    Nothing,
-}
-
-/// What the flow said about one point.
-struct Row {
-    branch: usize,
-    point: usize,
-    lambda: f64,
-    found: Found,
-    digits: f64,
-    /// R.m.s. deformations along the flow, nondimensional.
-    rms: Vec<f64>,
-}
-
-/// The verified points of all branches.
+/// What the flow said of all branches.
 pub(super) struct Verification {
     rows: Vec<Row>,
+    verdicts: Verdicts,
     integrator: &'static str,
 }
 
@@ -79,11 +41,13 @@ impl Verification {
     pub fn new() -> Verification {
         Verification {
             rows: Vec::new(),
+            verdicts: Verdicts::default(),
             integrator: "",
         }
     }
 
-    /// Takes points of one branch through the flow: shooting from the state of the Galerkin orbit at phase 0.
+    /// Takes one branch through the flow: its events, and the points of a spread by shooting from the state of the Galerkin orbit at
+    /// phase 0. Returns what has to be warned of.
     ///
     /// # Errors
     /// The flow cannot take the system.
@@ -91,49 +55,68 @@ impl Verification {
         &mut self,
         (settings, swept): (&BranchSettings, &Swept<'_>),
         galerkin: &mut dyn PeriodicResidual,
-        branch: usize,
-        points: &[BranchPoint],
-        newton: NewtonOptions,
-    ) -> Result<(), SolveError> {
-        let Some(first) = points.first() else {
-            return Ok(());
+        (number, spread): (usize, Spread),
+        branch: &mut Branch,
+        recorder: &mut dyn Recorder,
+    ) -> Result<Vec<String>, SolveError> {
+        let Some(first) = branch.points.first().map(|p| p.lambda) else {
+            return Ok(Vec::new());
         };
-        let system = galerkin.system_at(first.lambda)?;
-        let (nu, first_size) = (system.subharmonic(), system.dof() as f64);
-        let family = swept.family_for(nu)?;
-        let shooting = Shooting::new(family, first.lambda, settings.integrator)?;
+        let system = galerkin.system_at(first)?;
+        let (nu, weight) = (system.subharmonic(), 0.5 * super::trace::weight(system));
+        let mut shooting = Shooting::new(swept.family_for(nu)?, first, settings.integrator)?;
         self.integrator = shooting.integrator();
-        let corrector = Newton::new(&shooting.structure(), newton);
-        let meter = Meter::new(settings.size_for(nu).samples);
-        let mut options = settings.continuation(swept.range, 0.5 / first_size);
-        options.newton = newton;
+        let options = ConfirmOptions {
+            spread,
+            weight,
+            range: swept.range,
+            resolution: swept.resolution(settings.stability_resolution),
+            newton: settings.shooting_newton(),
+            keep_going: &|| !swept.setting.control.is_interrupted(),
+        };
+        let checked = confirm(galerkin, &mut shooting, branch, recorder, &options)?;
+        self.note_verdicts(&branch.events);
+        let mut continuation = settings.continuation(swept.range, weight);
+        continuation.newton = settings.shooting_newton();
+        let mut guarded = Guarded(&mut shooting);
         let mut check = Check {
             galerkin,
-            shooting,
-            corrector,
-            meter,
-            options,
-            points,
+            shooting: &mut guarded,
+            meter: Meter::new(settings.size_for(nu).samples),
+            options: continuation,
+            points: &branch.points,
+            events: &branch.events,
+            swept,
         };
-        let chosen = (0..points.len()).step_by(settings.verify.stride());
-        for point in chosen {
-            if swept.setting.control.is_interrupted() {
-                break;
-            }
-            let (found, digits, rms) = check.point(point)?;
-            self.rows.push(Row {
-                branch,
-                point,
-                lambda: points[point].lambda,
-                found,
-                digits,
-                rms,
-            });
+        let begin = self.rows.len();
+        for point in checked {
+            self.rows.push(check.row(number, &point)?);
         }
-        Ok(())
+        Ok(warnings(swept, &self.rows[begin..], &branch.events))
     }
 
-    /// One row a verified point.
+    fn note_verdicts(&mut self, events: &[BifurcationEvent]) {
+        for event in events {
+            match event.verdict {
+                Verdict::Confirmed if event.method_lambda.is_nan() => self.verdicts.added += 1,
+                Verdict::Confirmed => self.verdicts.confirmed += 1,
+                Verdict::Refuted => self.verdicts.refuted += 1,
+                Verdict::NotTried => {}
+            }
+        }
+    }
+
+    /// Whether any branch was taken through the flow.
+    pub fn is_done(&self) -> bool {
+        !self.integrator.is_empty()
+    }
+
+    /// The checked points of one branch.
+    pub fn of_branch(&self, branch: usize) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(move |r| r.branch == branch)
+    }
+
+    /// One row per checked point.
     pub fn table(&self, swept: &Swept<'_>) -> Table {
         let of = |f: &dyn Fn(&Row) -> f64| self.rows.iter().map(f).collect::<Vec<f64>>();
         let count = |f: &dyn Fn(&Row) -> usize| self.rows.iter().map(|r| f(r) as i64).collect();
@@ -153,8 +136,10 @@ impl Verification {
             ),
         ];
         for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
-            columns.push(heading.column(of(&|r| r.rms[k])));
+            let value = |r: &Row| r.exactly.get(k).map_or(f64::NAN, |x| x.rms);
+            columns.push(heading.column(of(&value)));
         }
+        columns.push(float("multiplier_error", "", of(&|r| r.multiplier_error)));
         Table {
             name: "verify".into(),
             columns,
@@ -166,6 +151,9 @@ impl Verification {
         let (least, median) = self.quantiles();
         json!({
             "integrator": self.integrator,
+            "events_confirmed": self.verdicts.confirmed,
+            "events_refuted": self.verdicts.refuted,
+            "events_added": self.verdicts.added,
             "points": self.rows.len(),
             "converged": self.converged(),
             "beyond_fold": self.beyond_fold().count(),
@@ -200,8 +188,18 @@ impl Verification {
             0 => String::new(),
             failed => format!("; from {failed} points the flow leads to no orbit"),
         };
+        let Verdicts {
+            confirmed,
+            refuted,
+            added,
+        } = self.verdicts;
+        let events = format!("{confirmed} of {} events confirmed", confirmed + refuted);
+        let added = match added {
+            0 => String::new(),
+            added => format!(", {added} more found on the flow's branch"),
+        };
         format!(
-            "{total} points of Galerkin branches verified by the flow: {shared}{beyond}{failed}."
+            "{total} points of Galerkin branches verified by the flow: {shared}{beyond}{failed}; {events}{added}."
         )
     }
 
@@ -223,138 +221,64 @@ impl Verification {
     }
 }
 
-impl Row {
-    fn is_converged(&self) -> bool {
-        matches!(self.found, Found::Orbit(_))
-    }
-
-    fn iterations(&self) -> usize {
-        match self.found {
-            Found::Orbit(iterations) => iterations,
-            _ => 0,
+/// What has to be said of one branch: few digits, no orbit, refuted events.
+fn warnings(swept: &Swept<'_>, rows: &[Row], events: &[BifurcationEvent]) -> Vec<String> {
+    let mut list = Vec::new();
+    let between = |lambdas: &[f64]| {
+        let low = lambdas.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = lambdas.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        match low == high {
+            true => format!("at {}", swept.place(low)),
+            false => format!("between {} and {}", swept.place(low), swept.place(high)),
         }
+    };
+    let few = rows.iter().filter(|r| r.digits < FEW_DIGITS);
+    let few: Vec<f64> = few.map(|r| r.lambda).collect();
+    if !few.is_empty() {
+        let least = rows.iter().map(|r| r.digits).fold(ALL_DIGITS, f64::min);
+        list.push(format!(
+            "galerkin: at {} of {} checked points, {}, series and flow share fewer than {FEW_DIGITS} digits ({least:.1} at least): \
+             use more `harmonics`, or the method `shooting`",
+            few.len(),
+            rows.len(),
+            between(&few),
+        ));
     }
-
-    fn fold(&self) -> Option<f64> {
-        match self.found {
-            Found::BeyondFold(fold) => Some(fold),
-            _ => None,
-        }
+    let lost = rows.iter().filter(|r| r.found == Found::Nothing);
+    let lost: Vec<f64> = lost.map(|r| r.lambda).collect();
+    if !lost.is_empty() {
+        list.push(format!(
+            "galerkin: from {} of {} checked points, {}, the flow leads to no orbit: use more `harmonics`, or the method `shooting`",
+            lost.len(),
+            rows.len(),
+            between(&lost),
+        ));
     }
-
-    fn reason(&self) -> String {
-        let word = match self.found {
-            Found::Orbit(_) => "",
-            Found::BeyondFold(_) => "beyond_fold",
-            Found::Nothing => "no_orbit",
-        };
-        word.into()
+    let refuted = events.iter().filter(|e| e.verdict == Verdict::Refuted);
+    let refuted: Vec<&BifurcationEvent> = refuted.collect();
+    if !refuted.is_empty() {
+        let kinds: Vec<&str> = refuted.iter().map(|e| e.kind.word()).collect();
+        let at: Vec<f64> = refuted.iter().map(|e| e.lambda).collect();
+        list.push(format!(
+            "galerkin: the flow does not confirm {} of {} events ({}), {}",
+            refuted.len(),
+            events.len(),
+            tally(&kinds),
+            between(&at),
+        ));
     }
+    list
 }
 
-/// One branch on its way through the flow.
-struct Check<'a, F: Family> {
-    galerkin: &'a mut dyn PeriodicResidual,
-    shooting: Shooting<F>,
-    corrector: Newton,
-    meter: Meter,
-    options: ContinuationOptions,
-    points: &'a [BranchPoint],
-}
-
-impl<F: Family> Check<'_, F> {
-    /// What the flow has at a point, shared digits and its r.m.s. deformations.
-    fn point(&mut self, point: usize) -> Result<(Found, f64, Vec<f64>), SolveError> {
-        let lambda = self.points[point].lambda;
-        let (mut u, _) = self.state(point)?;
-        let outcome = self.corrector.solve(&mut self.shooting, &mut u, lambda)?;
-        if !outcome.is_converged() {
-            let count = self.shooting.system_at(lambda)?.element_count();
-            let found = self.fold(point)?.map_or(Found::Nothing, Found::BeyondFold);
-            return Ok((found, f64::NAN, vec![f64::NAN; count]));
-        }
-        let series = self.galerkin.orbit(&self.points[point].unknowns, lambda)?;
-        let flow = self.shooting.orbit(&u, lambda)?;
-        let system = self.shooting.system_at(lambda)?;
-        let mut rms = |orbit: &_| -> Vec<f64> {
-            let measures = self.meter.measure(system, orbit);
-            measures.iter().map(|m| m.rms).collect()
-        };
-        let (flow, series) = (rms(&flow), rms(&series));
-        let found = Found::Orbit(outcome.iterations);
-        Ok((found, digits(&flow, &series), flow))
-    }
-
-    /// State of a Galerkin point at phase 0, and its parameter.
-    fn state(&mut self, point: usize) -> Result<(DVector<f64>, f64), SolveError> {
-        let BranchPoint {
-            lambda, unknowns, ..
-        } = &self.points[point];
-        let mut state = DVector::zeros(self.shooting.dim());
-        let orbit = self.galerkin.orbit(unknowns, *lambda)?;
-        orbit.state(0.0, state.as_mut_slice());
-        Ok((state, *lambda))
-    }
-
-    /// Where the exact branch turns back before it reaches a point: sought across the direction of the Galerkin branch.
-    fn fold(&mut self, point: usize) -> Result<Option<f64>, SolveError> {
-        let place = self.state(point)?;
-        let before = self.state(point.saturating_sub(1))?;
-        let behind = self.state((point + 1).min(self.points.len() - 1))?;
-        let (lambda, direction) = (place.1, (behind.0 - before.0, behind.1 - before.1));
-        if direction.0.amax() == 0.0 {
-            return Ok(None);
-        }
-        let shooting = &mut Guarded(&mut self.shooting);
-        let mut section = Section::new(shooting, place, direction, self.options)?;
-        let turn = section.turn(shooting)?;
-        let beyond = turn.filter(|(fold, side)| (lambda - fold.lambda) * side < 0.0);
-        Ok(beyond.map(|(fold, _)| fold.lambda))
-    }
-}
-
-/// -lg of the largest relative difference; a connection that moves in neither has none.
-fn digits(exact: &[f64], other: &[f64]) -> f64 {
-    let gap = |(x, y): (&f64, &f64)| (x - y).abs() / x.max(*y).max(f64::MIN_POSITIVE);
-    let largest = exact.iter().zip(other).map(gap).fold(0.0, f64::max);
-    (-largest.log10()).min(ALL_DIGITS)
-}
-
-impl JsonSchema for Verify {
-    fn schema_name() -> Cow<'static, str> {
-        "Verify".into()
-    }
-
-    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "anyOf": [{ "type": "boolean" }, { "type": "integer", "minimum": 1 }] })
-    }
-}
-
-impl Serialize for Verify {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Verify::None => serializer.serialize_bool(false),
-            Verify::Every(1) => serializer.serialize_bool(true),
-            Verify::Every(stride) => serializer.serialize_u64(*stride as u64),
+/// `2 fold, 1 grazing`, in the order of the first of each.
+fn tally(words: &[&str]) -> String {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for word in words {
+        match counts.iter_mut().find(|(known, _)| known == word) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((word, 1)),
         }
     }
-}
-
-impl<'de> Deserialize<'de> for Verify {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(
-            untagged,
-            expecting = "false, true, or k for every k-th point (at least 1)"
-        )]
-        enum Written {
-            Flag(bool),
-            Stride(std::num::NonZeroUsize),
-        }
-        Ok(match Written::deserialize(deserializer)? {
-            Written::Flag(false) => Verify::None,
-            Written::Flag(true) => Verify::Every(1),
-            Written::Stride(stride) => Verify::Every(stride.get()),
-        })
-    }
+    let one = |(word, count): &(&str, usize)| format!("{count} {word}");
+    counts.iter().map(one).collect::<Vec<_>>().join(", ")
 }

@@ -1,6 +1,6 @@
 //! The number of unstable multipliers, step by step against the events: neither may contradict the other.
 
-use crate::solve::events::{BifurcationEvent, EventKind, Examined, Look, Probe, is_outside};
+use crate::solve::events::{BifurcationEvent, EventKind, Examined, Look, Probe, is_outside, Verdict};
 
 /// Points of a branch for which a passage of +1 waits for its fold or branch point, and the other way round: a truncated series
 /// turns a little beside the place where the multiplier of the flow passes.
@@ -24,6 +24,8 @@ impl Gap {
         BifurcationEvent {
             kind: EventKind::Unresolved,
             lambda: 0.5 * (from + to),
+            method_lambda: 0.5 * (from + to),
+            verdict: Verdict::NotTried,
             bracket: (from.min(to), from.max(to)),
             multiplicity: self.unstable.0.abs_diff(self.unstable.1),
             unstable: Some(self.unstable),

@@ -1,6 +1,6 @@
 //! Roots of test functions on the corrected path.
 
-use super::{BifurcationEvent, EventKind, Step};
+use super::{BifurcationEvent, EventKind, Step, Verdict};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::PathPoint;
@@ -143,6 +143,8 @@ impl Step<'_> {
         let unknown = BifurcationEvent {
             kind,
             lambda: 0.5 * (outer.0 + outer.1),
+            method_lambda: 0.5 * (outer.0 + outer.1),
+            verdict: Verdict::NotTried,
             bracket: outer,
             multiplicity: 1,
             unstable: None,
@@ -157,6 +159,7 @@ impl Step<'_> {
             Found::Nothing | Found::Lost => unknown,
             Found::Root(root) => BifurcationEvent {
                 lambda: root.point.lambda,
+                method_lambda: root.point.lambda,
                 bracket: match kind {
                     EventKind::Fold => outer,
                     _ => root.bracket,

@@ -62,13 +62,29 @@ impl EventKind {
     }
 }
 
+/// What the flow says of an event of another method.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Verdict {
+    /// It was not asked.
+    #[default]
+    NotTried,
+    /// The flow's own branch has the event, with the same change of the number of unstable multipliers.
+    Confirmed,
+    /// The flow's own branch does not have it.
+    Refuted,
+}
+
 /// An event between two points of a branch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BifurcationEvent {
     /// Kind.
     pub kind: EventKind,
-    /// Parameter at the event.
+    /// Parameter at the event: of the flow where it confirmed the event, else of the method.
     pub lambda: f64,
+    /// Parameter at the event on the method's own branch; not a number for an event that only the flow has.
+    pub method_lambda: f64,
+    /// What the flow says of it.
+    pub verdict: Verdict,
     /// Parameters that enclose it; for a fold the neighbouring points', which may not.
     pub bracket: (f64, f64),
     /// Equal multipliers that pass together: 1 for a single one or a single pair, m for those of m equal parts.
@@ -90,9 +106,13 @@ pub struct BifurcationEvent {
 }
 
 impl BifurcationEvent {
-    /// Whether the location converged.
+    /// Whether it was found as a root, and the flow did not refute it.
     pub fn is_located(&self) -> bool {
-        self.point.is_some()
+        match self.verdict {
+            Verdict::NotTried => self.point.is_some(),
+            Verdict::Confirmed => true,
+            Verdict::Refuted => false,
+        }
     }
 }
 

@@ -43,6 +43,8 @@ pub struct Estimate {
     pub rms: Vec<Rms>,
     /// Their errors at the same parameter, signed; not finite where the larger problem is singular.
     pub errors: Vec<Rms>,
+    /// The corrected orbit.
+    pub corrected: FourierOrbit,
     /// Largest relative error of an r.m.s. value against the nearest place of the branch; for the frequency the relative
     /// distance of that place counts as well, for another parameter its share of the range.
     pub along: f64,
@@ -125,16 +127,32 @@ impl<F: Family> Accuracy<F> {
             fixed.fill(f64::NAN);
             sampled.fill(f64::NAN);
         }
-        let errors = differences(&self.rms(&(&padded - &fixed), lambda)?, &rms);
+        let corrected = self.fine.fourier_orbit(&(&padded - &fixed), lambda)?;
+        let system = self.fine.family.at(lambda)?;
+        let errors = differences(&self::rms(system, &corrected), &rms);
         let along = self.along((&padded, lambda), &rms, (&fixed, &slope))?;
         let sampling = self.along((&padded, lambda), &rms, (&sampled, &slope))?;
         Ok(Estimate {
             rms,
             errors,
+            corrected,
             along,
             sampling,
             truncation,
         })
+    }
+
+    /// The system at a parameter and the orbit of a solution.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    pub fn orbit(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+    ) -> Result<(&System, FourierOrbit), SolveError> {
+        let orbit = self.fine.fourier_orbit(u, lambda)?;
+        Ok((self.fine.family.at(lambda)?, orbit))
     }
 
     /// Error of the measures against the nearest place of the branch, from the step to the solution at the same parameter and the

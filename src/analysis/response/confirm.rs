@@ -1,0 +1,172 @@
+//! The keys `confirm` and `verify`: what of Galerkin branches is taken through the flow.
+
+use super::BranchSettings;
+use crate::solve::branch::confirm::Spread;
+use crate::solve::integrate::{Exact, IntegratorChoice, MAX_SWITCHES};
+use crate::system::System;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::num::NonZeroUsize;
+
+/// Coordinates up to which branches are confirmed unless asked otherwise: the transition matrix of a long train costs more than
+/// its Galerkin solution.
+const LARGEST: usize = 24;
+
+/// What is taken through the flow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Confirm {
+    /// Nothing.
+    None,
+    /// Events and a spread of points.
+    Events,
+    /// Events and every point.
+    All,
+    /// Events and every k-th point, the first one among them.
+    Every(usize),
+}
+
+/// `true`: every point; k: every k-th.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verify {
+    /// None.
+    None,
+    /// Every k-th point, the first one among them; `true` stands for every point.
+    Every(usize),
+}
+
+impl From<Verify> for Confirm {
+    fn from(verify: Verify) -> Confirm {
+        match verify {
+            Verify::None => Confirm::None,
+            Verify::Every(1) => Confirm::All,
+            Verify::Every(stride) => Confirm::Every(stride),
+        }
+    }
+}
+
+impl BranchSettings {
+    /// What was asked for by name.
+    pub(super) fn asked(&self) -> Option<Confirm> {
+        self.verify.map(Confirm::from).or(self.confirm)
+    }
+
+    /// Whether points are listed in a table of their own.
+    pub(super) fn lists_points(&self) -> bool {
+        matches!(self.asked(), Some(Confirm::All | Confirm::Every(_)))
+    }
+
+    /// The points of Galerkin branches that are taken through the flow; `None`: no branch is.
+    pub(super) fn spread(&self, system: &System) -> Option<Spread> {
+        let is_judged = super::accuracy::is_asked_for(self);
+        let chosen = match self.asked() {
+            Some(chosen) => chosen,
+            None if !self.has_flow(system) => Confirm::None,
+            // An error is the difference from the flow.
+            None if is_judged => Confirm::All,
+            None => Confirm::Events,
+        };
+        match chosen {
+            Confirm::None => None,
+            Confirm::Events if is_judged => Some(Spread::Every(1)),
+            Confirm::Events => Some(Spread::Some),
+            Confirm::All => Some(Spread::Every(1)),
+            Confirm::Every(stride) => Some(Spread::Every(stride)),
+        }
+    }
+
+    /// Whether the flow is exact and cheap.
+    fn has_flow(&self, system: &System) -> bool {
+        self.integrator != IntegratorChoice::Dopri5
+            && system.dof() <= LARGEST
+            && Exact::new(system, MAX_SWITCHES).is_ok()
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Word {
+    None,
+    Events,
+    All,
+}
+
+impl JsonSchema for Confirm {
+    fn schema_name() -> Cow<'static, str> {
+        "Confirm".into()
+    }
+
+    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "enum": ["events", "all", "none"] }, { "type": "integer", "minimum": 1 }] })
+    }
+}
+
+impl Serialize for Confirm {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Confirm::None => Word::None.serialize(serializer),
+            Confirm::Events => Word::Events.serialize(serializer),
+            Confirm::All => Word::All.serialize(serializer),
+            Confirm::Every(stride) => serializer.serialize_u64(*stride as u64),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Confirm {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(
+            untagged,
+            expecting = "`events`, `all`, `none`, or k for every k-th point (at least 1)"
+        )]
+        enum Written {
+            Word(Word),
+            Stride(NonZeroUsize),
+        }
+        Ok(match Written::deserialize(deserializer)? {
+            Written::Word(Word::None) => Confirm::None,
+            Written::Word(Word::Events) => Confirm::Events,
+            Written::Word(Word::All) => Confirm::All,
+            Written::Stride(stride) => Confirm::Every(stride.get()),
+        })
+    }
+}
+
+impl JsonSchema for Verify {
+    fn schema_name() -> Cow<'static, str> {
+        "Verify".into()
+    }
+
+    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "boolean" }, { "type": "integer", "minimum": 1 }] })
+    }
+}
+
+impl Serialize for Verify {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Verify::None => serializer.serialize_bool(false),
+            Verify::Every(1) => serializer.serialize_bool(true),
+            Verify::Every(stride) => serializer.serialize_u64(*stride as u64),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Verify {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(
+            untagged,
+            expecting = "false, true, or k for every k-th point (at least 1)"
+        )]
+        enum Written {
+            Flag(bool),
+            Stride(NonZeroUsize),
+        }
+        Ok(match Written::deserialize(deserializer)? {
+            Written::Flag(false) => Verify::None,
+            Written::Flag(true) => Verify::Every(1),
+            Written::Stride(stride) => Verify::Every(stride.get()),
+        })
+    }
+}

@@ -1,0 +1,334 @@
+//! Branches of the Galerkin method taken through the flow.
+//!
+//! Every event is located again on the flow's own branch and judged by the number of unstable multipliers on both sides of it,
+//! counted by the flow. A spread of points is solved by the flow too: it tells the error of the series and of its multipliers.
+//! Along the branch the counts must agree with the events; where they do not, the flow's branch is followed through the interval,
+//! and what it shows is adopted.
+
+mod chain;
+mod events;
+mod flow;
+mod retrace;
+mod root;
+
+use super::{Branch, Recorder, Stability};
+use crate::error::SolveError;
+use crate::numeric::assignment::assign;
+use crate::solve::events::{Resolution, Verdict};
+use crate::solve::family::Family;
+use crate::solve::newton::NewtonOptions;
+use crate::solve::residual::{PeriodicResidual, Residual};
+use crate::solve::shooting::Shooting;
+use flow::{Care, Flow, FlowPoint};
+use nalgebra::DVector;
+use num_complex::Complex;
+
+/// Points of the spread, besides those beside events.
+const SPREAD: usize = 12;
+/// Difference of states, relative to their size, above which all points of a small system are taken through the flow.
+const POOR: f64 = 1e-3;
+/// The same for multipliers, relative to their size or 1.
+const POOR_MULTIPLIERS: f64 = 0.2;
+/// Coordinates up to which a system counts as small: its flow takes microseconds per period.
+const SMALL: usize = 6;
+/// Difference of states, relative to their size, up to which an orbit of the flow is the one of the series.
+const SAME_ORBIT: f64 = 0.1;
+/// Difference of states at the same parameter over the one to the nearest orbit: above it the orbit at the same parameter may lie
+/// on the other arm of a fold.
+const SAME_ARM: f64 = 5.0;
+/// Share of the parameter in the arclength below which a branch is steep.
+const STEEP: f64 = 0.3;
+/// Error of the multipliers at a point over the larger one at the two checked points around it.
+const SAFETY: f64 = 3.0;
+
+/// Which points are taken through the flow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spread {
+    /// Both ends, those beside events, some evenly between, and all where these show that the series is poor.
+    Some,
+    /// Every k-th, the first among them.
+    Every(usize),
+}
+
+/// How a branch is confirmed.
+pub struct ConfirmOptions<'a> {
+    /// Points that are taken through the flow.
+    pub spread: Spread,
+    /// Weight of the states in the arclength.
+    pub weight: f64,
+    /// The range of the parameter.
+    pub range: (f64, f64),
+    /// Changes of stability at least this wide are found where the flow's branch is followed.
+    pub resolution: Resolution,
+    /// The corrector.
+    pub newton: NewtonOptions,
+    /// False ends the work early.
+    pub keep_going: &'a dyn Fn() -> bool,
+}
+
+/// A point taken through the flow.
+#[derive(Debug, Clone)]
+pub struct Checked {
+    /// Number of the point.
+    pub point: usize,
+    /// State at phase 0 of the flow's orbit at the same parameter, and iterations of the corrector; `None` where it failed.
+    pub orbit: Option<(DVector<f64>, usize)>,
+    /// Whether it is the orbit of the series, by the distance of the states.
+    pub is_same: bool,
+    /// Whether the flow's branch runs beside the point, at this parameter or another.
+    pub has_branch: bool,
+    /// Largest difference between the multipliers of the two methods, relative to their modulus or 1.
+    pub multiplier_error: f64,
+}
+
+/// Takes a branch through the flow: verdicts and best values of its events, multipliers of its points. Returns the points that
+/// were checked.
+///
+/// # Errors
+/// What the problem or the flow returns.
+pub fn confirm<F: Family>(
+    series: &mut dyn PeriodicResidual,
+    shooting: &mut Shooting<F>,
+    branch: &mut Branch,
+    recorder: &mut dyn Recorder,
+    options: &ConfirmOptions<'_>,
+) -> Result<Vec<Checked>, SolveError> {
+    let mut states = Vec::with_capacity(branch.points.len());
+    for point in &branch.points {
+        let mut x = DVector::zeros(shooting.dim() + 1);
+        let orbit = series.orbit(&point.unknowns, point.lambda)?;
+        let n = shooting.dim();
+        orbit.state(0.0, &mut x.as_mut_slice()[..n]);
+        x[n] = point.lambda;
+        states.push(x);
+    }
+    let mut work = Confirmer {
+        flow: Flow::new(shooting, options.weight, options.newton),
+        stations: vec![None; states.len()],
+        series,
+        branch,
+        recorder,
+        options,
+        states,
+        located: Vec::new(),
+        crossings: Vec::new(),
+        explained: Vec::new(),
+    };
+    work.spread()?;
+    work.confirm_events()?;
+    work.complete()?;
+    work.explain()?;
+    work.hand_over();
+    Ok(work.checked())
+}
+
+/// One branch on its way through the flow.
+struct Confirmer<'a, F: Family> {
+    flow: Flow<'a, F>,
+    series: &'a mut dyn PeriodicResidual,
+    branch: &'a mut Branch,
+    recorder: &'a mut dyn Recorder,
+    options: &'a ConfirmOptions<'a>,
+    /// States at phase 0 with the parameter, by point.
+    states: Vec<DVector<f64>>,
+    /// What the flow has there, as far as it was asked.
+    stations: Vec<Option<Station>>,
+    /// Confirmed events on the flow's own branch.
+    located: Vec<chain::Located>,
+    /// The bifurcations among them: where on the branch, and unstable multipliers of the flow before and after.
+    crossings: Vec<chain::Item>,
+    /// Steps through which the flow's branch was followed.
+    explained: Vec<(usize, usize)>,
+}
+
+/// What the flow has beside a point.
+#[derive(Debug, Clone)]
+struct Station {
+    /// The orbit at the same parameter.
+    level: Option<FlowPoint>,
+    /// The orbit in the plane across the branch, where the one at the same parameter lies elsewhere: beside a fold.
+    nearest: Option<FlowPoint>,
+    /// Whether the orbit at the same parameter is the one of the series.
+    is_same: bool,
+    /// Whether the orbit in the plane stands for the flow's branch beside the point.
+    is_nearest_own: bool,
+    /// Difference of the states, relative to their size.
+    gap: f64,
+    /// Largest difference of the multipliers, relative to their modulus or 1.
+    multiplier_error: f64,
+}
+
+impl Station {
+    /// The flow's own branch beside the point.
+    fn orbit(&self) -> Option<&FlowPoint> {
+        let known = match self.is_nearest_own {
+            true => self.nearest.as_ref(),
+            false => self.level.as_ref(),
+        };
+        known.filter(|_| self.gap <= SAME_ORBIT)
+    }
+
+    fn is_poor(&self) -> bool {
+        self.orbit().is_none() || self.gap > POOR || self.multiplier_error > POOR_MULTIPLIERS
+    }
+}
+
+impl<F: Family> Confirmer<'_, F> {
+    /// Solves the points of the spread.
+    fn spread(&mut self) -> Result<(), SolveError> {
+        let count = self.states.len();
+        let mut chosen: Vec<usize> = match self.options.spread {
+            Spread::Every(stride) => (0..count).step_by(stride.max(1)).collect(),
+            Spread::Some => (0..SPREAD)
+                .map(|k| k * count.saturating_sub(1) / (SPREAD - 1))
+                .collect(),
+        };
+        chosen.dedup();
+        for k in chosen.into_iter().filter(|k| *k < count) {
+            self.station(k)?;
+        }
+        Ok(())
+    }
+
+    /// Solves more points where the spread shows that it has to be: all of a poor series, those whose stability it leaves open.
+    fn complete(&mut self) -> Result<(), SolveError> {
+        if self.options.spread == Spread::Some {
+            let is_small = self.flow.shooting.dim() <= 2 * SMALL;
+            let events = &self.branch.events;
+            let is_refuted = events.iter().any(|e| e.verdict == Verdict::Refuted);
+            if is_small && (is_refuted || self.stations.iter().flatten().any(Station::is_poor)) {
+                for k in 0..self.states.len() {
+                    self.station(k)?;
+                }
+            }
+        }
+        for k in 0..self.states.len() {
+            if self.is_open(k) {
+                self.station(k)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the error of the multipliers, as known from the checked points around, may be larger than their distance from the
+    /// circle.
+    fn is_open(&self, k: usize) -> bool {
+        let error = |s: &Station| match s.orbit() {
+            Some(_) => s.multiplier_error,
+            None => f64::INFINITY,
+        };
+        let before = self.stations[..k].iter().rev().flatten().next();
+        let behind = self.stations[k..].iter().flatten().next();
+        let around = [before, behind].into_iter().flatten();
+        let error = around.map(error).fold(0.0, f64::max);
+        SAFETY * error >= distance(&self.branch.points[k].multipliers)
+    }
+
+    /// Solves a point by the flow, once.
+    fn station(&mut self, k: usize) -> Result<(), SolveError> {
+        if self.stations[k].is_some() || !(self.options.keep_going)() {
+            return Ok(());
+        }
+        let x = self.states[k].clone();
+        let flow = &mut self.flow;
+        let size = flow.dot(&x, &x).sqrt();
+        let plane = flow.level(x.clone());
+        let level = flow.at(&plane, 0.0, x.clone(), Care::Fine)?;
+        let (before, behind) = (k.saturating_sub(1), (k + 1).min(self.states.len() - 1));
+        let beside = [before, behind].into_iter().filter(|j| *j != k);
+        let room = beside
+            .map(|j| flow.distance(&self.states[j], &x))
+            .fold(f64::INFINITY, f64::min);
+        let gap = |flow: &Flow<'_, F>, p: &Option<FlowPoint>| match p {
+            Some(p) => flow.distance(&p.x, &x),
+            None => f64::INFINITY,
+        };
+        let direction = &self.states[behind] - &self.states[before];
+        let along = direction[x.len() - 1].abs();
+        let is_steep = along < STEEP * flow.dot(&direction, &direction).sqrt();
+        let aside = gap(flow, &level);
+        let (mut nearest, mut apart) = (None, aside);
+        if (is_steep || aside > 0.5 * room)
+            && let Some(plane) = flow.across(x.clone(), direction)?
+        {
+            nearest = flow.at(&plane, 0.0, x.clone(), Care::Fine)?;
+            apart = apart.min(gap(flow, &nearest));
+        }
+        // Beside a fold the orbit at the same parameter may lie on the other arm.
+        let is_same = aside <= SAME_ORBIT * size && aside <= SAME_ARM * apart;
+        let is_nearest_own = nearest.is_some() && (is_steep || !is_same);
+        let mut station = Station {
+            is_same,
+            is_nearest_own,
+            gap: apart / size,
+            multiplier_error: f64::NAN,
+            level,
+            nearest,
+        };
+        if let Some(orbit) = station.orbit() {
+            let own = &self.branch.points[k].multipliers;
+            station.multiplier_error = difference(own, &orbit.multipliers);
+        }
+        self.stations[k] = Some(station);
+        Ok(())
+    }
+
+    /// The flow's branch beside a point where it is known, else the series'.
+    fn place(&self, k: usize) -> &DVector<f64> {
+        let station = self.stations[k].as_ref();
+        let orbit = station.and_then(Station::orbit);
+        orbit.map_or(&self.states[k], |p| &p.x)
+    }
+
+    /// Multipliers of the flow take the place of the series' where they are known.
+    fn hand_over(&mut self) {
+        for k in 0..self.states.len() {
+            if self.branch.points[k].multipliers.is_empty() {
+                continue;
+            }
+            let is_open = self.is_open(k);
+            let point = &mut self.branch.points[k];
+            match self.stations[k].as_ref().map(Station::orbit) {
+                Some(Some(orbit)) => {
+                    point.multipliers.clone_from(&orbit.multipliers);
+                    point.stability = match orbit.unstable() {
+                        0 => Stability::Stable,
+                        _ => Stability::Unstable,
+                    };
+                }
+                _ if is_open => point.stability = Stability::Unknown,
+                _ => {}
+            }
+        }
+    }
+
+    fn checked(&self) -> Vec<Checked> {
+        let stations = self.stations.iter().enumerate();
+        let known = stations.filter_map(|(point, s)| s.as_ref().map(|s| (point, s)));
+        known
+            .map(|(point, s)| Checked {
+                point,
+                orbit: s.level.as_ref().map(|p| (p.state(), p.iterations)),
+                is_same: s.is_same,
+                has_branch: s.orbit().is_some(),
+                multiplier_error: s.multiplier_error,
+            })
+            .collect()
+    }
+}
+
+/// Distance of the multipliers from the unit circle, relative to their modulus or 1.
+fn distance(multipliers: &[Complex<f64>]) -> f64 {
+    let one = |mu: &Complex<f64>| (mu.norm() - 1.0).abs() / mu.norm().max(1.0);
+    multipliers.iter().map(one).fold(f64::INFINITY, f64::min)
+}
+
+/// Largest difference between two sets of multipliers, relative to their modulus or 1; of as many as both have.
+pub fn difference(a: &[Complex<f64>], b: &[Complex<f64>]) -> f64 {
+    let (few, many) = if a.len() < b.len() { (a, b) } else { (b, a) };
+    let gap = |i: usize, j: usize| (few[i] - many[j]).norm();
+    let partners = assign(few.len(), many.len(), gap);
+    let pairs = partners.iter().enumerate();
+    let relative = pairs.map(|(i, j)| gap(i, *j) / many[*j].norm().max(1.0));
+    relative.fold(0.0, f64::max)
+}

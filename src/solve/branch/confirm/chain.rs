@@ -1,0 +1,198 @@
+//! The number of unstable multipliers along a branch, as the flow counts it, against the events.
+
+use super::flow::FlowPoint;
+use super::{Confirmer, Station};
+use crate::error::SolveError;
+use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
+use crate::solve::family::Family;
+use nalgebra::DVector;
+
+/// Steps on either side in which the place of an event is sought.
+const BESIDE: usize = 3;
+/// Points of one interval that are taken through the flow to narrow a change of the count down.
+const MOST: usize = 64;
+
+/// A place of the branch at which the flow counted: points, and bifurcations with two counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Item {
+    /// Number of the point before it and the share of the step behind that.
+    pub at: f64,
+    /// Unstable multipliers just before.
+    pub before: usize,
+    /// Unstable multipliers just after.
+    pub after: usize,
+}
+
+/// A confirmed event.
+#[derive(Debug, Clone)]
+pub(super) struct Located {
+    /// Number among the events.
+    pub event: usize,
+    /// State and parameter on the flow's branch.
+    pub x: DVector<f64>,
+}
+
+impl<F: Family> Confirmer<'_, F> {
+    /// Step of the branch that holds a place, and the share of the step before it; sought beside a step.
+    pub(super) fn position(&self, x: &DVector<f64>, near: usize) -> (usize, f64) {
+        let last = self.states.len().saturating_sub(2);
+        let steps = near.saturating_sub(BESIDE)..=(near + BESIDE).min(last);
+        let mut best = (f64::INFINITY, near.min(last), 0.0);
+        for k in steps {
+            let (from, to) = (self.place(k), self.place(k + 1));
+            let along = to - from;
+            let length = self.flow.dot(&along, &along);
+            let share = self.flow.dot(&(x - from), &along) / length.max(f64::MIN_POSITIVE);
+            let share = share.clamp(0.0, 1.0);
+            let gap = self.flow.distance(x, &(from + &along * share));
+            if gap < best.0 {
+                best = (gap, k, share);
+            }
+        }
+        (best.1, best.2)
+    }
+
+    /// Looks where the counts contradict the events, and follows the flow's branch there; where no cause is found, an event says
+    /// so.
+    pub(super) fn explain(&mut self) -> Result<(), SolveError> {
+        self.settle();
+        for (a, b) in self.contradictions() {
+            if b - a > 1 && b - a <= MOST {
+                for k in a..=b {
+                    self.station(k)?;
+                }
+            }
+        }
+        self.settle();
+        let mut open = self.contradictions();
+        open.extend(self.unseen_touches());
+        open.sort_unstable();
+        open.dedup();
+        for (a, b) in open {
+            if self.retrace(a, b)? {
+                self.explained.push((a, b));
+            }
+        }
+        let explained = std::mem::take(&mut self.explained);
+        self.drop_resolved(&explained);
+        let mut left = self.contradictions();
+        left.retain(|step| !explained.contains(step));
+        for step in left {
+            self.leave_open(step);
+        }
+        self.branch.events.sort_by(|a, b| {
+            let steps = a.after_point.cmp(&b.after_point);
+            steps.then(a.fraction.total_cmp(&b.fraction))
+        });
+        Ok(())
+    }
+
+    /// Puts the confirmed events into the steps of the flow's branch that hold them.
+    fn settle(&mut self) {
+        self.crossings.clear();
+        for k in 0..self.located.len() {
+            let Located { event, x } = &self.located[k];
+            let (event, first) = (*event, self.branch.events[*event].after_point);
+            let (step, fraction) = self.position(x, first);
+            let event = &mut self.branch.events[event];
+            (event.after_point, event.fraction) = (step, fraction);
+            if let (true, Some((before, after))) = (event.kind.is_bifurcation(), event.unstable) {
+                self.crossings.push(Item {
+                    at: step as f64 + fraction,
+                    before,
+                    after,
+                });
+            }
+        }
+    }
+
+    /// Steps through which the flow's branch was followed leave nothing unresolved.
+    fn drop_resolved(&mut self, explained: &[(usize, usize)]) {
+        let is_explained = |k: usize| explained.iter().any(|(a, b)| (*a..*b).contains(&k));
+        self.branch
+            .events
+            .retain(|e| e.kind != EventKind::Unresolved || !is_explained(e.after_point));
+    }
+
+    /// An event for a change of the count between two points that nothing explains, unless there is one.
+    fn leave_open(&mut self, (a, b): (usize, usize)) {
+        let events = &mut self.branch.events;
+        let is_open = |e: &BifurcationEvent| {
+            e.kind == EventKind::Unresolved && (a..b).contains(&e.after_point)
+        };
+        if events.iter().any(is_open) {
+            return;
+        }
+        let ends = [a, b].map(|k| self.branch.points[k].lambda);
+        let count = |k: usize| {
+            let orbit = self.stations[k].as_ref().and_then(Station::orbit);
+            orbit.map(FlowPoint::unstable)
+        };
+        events.push(BifurcationEvent {
+            kind: EventKind::Unresolved,
+            lambda: 0.5 * (ends[0] + ends[1]),
+            method_lambda: f64::NAN,
+            verdict: Verdict::NotTried,
+            bracket: (ends[0].min(ends[1]), ends[0].max(ends[1])),
+            multiplicity: 1,
+            unstable: count(a).zip(count(b)),
+            after_point: a,
+            fraction: 0.5,
+            point: None,
+            breakpoint: None,
+            doubt: 0.0,
+            recorded: Vec::new(),
+        });
+    }
+
+    /// Intervals of points between which the flow's count changes for no confirmed event.
+    fn contradictions(&self) -> Vec<(usize, usize)> {
+        let mut items = self.crossings.clone();
+        for (k, station) in self.stations.iter().enumerate() {
+            if let Some(orbit) = station.as_ref().and_then(Station::orbit) {
+                let count = orbit.unstable();
+                items.push(Item {
+                    at: k as f64,
+                    before: count,
+                    after: count,
+                });
+            }
+        }
+        items.sort_by(|a, b| a.at.total_cmp(&b.at));
+        let last = self.states.len() - 1;
+        let pairs = items.windows(2).filter(|w| w[0].after != w[1].before);
+        let mut list: Vec<(usize, usize)> = pairs
+            .map(|w| {
+                let (a, b) = (w[0].at.floor() as usize, w[1].at.ceil() as usize);
+                (a, b.max(a + 1).min(last))
+            })
+            .collect();
+        list.dedup();
+        list
+    }
+
+    /// Steps between whose ends the number of contacts of the flow changes otherwise than by the grazings confirmed there.
+    fn unseen_touches(&self) -> Vec<(usize, usize)> {
+        let orbit = |k: usize| self.stations[k].as_ref().and_then(Station::orbit);
+        let mut list = Vec::new();
+        for k in 1..self.states.len() {
+            let (Some(a), Some(b)) = (orbit(k - 1), orbit(k)) else {
+                continue;
+            };
+            for connection in 0..a.switches.len().max(b.switches.len()) {
+                let count = |s: &[usize]| s.get(connection).copied().unwrap_or(0);
+                let change = count(&a.switches).abs_diff(count(&b.switches));
+                let touches = self.branch.events.iter().filter(|e| {
+                    let is_here = matches!(e.kind, EventKind::Grazing { connection: c, .. } if c == connection);
+                    is_here && e.verdict == Verdict::Confirmed && e.after_point == k - 1
+                });
+                let touches = touches.count();
+                if change > 2 * touches || !(change / 2 + touches).is_multiple_of(2) {
+                    list.push((k - 1, k));
+                    break;
+                }
+            }
+        }
+        list
+    }
+}

@@ -1,0 +1,190 @@
+//! Verdicts: every event located again, and judged by the counts on both sides of it.
+
+use super::Confirmer;
+use super::chain::Located;
+use super::flow::{Care, Plane};
+use super::root::{Root, Test, locate};
+use crate::error::SolveError;
+use crate::solve::events::{EventKind, Verdict};
+use crate::solve::family::Family;
+use crate::solve::residual::Extent;
+use nalgebra::DVector;
+
+/// Share of the tangent with which the direction of the branch in states is taken.
+const NUDGE: f64 = 1e-4;
+/// First distance from the event, as a share of the step around it.
+const STRIDE: f64 = 0.05;
+/// Events of one kind this near to each other, in the arclength, are one.
+pub(super) const SAME: f64 = 1e-7;
+/// Distances of the two sides from an event: shares of the distance to the next event, or of the step.
+const SIDES: [f64; 3] = [0.2, 1e-2, 3e-4];
+
+/// An event of the series that the flow has too.
+struct Found {
+    /// Number among the events.
+    event: usize,
+    plane: Plane,
+    root: Root,
+    /// Length of the step around it.
+    step: f64,
+}
+
+impl<F: Family> Confirmer<'_, F> {
+    /// Locates every event on the flow's own branch, counts on both sides, and says so in the events.
+    pub(super) fn confirm_events(&mut self) -> Result<(), SolveError> {
+        let mut found: Vec<Found> = Vec::new();
+        for event in 0..self.branch.events.len() {
+            if !(self.options.keep_going)() || self.branch.events[event].point.is_none() {
+                continue;
+            }
+            self.branch.events[event].verdict = Verdict::Refuted;
+            found.extend(self.locate(event)?);
+        }
+        let found = self.without_doubles(found);
+        for k in 0..found.len() {
+            let kind = self.branch.events[found[k].event].kind;
+            let counts = match kind.is_bifurcation() {
+                true => self.counts(&found, k)?,
+                false => Some((0, 0)),
+            };
+            let Some(counts) = counts else { continue };
+            self.accept(&found[k], counts)?;
+        }
+        Ok(())
+    }
+
+    fn locate(&mut self, event: usize) -> Result<Option<Found>, SolveError> {
+        let found = &self.branch.events[event];
+        let Some(point) = found.point.clone() else {
+            return Ok(None);
+        };
+        let extent = match found.kind {
+            EventKind::NeimarkSacker => Extent::Stability,
+            _ => Extent::Motion,
+        };
+        let survey = self.series.survey(&point.u, point.lambda, extent)?;
+        let Some(test) = Test::of(found, &survey) else {
+            return Ok(None);
+        };
+        let (first, count) = (found.after_point, self.states.len());
+        let last = (first + 1).min(count - 1);
+        let here = self.state(&point.u, point.lambda)?;
+        let ahead = self.state(
+            &(&point.u + &point.tangent_u * NUDGE),
+            point.lambda + NUDGE * point.tangent_lambda,
+        )?;
+        let direction = ahead - &here;
+        let flow = &mut self.flow;
+        let step = flow.distance(&self.states[first], &self.states[last]);
+        let around = [first.saturating_sub(1), (last + 1).min(count - 1)];
+        let far = around.map(|k| flow.distance(&self.states[k], &here));
+        let reach = 2.0 * far[0].max(far[1]).max(step);
+        let Some(plane) = flow.across(here, direction)? else {
+            return Ok(None);
+        };
+        let root = locate(flow, &plane, test, (STRIDE * step, reach))?;
+        Ok(root.map(|root| Found {
+            event,
+            plane,
+            root,
+            step,
+        }))
+    }
+
+    /// State at phase 0 of an orbit of the series, with its parameter.
+    fn state(&mut self, u: &DVector<f64>, lambda: f64) -> Result<DVector<f64>, SolveError> {
+        let n = self.states[0].len() - 1;
+        let mut x = DVector::zeros(n + 1);
+        let orbit = self.series.orbit(u, lambda)?;
+        orbit.state(0.0, &mut x.as_mut_slice()[..n]);
+        x[n] = lambda;
+        Ok(x)
+    }
+
+    /// Two events of the series that lead to one of the flow: the nearer one is it.
+    fn without_doubles(&self, found: Vec<Found>) -> Vec<Found> {
+        let kind = |f: &Found| self.branch.events[f.event].kind;
+        let mut kept: Vec<Found> = Vec::new();
+        for one in found {
+            let is_same = |other: &Found| {
+                kind(other) == kind(&one)
+                    && self.flow.distance(&other.root.point.x, &one.root.point.x) < SAME
+            };
+            match kept.iter().position(is_same) {
+                None => kept.push(one),
+                Some(k) if one.root.s.abs() < kept[k].root.s.abs() => kept[k] = one,
+                Some(_) => {}
+            }
+        }
+        kept
+    }
+
+    /// Unstable multipliers of the flow before and after a bifurcation; `None` where they do not change as its kind says.
+    fn counts(&mut self, found: &[Found], k: usize) -> Result<Option<(usize, usize)>, SolveError> {
+        let event = &self.branch.events[found[k].event];
+        let (kind, multiplicity) = (event.kind, event.multiplicity);
+        let Found {
+            plane, root, step, ..
+        } = &found[k];
+        let others = found
+            .iter()
+            .enumerate()
+            .filter(|(j, f)| *j != k && self.branch.events[f.event].kind.is_bifurcation());
+        let room = others
+            .map(|(_, f)| self.flow.distance(&f.root.point.x, &root.point.x))
+            .fold(*step, f64::min);
+        for share in SIDES {
+            let mut sides = [None, None];
+            for (side, sign) in sides.iter_mut().zip([-1.0, 1.0]) {
+                let gap = sign * share * room;
+                let guess = &root.point.x + &plane.tangent * gap;
+                *side = self.flow.at(plane, root.s + gap, guess, Care::Rough)?;
+            }
+            let [Some(before), Some(after)] = sides else {
+                continue;
+            };
+            let counts = (before.unstable(), after.unstable());
+            let at = root.point.lambda();
+            let turns = (before.lambda() - at) * (after.lambda() - at) > 0.0;
+            let passing = match kind {
+                EventKind::NeimarkSacker => 2 * multiplicity,
+                _ => multiplicity,
+            };
+            let is_right_turn = match kind {
+                EventKind::Fold => turns,
+                EventKind::BranchPoint => !turns,
+                _ => true,
+            };
+            if counts.0.abs_diff(counts.1) == passing && is_right_turn {
+                return Ok(Some(counts));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Notes a confirmed event, and solves the ends of the step that holds it.
+    fn accept(&mut self, found: &Found, counts: (usize, usize)) -> Result<(), SolveError> {
+        let event = &mut self.branch.events[found.event];
+        event.verdict = Verdict::Confirmed;
+        event.lambda = found.root.point.lambda();
+        if event.kind != EventKind::Fold {
+            event.bracket = found.root.bracket;
+        }
+        let is_bifurcation = event.kind.is_bifurcation();
+        if is_bifurcation {
+            event.unstable = Some(counts);
+        }
+        let first = event.after_point;
+        let x = found.root.point.x.clone();
+        let (step, _) = self.position(&x, first);
+        self.located.push(Located {
+            event: found.event,
+            x,
+        });
+        if is_bifurcation {
+            self.station(step)?;
+            self.station((step + 1).min(self.states.len() - 1))?;
+        }
+        Ok(())
+    }
+}
