@@ -77,7 +77,10 @@ impl Recorder for MeasureRecorder<'_> {
 pub(super) fn main(swept: &Swept<'_>, measure: &str) -> Vec<(usize, Heading)> {
     let sections = Sections::of(swept);
     let main = sections.columns(ResponseTable::Main);
-    let is_measure = |name: &str| name.strip_prefix(measure).is_some_and(|rest| rest.starts_with('.'));
+    let is_measure = |name: &str| {
+        name.strip_prefix(measure)
+            .is_some_and(|rest| rest.starts_with('.'))
+    };
     let found = main.filter(|(_, heading)| is_measure(&heading.name));
     found.map(|(k, heading)| (k, heading.clone())).collect()
 }

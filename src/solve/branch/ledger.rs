@@ -1,6 +1,8 @@
 //! The number of unstable multipliers, step by step against the events: neither may contradict the other.
 
-use crate::solve::events::{BifurcationEvent, EventKind, Examined, Look, Probe, is_outside, Verdict};
+use crate::solve::events::{
+    BifurcationEvent, EventKind, Examined, Look, Probe, Verdict, is_outside,
+};
 
 /// Points of a branch for which a passage of +1 waits for its fold or branch point, and the other way round: a truncated series
 /// turns a little beside the place where the multiplier of the flow passes.

@@ -19,6 +19,9 @@ const MOST_POINTS: usize = 120;
 /// Distance from the beginning, over the length of the interval, at which the path has gone astray.
 const ASTRAY: f64 = 3.0;
 
+/// Share of the first step in which an event is the crossing at which the branch begins.
+const ORIGIN: f64 = 1e-3;
+
 /// Ends the path where it passes the end of the interval.
 struct Watch {
     weight: f64,
@@ -115,6 +118,10 @@ impl<F: Family> Confirmer<'_, F> {
         let mut x = point.u.clone().insert_row(n, 0.0);
         x[n] = point.lambda;
         let (step, fraction) = self.position(&x, a);
+        if step == 0 && fraction < ORIGIN {
+            // A branch that leaves a crossing begins with it.
+            return Ok(());
+        }
         let ends = [self.place(a), self.place(b)].map(|end| self.flow.distance(&x, end));
         let length = self.flow.distance(self.place(a), self.place(b));
         // The last step of the path may reach beyond the interval.
