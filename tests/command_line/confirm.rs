@@ -268,3 +268,26 @@ fn too_few_harmonics_are_warned_of() {
     let ended = enough.run(&["run", "m.yaml", "--out", "o", "--quiet"]);
     assert!(!ended.err.contains(said), "{}", ended.err);
 }
+
+/// Nothing is taken through a flow that costs too much, or that is not exact, and the program says so.
+#[test]
+fn what_is_not_confirmed_says_why() {
+    let costly = run(&figure_11("max_steps: 10"));
+    let smooth = figure_11("").replace(
+        "{type: backlash, half_gap: 0.1}",
+        "{type: cubic, cubic: 0.5}",
+    );
+    let smooth = run(&smooth);
+    let refined = run(&figure_11("integrator: dopri5"));
+    for (place, part) in [
+        (&costly, "raise `max_steps`"),
+        (&smooth, "mesh_2"),
+        (&refined, "dopri5"),
+    ] {
+        let confirmed = place.column("o/a.events.csv", "confirmed");
+        assert!(!confirmed.is_empty() && confirmed.iter().all(|c| c.is_nan()));
+        for file in ["o/a.json", "o/report.html"] {
+            assert!(place.read(file).contains(part), "{file}: {part}");
+        }
+    }
+}

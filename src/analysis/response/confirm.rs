@@ -1,6 +1,8 @@
 //! The keys `confirm` and `verify`: what of Galerkin branches is taken through the flow.
 
 use super::BranchSettings;
+use crate::analysis::Setting;
+use crate::analysis::cost::Period;
 use crate::solve::branch::confirm::Spread;
 use crate::solve::integrate::{Exact, IntegratorChoice, MAX_SWITCHES};
 use crate::system::System;
@@ -57,11 +59,11 @@ impl BranchSettings {
     }
 
     /// The points of Galerkin branches that are taken through the flow; `None`: no branch is.
-    pub(super) fn spread(&self, system: &System) -> Option<Spread> {
+    pub(super) fn spread(&self, setting: &Setting<'_>, system: &System) -> Option<Spread> {
         let is_judged = super::accuracy::is_asked_for(self);
         let chosen = match self.asked() {
             Some(chosen) => chosen,
-            None if !self.has_flow(system) => Confirm::None,
+            None if self.obstacle(setting, system).is_some() => Confirm::None,
             // An error is the difference from the flow.
             None if is_judged => Confirm::All,
             None => Confirm::Events,
@@ -75,11 +77,45 @@ impl BranchSettings {
         }
     }
 
-    /// Whether the flow is exact and cheap.
-    fn has_flow(&self, system: &System) -> bool {
-        self.integrator != IntegratorChoice::Dopri5
-            && system.dof() <= LARGEST
-            && Exact::new(system, MAX_SWITCHES).is_ok()
+    /// What keeps branches from being confirmed unless asked for.
+    fn obstacle(&self, setting: &Setting<'_>, system: &System) -> Option<String> {
+        if self.integrator == IntegratorChoice::Dopri5 {
+            return Some("the flow of `integrator: dopri5` is not exact".into());
+        }
+        if system.dof() > LARGEST {
+            let dof = system.dof();
+            return Some(format!("there are more than {LARGEST} coordinates ({dof})"));
+        }
+        let refused = Exact::new(system, MAX_SWITCHES).err()?;
+        let refused = setting.name_connection(&refused);
+        Some(format!("the flow is not exact ({refused})"))
+    }
+
+    /// Why events are not confirmed, where nobody asked for that; `None`: they are, or should not be.
+    pub(super) fn unconfirmed(&self, setting: &Setting<'_>, system: &System) -> Option<String> {
+        let reason = match self.asked() {
+            Some(_) => return None,
+            None => self.obstacle(setting, system)?,
+        };
+        Some(format!(
+            "events and stability are the series' own, not confirmed by the flow: {reason}; `confirm: events` asks for it."
+        ))
+    }
+
+    /// Why a branch with this lowest excitation frequency is not taken through the flow: a period takes more steps than allowed.
+    pub(super) fn beyond_cost(
+        &self,
+        setting: &Setting<'_>,
+        (slowest, subharmonic): (f64, usize),
+    ) -> Option<String> {
+        let steps = Period::of(setting, slowest).steps * subharmonic as f64;
+        (steps > self.max_steps as f64).then(|| {
+            format!(
+                "galerkin: events and stability are the series' own, not confirmed by the flow: a response period takes about \
+                 {steps:.0} integration steps, more than {}; raise `max_steps` to confirm them",
+                self.max_steps
+            )
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! `keys` and `settings`: how branches are computed; `swept`: what the continued parameter means, and `model_family` the systems
 //! along a number of the model; `trace`: method by method from a first solution along the parameter, from a `source`; `crossings`: the branches that
-//! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `restart`: what goes on behind a break; `integration`: the method that follows
+//! begin where one is crossed; `starts` and `hunt`: those that random states lead to; `restart` and `poles`: what goes on behind a break or a pole; `integration`: the method that follows
 //! attractors; `confirm` and `verify`: events and points by the flow; `accuracy`: what is known of their errors, and `harmonics` how many that
 //! takes; `bandwidth`: whether they reach the contacts; `expense`: what they cost; `outcome`: how branches ended; `tables`: which ones are written; `report`: tables and figure.
 
@@ -19,6 +19,7 @@ mod keys;
 mod model_family;
 mod orbits;
 mod outcome;
+mod poles;
 mod report;
 mod restart;
 mod settings;

@@ -64,7 +64,7 @@ pub(in crate::analysis) fn run(
         ..
     } = work;
     let orbits = settings.orbits.are_kept().then_some(orbits);
-    let verification = verification.is_done().then_some(&verification);
+    let verification = verification.has_message().then_some(&verification);
     let accuracies = accuracy::is_asked_for(settings).then_some((settings, &accuracies));
     let mut report = report::assemble(swept, &delivered, orbits, verification, accuracies);
     if let Some(verification) = verification.filter(|_| settings.lists_points()) {
@@ -152,6 +152,7 @@ impl<'a> Work<'a> {
             let delivered = self.primary(method, first)?;
             self.delivered.push(delivered);
             self.follow_behind_breaks(method)?;
+            self.follow_behind_poles(method)?;
             self.follow_crossings(method, number)?;
             self.follow_starts(method, number)?;
             self.crossings = Crossings::default();
@@ -292,9 +293,20 @@ impl<'a> Work<'a> {
         recorder: &mut MeasureRecorder<'_>,
     ) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);
-        let Some(spread) = settings.spread(problem.system_at(swept.range.0)?) else {
+        let system = problem.system_at(swept.range.0)?;
+        let Some(spread) = settings.spread(swept.setting, system) else {
+            let reason = settings.unconfirmed(swept.setting, system);
+            self.verification.leave_out(reason);
             return Ok(());
         };
+        let frequencies = branch.points.iter().map(|p| p.frequency.abs());
+        let slowest = frequencies.fold(f64::INFINITY, f64::min);
+        if let Some(note) = settings.beyond_cost(swept.setting, (slowest, system.subharmonic())) {
+            if !self.warnings.contains(&note) {
+                self.warnings.push(note);
+            }
+            return Ok(());
+        }
         let given = (settings, swept);
         let number = (self.delivered.len(), spread);
         let warnings = self

@@ -34,6 +34,8 @@ pub(super) struct Verification {
     rows: Vec<Row>,
     verdicts: Verdicts,
     integrator: &'static str,
+    /// Why nothing was taken through the flow.
+    left_out: Option<String>,
 }
 
 impl Verification {
@@ -43,6 +45,7 @@ impl Verification {
             rows: Vec::new(),
             verdicts: Verdicts::default(),
             integrator: "",
+            left_out: None,
         }
     }
 
@@ -106,8 +109,17 @@ impl Verification {
         }
     }
 
-    /// Whether any branch was taken through the flow.
-    pub fn is_done(&self) -> bool {
+    /// Notes why a branch is not taken through the flow.
+    pub fn leave_out(&mut self, reason: Option<String>) {
+        self.left_out = reason;
+    }
+
+    /// Whether any branch was taken through the flow, or there is a reason why not.
+    pub fn has_message(&self) -> bool {
+        self.is_done() || self.left_out.is_some()
+    }
+
+    fn is_done(&self) -> bool {
         !self.integrator.is_empty()
     }
 
@@ -148,6 +160,9 @@ impl Verification {
 
     /// What the JSON file says.
     pub fn as_value(&self) -> Value {
+        if !self.is_done() {
+            return json!({ "message": self.left_out });
+        }
         let (least, median) = self.quantiles();
         json!({
             "integrator": self.integrator,
@@ -165,6 +180,9 @@ impl Verification {
 
     /// The same for people.
     pub fn message(&self) -> String {
+        if !self.is_done() {
+            return self.left_out.clone().unwrap_or_default();
+        }
         let (total, converged) = (self.rows.len(), self.converged());
         let shared = match self.quantiles() {
             (Some(least), Some(median)) => format!(

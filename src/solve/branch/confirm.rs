@@ -230,10 +230,15 @@ impl<F: Family> Confirmer<'_, F> {
             return Ok(());
         }
         let x = self.states[k].clone();
+        // Points that nobody asked for only need multipliers.
+        let care = match self.options.spread {
+            Spread::Some => Care::Rough,
+            Spread::Every(_) => Care::Fine,
+        };
         let flow = &mut self.flow;
         let size = flow.dot(&x, &x).sqrt();
         let plane = flow.level(x.clone());
-        let level = flow.at(&plane, 0.0, x.clone(), Care::Fine)?;
+        let level = flow.at(&plane, 0.0, x.clone(), care)?;
         let (before, behind) = (k.saturating_sub(1), (k + 1).min(self.states.len() - 1));
         let beside = [before, behind].into_iter().filter(|j| *j != k);
         let room = beside
@@ -251,7 +256,7 @@ impl<F: Family> Confirmer<'_, F> {
         if (is_steep || aside > 0.5 * room)
             && let Some(plane) = flow.across(x.clone(), direction)?
         {
-            nearest = flow.at(&plane, 0.0, x.clone(), Care::Fine)?;
+            nearest = flow.at(&plane, 0.0, x.clone(), care)?;
             apart = apart.min(gap(flow, &nearest));
         }
         // Beside a fold the orbit at the same parameter may lie on the other arm.

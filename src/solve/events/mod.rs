@@ -14,7 +14,7 @@ mod step;
 mod touch;
 mod turnings;
 
-pub use spectrum::is_outside;
+pub use spectrum::{Sought, is_outside};
 pub use step::{Examined, Step, is_same};
 
 use super::continuation::PathPoint;

@@ -213,10 +213,7 @@ impl Step<'_> {
         for node in [a, b].into_iter().chain(others) {
             let is_apart = |p: &Place<'_>| (p.x - node.x).abs() > TOO_NEAR * length;
             if places.len() < MOST && places.iter().all(is_apart) {
-                places.push(Place {
-                    x: node.x,
-                    list: &node.look.survey.multipliers,
-                });
+                places.push(Place::new(node.x, &node.look.survey.multipliers));
             }
         }
         quiet.holds(&places)

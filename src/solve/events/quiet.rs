@@ -8,6 +8,9 @@
 //! ```text
 //! |p(z; x)| > |e(z; x)|   for all |z| = 1 and all x between the two places
 //! ```
+//!
+//! A factor that does not depend on z moves no zero: P is divided by the moduli of the multipliers outside, which may change by
+//! orders of magnitude where those near the circle hardly move.
 
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -42,8 +45,21 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 pub struct Place<'a> {
     /// Abscissa in which P varies smoothly.
     pub x: f64,
-    /// All multipliers.
+    /// All multipliers, by falling modulus.
     pub list: &'a [Complex<f64>],
+    /// What P is divided by.
+    scale: f64,
+}
+
+impl<'a> Place<'a> {
+    /// A place with its multipliers, by falling modulus.
+    pub fn new(x: f64, list: &'a [Complex<f64>]) -> Place<'a> {
+        Place {
+            x,
+            list,
+            scale: 1.0,
+        }
+    }
 }
 
 /// Divided differences of P at one z.
@@ -67,6 +83,19 @@ impl Quiet {
         }
         // Both sides of a tongue may look alike: without a third place nothing is known of what lies between two.
         if places.len() < 3 {
+            return false;
+        }
+        let mut scaled = [places[0]; MOST];
+        let outside = places[0].list.iter().filter(|mu| mu.norm() > 1.0).count();
+        for (scaled, place) in scaled.iter_mut().zip(places) {
+            let moduli = place.list[..outside].iter().map(|mu| mu.norm());
+            *scaled = Place {
+                scale: moduli.product(),
+                ..*place
+            };
+        }
+        let places = &scaled[..places.len().min(MOST)];
+        if places.iter().any(|place| !place.scale.is_finite()) {
             return false;
         }
         let count = ANGLES.0 + ANGLES.1 * size;
@@ -252,7 +281,7 @@ fn differences(places: &[Place<'_>], angle: f64) -> Differences {
     let mut d = [Complex::new(0.0, 0.0); MOST];
     let count = places.len().min(MOST);
     for (d, place) in d.iter_mut().zip(places) {
-        *d = place.list.iter().map(|mu| z - mu).product();
+        *d = place.list.iter().map(|mu| z - mu).product::<Complex<f64>>() / place.scale;
     }
     for order in 1..count {
         for k in (order..count).rev() {
@@ -264,7 +293,10 @@ fn differences(places: &[Place<'_>], angle: f64) -> Differences {
 
 /// Rounding of P on the circle.
 fn rounding(places: &[Place<'_>]) -> f64 {
-    let size = |place: &Place<'_>| place.list.iter().map(|mu| 1.0 + mu.norm()).product::<f64>();
+    let size = |place: &Place<'_>| {
+        let factors = place.list.iter().map(|mu| 1.0 + mu.norm());
+        factors.product::<f64>() / place.scale
+    };
     let largest = places.iter().map(size).fold(0.0, f64::max);
     ROUNDING * largest
 }
@@ -284,7 +316,7 @@ mod tests {
     fn holds(xs: &[f64], depth: f64) -> bool {
         let lists: Vec<_> = xs.iter().map(|x| tongue(*x, depth)).collect();
         let places = xs.iter().zip(&lists);
-        let places: Vec<_> = places.map(|(x, list)| Place { x: *x, list }).collect();
+        let places: Vec<_> = places.map(|(x, list)| Place::new(*x, list)).collect();
         Quiet::default().holds(&places)
     }
 
@@ -297,6 +329,24 @@ mod tests {
         assert!(holds(&[0.2, 0.4, -0.3, 0.9], 6e-4));
         // Both ends inside the tongue of real multipliers, stable.
         assert!(!holds(&[-0.02, 0.03, -0.06, 0.07], 6e-4));
+    }
+
+    #[test]
+    fn one_far_outside_does_not_hide_the_others() {
+        // The tongue beside a multiplier that grows a thousandfold.
+        let list = |x: f64, depth: f64| {
+            let mut list = vec![Complex::new(-1e5 * (7.0 * x).exp(), 0.0)];
+            list.extend(tongue(x, depth));
+            list
+        };
+        let quiet = |xs: [f64; 4], depth: f64| {
+            let lists = xs.map(|x| list(x, depth));
+            let places: Vec<_> = (0..4).map(|k| Place::new(xs[k], &lists[k])).collect();
+            Quiet::default().holds(&places)
+        };
+        assert!(quiet([-0.05, 0.05, -0.5, 0.5], 0.5e-4));
+        assert!(!quiet([-0.05, 0.05, -0.5, 0.5], 6e-4));
+        assert!(!quiet([-0.5, 0.5, -1.0, 1.5], 6e-4));
     }
 
     #[test]

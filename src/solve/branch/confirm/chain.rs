@@ -1,7 +1,7 @@
 //! The number of unstable multipliers along a branch, as the flow counts it, against the events.
 
 use super::flow::FlowPoint;
-use super::{Confirmer, Station, distance};
+use super::{Confirmer, Station};
 use crate::error::SolveError;
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
 use crate::solve::family::Family;
@@ -11,10 +11,6 @@ use nalgebra::DVector;
 const BESIDE: usize = 3;
 /// Points of one interval that are taken through the flow to narrow a change of the count down.
 const MOST: usize = 64;
-
-/// Distance of a multiplier from the circle at which it counts as neither inside nor outside: what the flow leaves of one that
-/// stands on it.
-const UNDECIDED: f64 = 1e-7;
 
 /// A place of the branch at which the flow counted: points, and bifurcations with two counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -154,7 +150,7 @@ impl<F: Family> Confirmer<'_, F> {
         let mut items = self.crossings.clone();
         for (k, station) in self.stations.iter().enumerate() {
             let orbit = station.as_ref().and_then(Station::orbit);
-            if let Some(orbit) = orbit.filter(|p| distance(&p.multipliers) > UNDECIDED) {
+            if let Some(orbit) = orbit.filter(|p| p.is_decided()) {
                 let count = orbit.unstable();
                 items.push(Item {
                     at: k as f64,

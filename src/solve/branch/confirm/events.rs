@@ -2,7 +2,7 @@
 
 use super::Confirmer;
 use super::chain::Located;
-use super::flow::{Care, Plane};
+use super::flow::{Care, FlowPoint, Plane};
 use super::root::{Root, Test, locate};
 use crate::error::SolveError;
 use crate::solve::events::{EventKind, Verdict};
@@ -133,6 +133,31 @@ impl<F: Family> Confirmer<'_, F> {
         let room = others
             .map(|(_, f)| self.flow.distance(&f.root.point.x, &root.point.x))
             .fold(*step, f64::min);
+        let passing = match kind {
+            EventKind::NeimarkSacker => 2 * multiplicity,
+            _ => multiplicity,
+        };
+        // Counts that are right, on both sides.
+        let judge = |before: &FlowPoint, after: &FlowPoint| {
+            let counts = (before.unstable(), after.unstable());
+            let at = root.point.lambda();
+            let turns = (before.lambda() - at) * (after.lambda() - at) > 0.0;
+            let is_right_turn = match kind {
+                EventKind::Fold => turns,
+                EventKind::BranchPoint => !turns,
+                _ => true,
+            };
+            let is_right = counts.0.abs_diff(counts.1) == passing && is_right_turn;
+            is_right.then_some(counts)
+        };
+        let within = SIDES[0] * room;
+        if let (Some(before), Some(after)) = (root.beside(-1.0, within), root.beside(1.0, within))
+            && before.is_decided()
+            && after.is_decided()
+            && let Some(counts) = judge(before, after)
+        {
+            return Ok(Some(counts));
+        }
         for share in SIDES {
             let mut sides = [None, None];
             for (side, sign) in sides.iter_mut().zip([-1.0, 1.0]) {
@@ -140,22 +165,9 @@ impl<F: Family> Confirmer<'_, F> {
                 let guess = &root.point.x + &plane.tangent * gap;
                 *side = self.flow.at(plane, root.s + gap, guess, Care::Rough)?;
             }
-            let [Some(before), Some(after)] = sides else {
-                continue;
-            };
-            let counts = (before.unstable(), after.unstable());
-            let at = root.point.lambda();
-            let turns = (before.lambda() - at) * (after.lambda() - at) > 0.0;
-            let passing = match kind {
-                EventKind::NeimarkSacker => 2 * multiplicity,
-                _ => multiplicity,
-            };
-            let is_right_turn = match kind {
-                EventKind::Fold => turns,
-                EventKind::BranchPoint => !turns,
-                _ => true,
-            };
-            if counts.0.abs_diff(counts.1) == passing && is_right_turn {
+            if let [Some(before), Some(after)] = &sides
+                && let Some(counts) = judge(before, after)
+            {
                 return Ok(Some(counts));
             }
         }

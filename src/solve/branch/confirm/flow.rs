@@ -6,6 +6,7 @@
 //!
 //! in the metric of the arclength, `<a, b> = weight a_u . b_u + a_lambda b_lambda`.
 
+use super::distance;
 use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::solve::events::is_outside;
@@ -26,6 +27,10 @@ const ITERATIONS: usize = 12;
 const DAMPING: f64 = 1.0 / 16.0;
 /// Residual of orbits between which an event is sought: what it leaves of a multiplier is far below the width of a located event.
 const ROUGH: f64 = 1e-10;
+
+/// Distance of a multiplier from the circle at which it counts as neither inside nor outside: what the flow leaves of one that
+/// stands on it.
+const UNDECIDED: f64 = 1e-7;
 
 /// How well an orbit is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,13 +67,14 @@ impl FlowPoint {
 
     /// Multipliers outside the unit circle.
     pub fn unstable(&self) -> usize {
-        unstable(&self.multipliers)
+        let outside = |mu: &&Complex<f64>| is_outside(**mu);
+        self.multipliers.iter().filter(outside).count()
     }
-}
 
-/// Multipliers outside the unit circle.
-pub(super) fn unstable(multipliers: &[Complex<f64>]) -> usize {
-    multipliers.iter().filter(|mu| is_outside(**mu)).count()
+    /// Whether every multiplier is inside or outside the unit circle, beyond the rounding of the flow.
+    pub fn is_decided(&self) -> bool {
+        distance(&self.multipliers) > UNDECIDED
+    }
 }
 
 /// Planes across a direction.

@@ -18,6 +18,8 @@ const LEAST: f64 = 1e-3;
 const LOOKS: usize = 8;
 /// Value of a test function at a root, relative to its largest: above it the function jumps there.
 const VANISHES: f64 = 1e-3;
+/// Places through which the guess of an orbit is interpolated.
+const NODES: usize = 3;
 /// Imaginary parts below this share of the modulus belong to real multipliers.
 const REAL: f64 = 1e-12;
 
@@ -159,6 +161,19 @@ pub(super) struct Root {
     pub point: FlowPoint,
     /// Parameters that enclose it.
     pub bracket: (f64, f64),
+    /// Other orbits that the search has solved: planes and orbits.
+    pub seen: Vec<(f64, FlowPoint)>,
+}
+
+impl Root {
+    /// The orbit farthest before (`side` -1) or behind (1) the root among those seen within a distance from it.
+    pub fn beside(&self, side: f64, within: f64) -> Option<&FlowPoint> {
+        let ahead = |s: f64| side * (s - self.s);
+        let near = |x: &&(f64, FlowPoint)| (0.0..within).contains(&ahead(x.0)) && x.0 != self.s;
+        let farthest = self.seen.iter().filter(near);
+        let farthest = farthest.max_by(|a, b| ahead(a.0).total_cmp(&ahead(b.0)));
+        farthest.map(|x| &x.1)
+    }
 }
 
 /// One search.
@@ -199,15 +214,16 @@ pub(super) fn locate<F: Family>(
     let ends = (lambda_at(found.low), lambda_at(found.high));
     let largest = seen.iter().fold(0.0_f64, |m, x| m.max(x.1.abs()));
     let root = seen.iter().find(|x| x.0 == found.root);
-    let vanishing = root.filter(|x| x.1.abs() <= VANISHES * largest);
-    Ok(vanishing.map(|(s, _, point)| {
-        let at = point.lambda();
-        let (a, b) = (ends.0.unwrap_or(at), ends.1.unwrap_or(at));
-        Root {
-            s: *s,
-            point: point.clone(),
-            bracket: (a.min(b), a.max(b)),
-        }
+    let Some((s, _, point)) = root.filter(|x| x.1.abs() <= VANISHES * largest).cloned() else {
+        return Ok(None);
+    };
+    let at = point.lambda();
+    let (a, b) = (ends.0.unwrap_or(at), ends.1.unwrap_or(at));
+    Ok(Some(Root {
+        s,
+        point,
+        bracket: (a.min(b), a.max(b)),
+        seen: seen.into_iter().map(|x| (x.0, x.2)).collect(),
     }))
 }
 
@@ -231,18 +247,24 @@ impl<F: Family> Search<'_, '_, F> {
         Ok(value)
     }
 
-    /// On the line through the two nearest places seen.
+    /// On the parabola through the three nearest places seen, or the line through two.
     fn guess(&self, s: f64) -> DVector<f64> {
         let mut near: Vec<&(f64, f64, FlowPoint)> = self.seen.iter().collect();
         near.sort_by(|a, b| (a.0 - s).abs().total_cmp(&(b.0 - s).abs()));
-        match near[..] {
-            [] => &self.plane.base + &self.plane.tangent * s,
-            [one] => &one.2.x + &self.plane.tangent * (s - one.0),
-            [a, b, ..] => {
-                let share = (s - a.0) / (b.0 - a.0);
-                &a.2.x + (&b.2.x - &a.2.x) * share
-            }
+        near.truncate(NODES);
+        if let [] = near[..] {
+            return &self.plane.base + &self.plane.tangent * s;
         }
+        if let [one] = near[..] {
+            return &one.2.x + &self.plane.tangent * (s - one.0);
+        }
+        let mut guess = DVector::zeros(self.plane.base.len());
+        for (k, node) in near.iter().enumerate() {
+            let others = near.iter().enumerate().filter(|(j, _)| *j != k);
+            let share = others.map(|(_, other)| (s - other.0) / (node.0 - other.0));
+            guess.axpy(share.product(), &node.2.x, 1.0);
+        }
+        guess
     }
 
     fn beside_start(

@@ -146,6 +146,14 @@ fn add(sum: &mut [f64], factor: f64, part: &[f64]) {
     sum.iter_mut().zip(part).for_each(|(s, p)| *s += factor * p);
 }
 
+/// The same for rows of known length, which the compiler unrolls.
+#[inline(always)]
+fn add_row<const M: usize>(sum: &mut [f64; M], factor: f64, part: &[f64; M]) {
+    for j in 0..M {
+        sum[j] += factor * part[j];
+    }
+}
+
 /// The same for N coordinates in arrays that the compiler can unroll; M = 2 N.
 fn small<const N: usize, const M: usize>(series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
     let damping = dense::<N>(&series.damping);
@@ -155,21 +163,26 @@ fn small<const N: usize, const M: usize>(series: &Series, phi: &mut DMatrix<f64>
         std::array::from_fn(|i| std::array::from_fn(|j| phi[(N + i, j)] * series.unit));
     let (mut value, mut slope) = (now, rate);
     for i in 0..N {
-        add(&mut value[i], theta, &rate[i]);
+        add_row(&mut value[i], theta, &rate[i]);
     }
     for k in 0..terms(theta / series.pace()) - 2 {
         let factor = -theta / (k + 1) as f64;
         let mut next = [[0.0; M]; N];
         for i in 0..N {
             for j in 0..N {
-                add(&mut next[i], factor * damping[i][j], &rate[j]);
-                add(&mut next[i], factor * stiffness[i][j], &now[j]);
+                add_row(&mut next[i], factor * damping[i][j], &rate[j]);
+                add_row(&mut next[i], factor * stiffness[i][j], &now[j]);
             }
-            add(&mut slope[i], 1.0, &next[i]);
-            add(&mut value[i], theta / (k + 2) as f64, &next[i]);
+            add_row(&mut slope[i], 1.0, &next[i]);
+            add_row(&mut value[i], theta / (k + 2) as f64, &next[i]);
         }
         // a_{k+1} from r_{k+1}
-        now = rate.map(|row| row.map(|r| theta / (k + 1) as f64 * r));
+        let share = theta / (k + 1) as f64;
+        for i in 0..N {
+            for j in 0..M {
+                now[i][j] = share * rate[i][j];
+            }
+        }
         rate = next;
     }
     for j in 0..M {

@@ -1,0 +1,186 @@
+//! Poles: where a multiplier of a linear train is 1, its response is infinite. On both sides of the pole there is one response,
+//! and the multipliers do not depend on it.
+
+use super::report::{Delivered, Ending};
+use super::source::Source;
+use super::trace::Work;
+use super::{BranchSettings, Method};
+use crate::error::{Error, SolveError};
+use crate::numeric::roots;
+use crate::solve::continuation::Side;
+use crate::solve::events::{BifurcationEvent, EventKind, Sought, Verdict, is_outside};
+use crate::solve::family::Family;
+use crate::solve::floquet;
+use crate::solve::galerkin::Galerkin;
+use crate::solve::residual::Residual;
+use crate::solve::shooting::Shooting;
+use crate::system::Mount;
+use nalgebra::DVector;
+use num_complex::Complex;
+
+/// First distance from the last point at which the pole is sought, relative to the parameter, and the factor to the next one.
+const NEXT: (f64, f64) = (1e-7, 2.0);
+/// Width to which a pole is located, relative to the parameter.
+const WIDTH: f64 = 1e-10;
+/// The parameter counts as at least this share of the range.
+const LEAST: f64 = 1e-3;
+/// Distance behind the pole at which the branch is taken up again, over that at which it was given up: the response is a little
+/// smaller there.
+const BEHIND: f64 = 1.5;
+/// Poles along one range.
+const MOST: usize = 100;
+
+/// A pole between two parameters.
+struct Pole {
+    at: f64,
+    bracket: (f64, f64),
+    unstable: (usize, usize),
+}
+
+/// Multipliers of a linear system, whose transition matrix is the same along every motion.
+struct Linear<F: Family> {
+    shooting: Shooting<F>,
+    state: Vec<f64>,
+}
+
+impl<F: Family> Linear<F> {
+    fn multipliers(&mut self, lambda: f64) -> Result<Vec<Complex<f64>>, SolveError> {
+        let image = self.shooting.image(&self.state, lambda, &mut ())?;
+        Ok(image.map_or(Vec::new(), |image| floquet::multipliers(image.phi)))
+    }
+
+    /// Changes its sign where a multiplier passes 1.
+    fn value(&mut self, lambda: f64) -> Result<f64, SolveError> {
+        Ok(Sought::PlusOne.value(&self.multipliers(lambda)?))
+    }
+
+    fn unstable(&mut self, lambda: f64) -> Result<usize, SolveError> {
+        let list = self.multipliers(lambda)?;
+        Ok(list.iter().filter(|mu| is_outside(**mu)).count())
+    }
+
+    /// The next pole from a parameter on, towards the end of the range; `scale`: size of the parameter.
+    fn pole(&mut self, from: f64, to: f64, scale: f64) -> Result<Option<Pole>, SolveError> {
+        let sign = (to - from).signum();
+        let mut low = (from, self.value(from)?);
+        let mut stride = NEXT.0 * scale;
+        while (to - low.0) * sign > 0.0 {
+            let next = low.0 + sign * stride.min((to - low.0).abs());
+            let high = (next, self.value(next)?);
+            if low.1 * high.1 <= 0.0 {
+                let found = roots::bracketed(|x| self.value(x), low, high, WIDTH * scale)?;
+                let beside = (found.root - from).abs();
+                let ends = [-1.0, 1.0].map(|side| found.root + side * sign * beside);
+                let unstable = (self.unstable(ends[0])?, self.unstable(ends[1])?);
+                return Ok(Some(Pole {
+                    at: found.root,
+                    bracket: (found.low, found.high),
+                    unstable,
+                }));
+            }
+            (low, stride) = (high, NEXT.1 * stride);
+        }
+        Ok(None)
+    }
+}
+
+/// Whether a law is a straight line.
+fn is_linear(mount: &Mount) -> bool {
+    let law = &mount.element;
+    law.is_piecewise_affine() && !law.depends_on_velocity() && law.breakpoints().is_empty()
+}
+
+impl Work<'_> {
+    /// Lists the poles at which the branch of a linear train ends, and goes on behind them to the end of the range.
+    pub(super) fn follow_behind_poles(&mut self, method: Method) -> Result<(), Error> {
+        let mut mounts = self.swept.setting.assembly.system.mounts().iter();
+        if !mounts.all(is_linear) {
+            return Ok(());
+        }
+        for _ in 0..MOST {
+            let number = self.delivered.len() - 1;
+            let Some((last, pole)) = self.pole_behind(number)? else {
+                break;
+            };
+            let place = self.swept.place(pole.at);
+            let behind = pole.at + BEHIND * (pole.at - last);
+            let delivered = &mut self.delivered[number];
+            delivered.events.push(event(&pole, delivered.points.len()));
+            let (_, to) = self.swept.range;
+            if (to - behind) * (to - last) <= 0.0 {
+                break;
+            }
+            let mut piece = Delivered::new(method, self.settings.subharmonic);
+            piece.start = Some(format!("behind the pole at {place}"));
+            piece.is_restart = true;
+            let u = DVector::zeros(self.unknowns(method, behind)?);
+            self.follow(Source::Inside(u, behind, Side::Forward), &mut piece)?;
+            if piece.points.is_empty() {
+                break;
+            }
+            self.delivered[number].end = Ending {
+                reason: "unbounded",
+                message: format!(
+                    "a multiplier of the linear train is 1 at {place}, where its response is infinite; branch {} goes on behind it",
+                    number + 1
+                ),
+                is_early: false,
+            };
+            self.delivered.push(piece);
+        }
+        Ok(())
+    }
+
+    /// Where a branch was given up, and the pole behind.
+    fn pole_behind(&self, number: usize) -> Result<Option<(f64, Pole)>, Error> {
+        let delivered = &self.delivered[number];
+        let (settings, swept): (&BranchSettings, _) = (self.settings, self.swept);
+        let last = delivered.points.last().map(|p| p.lambda);
+        let Some(last) = last.filter(|_| delivered.end.reason == "unbounded") else {
+            return Ok(None);
+        };
+        let family = swept.family_for(delivered.subharmonic)?;
+        let shooting = Shooting::new(family, last, settings.integrator)?;
+        let state = vec![0.0; shooting.dim()];
+        let (from, to) = swept.range;
+        let scale = last.abs().max(LEAST * (to - from).abs());
+        let mut linear = Linear { shooting, state };
+        match linear.pole(last, to, scale) {
+            // The model ends before.
+            Err(SolveError::NoSystem { .. }) => Ok(None),
+            found => Ok(found?.map(|pole| (last, pole))),
+        }
+    }
+
+    /// Number of unknowns of a method.
+    fn unknowns(&self, method: Method, lambda: f64) -> Result<usize, Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        if method == Method::Shooting {
+            return Ok(2 * swept.setting.assembly.system.dof());
+        }
+        let size = settings.size_with(settings.harmonics.first(), settings.subharmonic);
+        Ok(Galerkin::new(swept.family_for(settings.subharmonic)?, lambda, size)?.dim())
+    }
+}
+
+/// A pole behind the last of so many points.
+fn event(pole: &Pole, points: usize) -> BifurcationEvent {
+    BifurcationEvent {
+        kind: EventKind::BranchPoint,
+        lambda: pole.at,
+        method_lambda: f64::NAN,
+        verdict: Verdict::Confirmed,
+        bracket: (
+            pole.bracket.0.min(pole.bracket.1),
+            pole.bracket.0.max(pole.bracket.1),
+        ),
+        multiplicity: pole.unstable.0.abs_diff(pole.unstable.1).max(1),
+        unstable: Some(pole.unstable),
+        after_point: points.saturating_sub(1),
+        fraction: 1.0,
+        point: None,
+        breakpoint: None,
+        doubt: 0.0,
+        recorded: Vec::new(),
+    }
+}
