@@ -17,6 +17,7 @@ mod effective_frequencies;
 mod first_contact;
 mod floquet_estimate;
 mod honest_ends;
+mod narrow_windows;
 mod parameter_response;
 mod parameter_response_mistakes;
 mod random_starts;

@@ -275,8 +275,8 @@ fn judge(
                 true => 0,
                 false => wrong + 1,
             };
-            // Two points of the grid in a row are as wide as the resolution.
-            if wrong == 2 {
+            // Two points of the grid in a row may be as wide as the resolution.
+            if wrong == 2 && is_wide(omega, sign, told, &mut |x| reference(x, (a, b))) {
                 score.missed += 1;
                 let told_of = events.iter().map(|e| (e.kind.word(), e.lambda, e.unstable));
                 let told_of: Vec<_> = told_of.collect();
@@ -285,6 +285,37 @@ fn judge(
         }
     }
     score
+}
+
+/// Whether the stretch around a frequency and its neighbour behind, in which the reference says something else than was told, is as
+/// wide as the resolution: its ends by bisection.
+fn is_wide(
+    omega: f64,
+    sign: f64,
+    told: i64,
+    reference: &mut dyn FnMut(f64) -> Option<(usize, usize)>,
+) -> bool {
+    let mut is_wrong = |x: f64| {
+        let known = reference(x).map(|(least, most)| (least as i64..=most as i64).contains(&told));
+        known == Some(false)
+    };
+    let mut end = |inside: f64, step: f64| {
+        let (mut low, mut high) = (0.0, step);
+        if is_wrong(inside * f64::exp(high)) {
+            return high;
+        }
+        for _ in 0..20 {
+            let middle = 0.5 * (low + high);
+            match is_wrong(inside * f64::exp(middle)) {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        low
+    };
+    let ahead = end(omega, sign * GRID).abs();
+    let behind = end(omega * f64::exp(-sign * GRID), -sign * GRID).abs();
+    ahead + GRID + behind >= 2.0 * GRID
 }
 
 fn trains() -> usize {

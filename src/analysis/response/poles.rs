@@ -6,9 +6,9 @@ use super::source::Source;
 use super::trace::Work;
 use super::{BranchSettings, Method};
 use crate::error::{Error, SolveError};
-use crate::numeric::roots;
+use crate::numeric::roots::{self, Bracketed};
 use crate::solve::continuation::Side;
-use crate::solve::events::{BifurcationEvent, EventKind, Sought, Verdict, is_outside};
+use crate::solve::events::{BifurcationEvent, Count, EventKind, Sought, Verdict};
 use crate::solve::family::Family;
 use crate::solve::floquet;
 use crate::solve::galerkin::Galerkin;
@@ -22,6 +22,8 @@ use num_complex::Complex;
 const NEXT: (f64, f64) = (1e-7, 2.0);
 /// Width to which a pole is located, relative to the parameter.
 const WIDTH: f64 = 1e-10;
+/// Distance from 1 of a multiplier that passes there.
+const AT_ONE: f64 = 1e-4;
 /// The parameter counts as at least this share of the range.
 const LEAST: f64 = 1e-3;
 /// Distance behind the pole at which the branch is taken up again, over that at which it was given up: the response is a little
@@ -49,38 +51,48 @@ impl<F: Family> Linear<F> {
         Ok(image.map_or(Vec::new(), |image| floquet::multipliers(image.phi)))
     }
 
-    /// Changes its sign where a multiplier passes 1.
-    fn value(&mut self, lambda: f64) -> Result<f64, SolveError> {
-        Ok(Sought::PlusOne.value(&self.multipliers(lambda)?))
-    }
-
-    fn unstable(&mut self, lambda: f64) -> Result<usize, SolveError> {
-        let list = self.multipliers(lambda)?;
-        Ok(list.iter().filter(|mu| is_outside(**mu)).count())
+    fn value(&mut self, sought: Sought, lambda: f64) -> Result<f64, SolveError> {
+        Ok(sought.value(&self.multipliers(lambda)?))
     }
 
     /// The next pole from a parameter on, towards the end of the range; `scale`: size of the parameter.
     fn pole(&mut self, from: f64, to: f64, scale: f64) -> Result<Option<Pole>, SolveError> {
         let sign = (to - from).signum();
-        let mut low = (from, self.value(from)?);
+        let mut low = (from, Count::of(&self.multipliers(from)?));
         let mut stride = NEXT.0 * scale;
         while (to - low.0) * sign > 0.0 {
             let next = low.0 + sign * stride.min((to - low.0).abs());
-            let high = (next, self.value(next)?);
-            if low.1 * high.1 <= 0.0 {
-                let found = roots::bracketed(|x| self.value(x), low, high, WIDTH * scale)?;
-                let beside = (found.root - from).abs();
-                let ends = [-1.0, 1.0].map(|side| found.root + side * sign * beside);
-                let unstable = (self.unstable(ends[0])?, self.unstable(ends[1])?);
+            let high = (next, Count::of(&self.multipliers(next)?));
+            let (Some(before), Some(behind)) = (low.1, high.1) else {
+                return Ok(None);
+            };
+            if before != behind
+                && let Some(found) = self.passage((low.0, next), before.sought(behind), scale)?
+            {
                 return Ok(Some(Pole {
                     at: found.root,
                     bracket: (found.low, found.high),
-                    unstable,
+                    unstable: (before.outside, behind.outside),
                 }));
             }
             (low, stride) = (high, NEXT.1 * stride);
         }
         Ok(None)
+    }
+
+    /// Where a multiplier passes 1 between two parameters; `None` where something else passes.
+    fn passage(
+        &mut self,
+        (low, high): (f64, f64),
+        sought: Sought,
+        scale: f64,
+    ) -> Result<Option<Bracketed>, SolveError> {
+        let ends = [low, high].map(|x| Ok::<_, SolveError>((x, self.value(sought, x)?)));
+        let [low, high] = ends;
+        let found = roots::bracketed(|x| self.value(sought, x), low?, high?, WIDTH * scale)?;
+        let list = self.multipliers(found.root)?;
+        let is_one = |mu: &Complex<f64>| (mu - 1.0).norm() < AT_ONE;
+        Ok(list.iter().any(is_one).then_some(found))
     }
 }
 
@@ -170,10 +182,7 @@ fn event(pole: &Pole, points: usize) -> BifurcationEvent {
         lambda: pole.at,
         method_lambda: f64::NAN,
         verdict: Verdict::Confirmed,
-        bracket: (
-            pole.bracket.0.min(pole.bracket.1),
-            pole.bracket.0.max(pole.bracket.1),
-        ),
+        bracket: pole.bracket,
         multiplicity: pole.unstable.0.abs_diff(pole.unstable.1).max(1),
         unstable: Some(pole.unstable),
         after_point: points.saturating_sub(1),

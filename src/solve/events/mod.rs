@@ -14,8 +14,8 @@ mod step;
 mod touch;
 mod turnings;
 
-pub use spectrum::{Sought, is_outside};
-pub use step::{Examined, Step, is_same};
+pub use spectrum::{Count, Sought, is_outside};
+pub use step::{BESIDE_CROSSING, Examined, Step, is_same};
 
 use super::continuation::PathPoint;
 use super::orbit::Orbit;

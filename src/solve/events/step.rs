@@ -14,6 +14,9 @@ const FEWEST_LOOKS: usize = 60;
 /// Two parameters closer than this, relative to their size, are the same mark.
 const SAME_MARK: f64 = 1e-13;
 
+/// Share of a step that leaves a crossing in which folds and branch points are that crossing.
+pub const BESIDE_CROSSING: f64 = 1e-2;
+
 /// The step under examination.
 pub struct Step<'a> {
     pub(super) path: &'a mut Continuation,
@@ -83,12 +86,23 @@ impl<'a> Step<'a> {
         } else {
             self.merge_turns();
         }
+        if self.path.origin().orientation == 0 {
+            self.forget_crossing();
+        }
         self.found.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
         Ok(Examined {
             events: self.found,
             marks,
             owed,
         })
+    }
+
+    /// The path leaves a crossing, where it turns and other paths pass by definition: what is found beside it is the crossing itself.
+    fn forget_crossing(&mut self) {
+        self.found.retain(|e| {
+            let is_turn = matches!(e.kind, EventKind::Fold | EventKind::BranchPoint);
+            !is_turn || e.fraction > BESIDE_CROSSING
+        });
     }
 
     /// A look at the interpolant.

@@ -5,7 +5,7 @@ use super::{Confirmer, Station};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, BranchPoint, Recorder, TraceOptions, trace};
 use crate::solve::continuation::{ContinuationOptions, Side};
-use crate::solve::events::{BifurcationEvent, Verdict};
+use crate::solve::events::{BESIDE_CROSSING, BifurcationEvent, Verdict};
 use crate::solve::family::Family;
 use crate::solve::orbit::Orbit;
 use crate::solve::residual::PeriodicResidual;
@@ -18,9 +18,6 @@ const FINER: f64 = 6.0;
 const MOST_POINTS: usize = 120;
 /// Distance from the beginning, over the length of the interval, at which the path has gone astray.
 const ASTRAY: f64 = 3.0;
-
-/// Share of the first step in which an event is the crossing at which the branch begins.
-const ORIGIN: f64 = 1e-3;
 
 /// Ends the path where it passes the end of the interval.
 struct Watch {
@@ -118,7 +115,7 @@ impl<F: Family> Confirmer<'_, F> {
         let mut x = point.u.clone().insert_row(n, 0.0);
         x[n] = point.lambda;
         let (step, fraction) = self.position(&x, a);
-        if step == 0 && fraction < ORIGIN {
+        if step == 0 && fraction < BESIDE_CROSSING {
             // A branch that leaves a crossing begins with it.
             return Ok(());
         }

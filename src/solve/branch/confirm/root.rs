@@ -252,7 +252,7 @@ impl<F: Family> Search<'_, '_, F> {
         let mut near: Vec<&(f64, f64, FlowPoint)> = self.seen.iter().collect();
         near.sort_by(|a, b| (a.0 - s).abs().total_cmp(&(b.0 - s).abs()));
         near.truncate(NODES);
-        if let [] = near[..] {
+        if near.is_empty() {
             return &self.plane.base + &self.plane.tangent * s;
         }
         if let [one] = near[..] {
