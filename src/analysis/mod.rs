@@ -24,6 +24,7 @@ pub mod read;
 mod response;
 mod sections;
 mod time_history;
+mod transient;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
 pub use effective_frequencies::EffectiveFrequencies;
@@ -35,6 +36,7 @@ pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use response::{Method, Orbits, ResponseTable, Tables};
 pub use time_history::TimeHistory;
+pub use transient::SpeedProfile;
 
 use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
@@ -70,10 +72,32 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Whether it takes loads that are functions of time; periodic methods do not.
+    fn takes_functions_of_time(&self) -> bool {
+        false
+    }
+
     /// The study that this is, if it is one: its runs are handed out one by one.
     fn study(&self) -> Option<&ParameterStudy> {
         None
     }
+}
+
+/// Everything wrong with an analysis under a model: its settings, and loads that it does not take.
+pub fn check(analysis: &dyn Analysis, setting: &Setting<'_>) -> Vec<Fault> {
+    let mut faults = analysis.check(setting);
+    let Structure::Train(train) = &setting.model.structure else {
+        return faults;
+    };
+    let timed = train.loads.iter().find(|(_, load)| load.has_profile());
+    if let Some((body, _)) = timed.filter(|_| !analysis.takes_functions_of_time()) {
+        let message = format!(
+            "loads.{body}.profile is a function of time, which no periodic motion can follow: use a time_history with \
+             `duration`, or a run_up; or take it out here, set: {{loads.{body}.profile: null}}"
+        );
+        faults.push(Fault::new("", message));
+    }
+    faults
 }
 
 /// What to say of a panic: a fault of the program, which costs the analysis that had it and no other.

@@ -1,7 +1,7 @@
 //! Periodic functions: loads, transmission errors, stiffness variations.
 
-use super::scalars::{Range, nullable, number, quantity, text};
-use super::{described, excludes, object};
+use super::scalars::{Range, count, nullable, number, quantity, text};
+use super::{described, exactly_one, excludes, object};
 use serde_json::{Map, Value, json};
 
 /// Numbers with units, or bare ones for reduced systems.
@@ -35,6 +35,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
         json!({
             "mean": nullable(quantity("Mean torque [N m]; force [N] on a sliding mass.", Range::Any)),
             "harmonics": harmonics(Units::Si),
+            "cycle": nullable(cycle()),
         }),
         &[],
     );
@@ -74,6 +75,23 @@ pub(super) fn keys(units: Units) -> Map<String, Value> {
     .into_iter()
     .map(|(key, value)| (key.to_owned(), nullable(value)))
     .collect()
+}
+
+fn cycle() -> Value {
+    let torque = quantity("[N m]; bare numbers in `unit`.", Range::Any);
+    let mut value = object(
+        "Measured torque over a cycle, linear between its values, which are uniform in angle; the first one at phase 0.",
+        json!({
+            "values": nullable(json!({ "type": "array", "items": torque, "minItems": 2 })),
+            "file": nullable(text("Table with a header row (CSV), relative to this file, instead of `values`.")),
+            "column": nullable(text("Name of its column of torques.")),
+            "unit": nullable(text("Unit of bare numbers; N m when absent.")),
+            "revolutions": nullable(count("Revolutions of the reference per cycle, such as 2 for a four-stroke engine.")),
+        }),
+        &[],
+    );
+    value["allOf"] = json!([exactly_one(&["values", "file"])]);
+    value
 }
 
 fn harmonics(units: Units) -> Value {

@@ -46,7 +46,7 @@ impl ClosedForm {
             _ if s.is_constant() => true,
             Periodic::Rectangular { .. } => true,
             Periodic::Fourier { .. } => self != ClosedForm::Flow,
-            Periodic::Table { .. } => self == ClosedForm::Series,
+            Periodic::Table { .. } | Periodic::Uneven { .. } => self == ClosedForm::Series,
         };
         match self {
             _ if mount.stiffness_variation.iter().all(is_allowed) => None,
