@@ -16,12 +16,14 @@ mod limits;
 mod map_table;
 mod modes;
 mod multiplier_table;
+mod operating_point;
 pub mod parameter;
 mod parameter_response;
 pub mod parameter_study;
 mod poincare_map;
 pub mod read;
 mod response;
+mod run_up;
 mod sections;
 mod time_history;
 mod transient;
@@ -31,10 +33,12 @@ pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::{Modes, frequencies_at_rest};
+pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use response::{Method, Orbits, ResponseTable, Tables};
+pub use run_up::RunUp;
 pub use time_history::TimeHistory;
 pub use transient::SpeedProfile;
 
@@ -157,6 +161,16 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
         "time_history",
         "motion against time, with switches and absolute accelerations",
         TimeHistory::json_schema,
+    ),
+    (
+        "operating_point",
+        "the attractor at one frequency, with everything that is measured, in one row",
+        OperatingPoint::json_schema,
+    ),
+    (
+        "run_up",
+        "order tracks, spectra and rattle while the speed changes",
+        RunUp::json_schema,
     ),
     (
         "poincare_map",

@@ -5,10 +5,10 @@ use super::flow::{self, Motion};
 use super::poincare_map::REPORTED;
 use super::transient::{self, History, Impacts, Rows, SpeedProfile, switch_table};
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
-use crate::error::Error;
+use crate::error::{Error, did_you_mean};
 use crate::measure::Heading;
 use crate::quantity::Quantity;
-use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table, Values};
 use crate::solve::attractor::Stop;
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
 use crate::system::System;
@@ -52,9 +52,18 @@ pub struct TimeHistory {
     /// Rows written, evenly over the duration, where no instants are listed; 2001 when absent.
     #[serde(default)]
     pub points: Option<usize>,
+    /// Every so many rows one is written.
+    #[serde(default = "defaults::decimate")]
+    pub decimate: usize,
+    /// Columns written besides the time, such as `q.mesh_1`; all when absent.
+    #[serde(default)]
+    pub columns: Option<Vec<String>>,
 }
 
 mod defaults {
+    pub fn decimate() -> usize {
+        1
+    }
     pub fn samples() -> usize {
         200
     }
@@ -72,6 +81,7 @@ const MAX_CURVES: usize = 4;
 impl Analysis for TimeHistory {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = self.check_keys();
+        faults.extend(self.check_columns(setting));
         if let Some(history) = self.history() {
             faults.extend(transient::check_history(&history, setting));
             return faults;
@@ -143,10 +153,11 @@ impl Analysis for TimeHistory {
         let rows = report.tables.first().map_or(0, Table::rows);
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         let seconds = began.elapsed().as_secs_f64();
-        let mut report = Report {
-            figure: Some(figure(setting)),
-            ..report
-        };
+        let mut report = report;
+        if let Some(main) = report.tables.first_mut() {
+            self.thin(main);
+            report.figure = Some(figure(setting, main));
+        }
         for (key, value) in [
             ("options", options),
             ("rows", json!(rows)),
@@ -163,15 +174,51 @@ impl Analysis for TimeHistory {
             Rows::new(setting, system).table(),
             switch_table(setting, &[]),
         ];
-        if self.duration.is_some() {
-            let state = vec![0.0; 2 * system.dof()];
-            tables.extend(Impacts::new(setting, system, (0.0, &state)).tables((0.0, 1.0)));
+        let state = vec![0.0; 2 * system.dof()];
+        tables.extend(Impacts::new(setting, system, (0.0, 0.0), &state).tables((0.0, 1.0)));
+        if let Some(main) = tables.first_mut() {
+            self.thin(main);
         }
         tables
     }
 }
 
 impl TimeHistory {
+    /// Columns that do not exist, and rows that are none.
+    fn check_columns(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults: Vec<Fault> = limits::check("decimate", self.decimate, 1, limits::SAMPLES)
+            .into_iter()
+            .collect();
+        let known: Vec<String> = transient::headings(setting).map(|h| h.name).collect();
+        for (k, name) in self.columns.iter().flatten().enumerate() {
+            if !known.contains(name) {
+                let help = did_you_mean(name, known.iter().map(String::as_str));
+                let message = format!("`{name}` is no column: {help}");
+                faults.push(Fault::new(format!("columns.{k}"), message));
+            }
+        }
+        faults
+    }
+
+    /// Leaves the columns and rows that are asked for.
+    fn thin(&self, table: &mut Table) {
+        if let Some(columns) = &self.columns {
+            let mut place = 0;
+            table.columns.retain(|column| {
+                place += 1;
+                place == 1 || columns.contains(&column.name)
+            });
+        }
+        if self.decimate > 1 {
+            for column in &mut table.columns {
+                if let Values::Float(values) = &mut column.values {
+                    let kept = values.iter().step_by(self.decimate).copied();
+                    *values = kept.collect();
+                }
+            }
+        }
+    }
+
     fn periods(&self) -> usize {
         self.periods.unwrap_or(PERIODS)
     }
@@ -248,7 +295,7 @@ impl TimeHistory {
                 break;
             }
             if period == self.transient {
-                record.row(period, 0, &state);
+                record.open(period, &state);
             }
             if period == 0 && self.transient == 0 {
                 integrator.start(&system, 0.0, &state, &mut record);
@@ -280,7 +327,7 @@ impl TimeHistory {
             }
         }
         let mut report = Report {
-            tables: vec![record.rows.table(), switch_table(setting, &record.switches)],
+            tables: record.tables(),
             warnings: warning.into_iter().collect(),
             ended_early: stop.map(|s| flow::tell(s, setting)),
             ..Report::default()
@@ -301,6 +348,10 @@ struct Record<'a> {
     next: usize,
     state: Vec<f64>,
     switches: Vec<(f64, Switch)>,
+    setting: &'a Setting<'a>,
+    impacts: Option<Impacts<'a>>,
+    /// Begin and end of what is written.
+    span: (f64, f64),
 }
 
 impl<'a> Record<'a> {
@@ -313,7 +364,27 @@ impl<'a> Record<'a> {
             next: 1,
             state: vec![0.0; 2 * system.dof()],
             switches: Vec::new(),
+            setting,
+            impacts: None,
+            span: (0.0, 0.0),
         }
+    }
+
+    /// The written part begins.
+    fn open(&mut self, period: usize, state: &[f64]) {
+        let time = self.time(period, 0.0);
+        self.span = (time, time);
+        let impacts = Impacts::new(self.setting, self.system, (time, 0.0), state);
+        self.impacts = Some(impacts);
+        self.row(period, 0, state);
+    }
+
+    fn tables(self) -> Vec<Table> {
+        let switches = switch_table(self.setting, &self.switches);
+        let mut tables = vec![self.rows.table(), switches];
+        let impacts = self.impacts.map(|impacts| impacts.tables(self.span));
+        tables.extend(impacts.into_iter().flatten());
+        tables
     }
 
     fn begin(&mut self, period: usize) {
@@ -351,16 +422,23 @@ impl Observer for Record<'_> {
             self.state = state;
             self.next += 1;
         }
+        self.span.1 = self.time(self.period, end / TAU);
+        if let Some(impacts) = &mut self.impacts {
+            impacts.segment(segment);
+        }
     }
 
     fn switch(&mut self, switch: &Switch) {
         let time = self.time(self.period, switch.tau / TAU);
         self.switches.push((time, *switch));
+        if let Some(impacts) = &mut self.impacts {
+            impacts.switch(time, switch);
+        }
     }
 }
 
 /// Deformations against time.
-fn figure(setting: &Setting<'_>) -> Figure {
+fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
     let time = columns::time(setting);
     let names = &setting.assembly.connections;
     let panel = |(quantity, name): (Heading, &String)| Panel {
@@ -381,6 +459,7 @@ fn figure(setting: &Setting<'_>) -> Figure {
     Figure {
         title: String::new(),
         panels: (quantities.into_iter().zip(names))
+            .filter(|(quantity, _)| main.column(&quantity.name).is_some())
             .take(MAX_CURVES)
             .map(panel)
             .collect(),

@@ -76,6 +76,23 @@ impl Course {
         (t > 0.0 && t.is_finite()).then_some(time + t)
     }
 
+    /// The time at which the phase reaches a value, where the speed is above 0 throughout.
+    pub fn time_of(&self, phase: f64) -> f64 {
+        let k = self.phases.partition_point(|p| *p <= phase).max(1) - 1;
+        let (t0, w0) = self.speed.points()[k];
+        let distance = phase - self.phases[k];
+        let inside = match self.speed.points().get(k + 1) {
+            Some((t1, _)) if distance >= 0.0 => 0.5 * (t0 + t1),
+            _ => t0,
+        };
+        let slope = match distance >= 0.0 {
+            true => self.speed.on(inside, inside).slope,
+            false => 0.0,
+        };
+        let root = (w0 * w0 + 2.0 * slope * distance).max(0.0).sqrt();
+        t0 + 2.0 * distance / (w0 + root)
+    }
+
     /// Times at which the speed has a corner or passes 0, or its modulus one of these values.
     fn corners(&self, speeds: &[f64]) -> Vec<f64> {
         let mut list: Vec<f64> = self.speed.places().collect();
@@ -214,3 +231,25 @@ impl System {
 
 /// Phases closer than this, relative to 1 and their size, are the same.
 const ROUNDING: f64 = 1e-12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_phases_belong_together() {
+        let points = vec![(1.0, 2.0), (3.0, 6.0), (4.0, 1.0)];
+        let speed = BrokenLine::new(points).expect("ascending");
+        let course = Course::new(speed, 0.5);
+        for time in [0.0, 0.5, 1.0, 1.7, 3.0, 3.2, 4.0, 9.0] {
+            let at = course.moment_on(time, time);
+            assert!((course.time_of(at.phase) - time).abs() < 1e-14, "{time}");
+            let later = course.moment_on(time + 1e-6, time + 1e-6);
+            let rate = (later.phase - at.phase) / 1e-6;
+            assert!((rate - at.frequency).abs() < 1e-5, "{time}");
+        }
+        let next = course.after(1.5, 2.0).expect("on the stretch");
+        let [a, b] = [1.5, next].map(|t| course.moment_on(t, t).phase);
+        assert!((b - a - 2.0).abs() < 1e-14);
+    }
+}

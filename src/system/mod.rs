@@ -317,6 +317,15 @@ impl System {
         copy
     }
 
+    /// The same system without transmission errors: deformations are W q.
+    pub fn without_transmission_errors(&self) -> System {
+        let mut copy = self.clone();
+        for mount in &mut copy.mounts {
+            mount.transmission_error = None;
+        }
+        copy
+    }
+
     /// The same system with every law replaced by one, but for those that are no springs.
     pub fn with_laws(&self, law: &dyn Element) -> System {
         let mut copy = self.clone();

@@ -164,7 +164,7 @@ pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error
     let system = motion.system.clone();
     let mut record = Record {
         rows: Rows::new(setting, &system),
-        impacts: Impacts::new(setting, &system, (0.0, &motion.state)),
+        impacts: Impacts::new(setting, &system, (0.0, 0.0), &motion.state),
         switches: Vec::new(),
         system: &system,
         times: &plan.times,

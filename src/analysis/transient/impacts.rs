@@ -4,6 +4,7 @@ use super::rows::{connection_column, time_column, units_of};
 use crate::analysis::columns::{float, integer};
 use crate::analysis::{Setting, columns};
 use crate::measure::Heading;
+use crate::numeric::roots;
 use crate::postprocess::contacts::effective_mass;
 use crate::postprocess::measures::is_clearance;
 use crate::report::Table;
@@ -34,13 +35,20 @@ struct Contact {
 }
 
 /// Instants per step at which forces are compared.
-const LOOKS: usize = 4;
+const LOOKS: usize = 8;
+/// A look within this share of the range from the largest force so far may be beside a larger one.
+const BESIDE: f64 = 0.15;
 
 impl<'a> Impacts<'a> {
-    /// From a state at a time on.
-    pub fn new(setting: &'a Setting<'a>, system: &'a System, (time, state): (f64, &[f64])) -> Self {
+    /// From a state on, at a time, which the solvers call `tau`.
+    pub fn new(
+        setting: &'a Setting<'a>,
+        system: &'a System,
+        (time, tau): (f64, f64),
+        state: &[f64],
+    ) -> Self {
         let mut scratch = system.scratch();
-        system.respond(time, state, &mut scratch);
+        system.respond(tau, state, &mut scratch);
         let contact = |(mount, (x, f)): (&crate::system::Mount, (&f64, f64))| Contact {
             flank: mount.element.flank(*x),
             since: time,
@@ -71,10 +79,35 @@ impl<'a> Impacts<'a> {
             segment.state(x, self.system.omega(), &mut self.state);
             let tau = segment.tau + x * segment.width;
             self.system.respond(tau, &self.state, &mut self.scratch);
-            for (contact, r) in self.contacts.iter_mut().zip(&self.scratch.response) {
-                contact.force = (contact.force.0.min(r.f), contact.force.1.max(r.f));
+            for e in 0..self.contacts.len() {
+                self.compare(segment, e, x);
             }
         }
+    }
+
+    /// The force of a connection at a look, followed to its extreme where that may be a new one.
+    fn compare(&mut self, segment: &Segment<'_>, e: usize, x: f64) {
+        let f = self.scratch.response[e].f;
+        let (low, high) = self.contacts[e].force;
+        let near = BESIDE * (high - low).max(f.abs());
+        if f <= high - near && f >= low + near {
+            return;
+        }
+        let width = 1.0 / LOOKS as f64;
+        let ends = ((x - width).max(0.0), (x + width).min(1.0));
+        let (mut state, mut scratch) = (self.state.clone(), self.system.scratch());
+        let mut force = |sign: f64| {
+            let mut at = |x: f64| {
+                segment.state(x, self.system.omega(), &mut state);
+                self.system
+                    .respond(segment.tau + x * segment.width, &state, &mut scratch);
+                sign * scratch.response[e].f
+            };
+            roots::summit(&mut at, (x, sign * f), ends, 0.0)
+        };
+        let highest = if f > high - near { force(1.0) } else { f };
+        let lowest = if f < low + near { -force(-1.0) } else { f };
+        self.contacts[e].force = (low.min(lowest), high.max(highest));
     }
 
     /// A passage of a breakpoint at a time.

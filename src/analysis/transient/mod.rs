@@ -2,12 +2,14 @@
 
 mod history;
 mod impacts;
+mod ramp;
 mod rows;
 mod speed;
 
 pub(super) use history::{History, check as check_history, run as run_history};
 pub(super) use impacts::Impacts;
-pub(super) use rows::{Rows, switch_table};
+pub(super) use ramp::{RampKeys, SpeedRamp, ramp};
+pub(super) use rows::{Rows, headings, switch_table};
 pub use speed::SpeedProfile;
 pub(super) use speed::time;
 
