@@ -1,6 +1,6 @@
 //! Measured torque over a cycle of one or more revolutions: a broken line, all of whose orders are exact.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries, number};
+use super::fields::{Fields, Measure, Mistakes, Range, entries};
 use super::measured;
 use super::orders::Orders;
 use super::profile::unit;
@@ -152,12 +152,12 @@ fn values(
     mistakes: &mut Mistakes,
 ) -> Option<Vec<f64>> {
     let list = entries(node, path, mistakes);
-    let read = |(path, node): &(String, &Node)| {
-        let value = number(node, path, Measure::Si(torque), Range::Any)?;
-        let has_unit = Quantity::from_node(node, path)?.dimension.is_some();
-        Ok(if has_unit { value } else { value * factor })
+    let mut read = |(path, node): &(String, &Node)| {
+        let value = mistakes.number(node, path, Measure::Si(torque), Range::Any)?;
+        let has_unit = Quantity::from_node(node, path).is_ok_and(|q| q.dimension.is_some());
+        Some(if has_unit { value } else { value * factor })
     };
-    let values: Vec<Option<f64>> = list.iter().map(|x| mistakes.note(read(x))).collect();
+    let values: Vec<Option<f64>> = list.iter().map(&mut read).collect();
     values.into_iter().collect()
 }
 

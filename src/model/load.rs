@@ -1,7 +1,7 @@
 //! Loads in a model file: harmonics, measured cycles, functions of time.
 
 use super::cycle::cycle;
-use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar, number};
+use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
 use super::orders::Orders;
 use super::profile::profile;
 use super::series::{Unit, order_of, wave};
@@ -95,7 +95,7 @@ fn amplitude(
     let speed = Measure::Si(UnitDimension::FREQUENCY);
     let given = ["speed_power", "at"].map(|key| own.get(key));
     if is_scalar(written) {
-        let amplitude = mistakes.note(number(written, &path, measure, Range::Any))?;
+        let amplitude = mistakes.number(written, &path, measure, Range::Any)?;
         let [Some(_), Some(_)] = given else {
             for (key, other) in [("speed_power", given[1]), ("at", given[0])] {
                 if let (None, Some(node)) = (own.get(key), other) {
@@ -129,7 +129,7 @@ fn amplitude(
         let list = entries(node, &fields.path_of(key), mistakes);
         let read = list
             .iter()
-            .map(|(path, node)| mistakes.note(number(node, path, measure, range)));
+            .map(|(path, node)| mistakes.number(node, path, measure, range));
         read.collect::<Vec<_>>()
             .into_iter()
             .collect::<Option<Vec<f64>>>()

@@ -29,6 +29,7 @@ pub(super) fn columns(
     names: &[&str],
     mistakes: &mut Mistakes,
 ) -> Option<Vec<Vec<f64>>> {
+    mistakes.note_file(file);
     let found = text(file).and_then(|text| parse(&text, names));
     let found = found
         .map_err(|message| Diagnostic::at(node, path, format!("{}: {message}", file.display())));

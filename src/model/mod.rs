@@ -12,6 +12,7 @@ mod mean_motion;
 mod measured;
 mod names;
 mod orders;
+mod planets;
 mod profile;
 mod read;
 mod reduced;
@@ -35,6 +36,7 @@ use crate::quantity::UnitDimension;
 use crate::yaml::Node;
 use indexmap::IndexMap;
 use nalgebra::DMatrix;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A valid model: mechanics and analyses, a value whose numbers have names.
@@ -66,6 +68,8 @@ pub struct Model {
     pub warnings: Vec<String>,
     /// The tree that it was read from: names and analyses.
     document: Arc<Node>,
+    /// Tables beside the model file that are part of it.
+    pub files: Vec<PathBuf>,
 }
 
 impl Model {
@@ -75,6 +79,7 @@ impl Model {
             name: name.into(),
             structure,
             report_units,
+            files: Vec::new(),
             warnings: Vec::new(),
             document: Arc::default(),
         }

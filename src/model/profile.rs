@@ -1,6 +1,6 @@
 //! Functions of time in a model file: points, or columns of a table.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries, number};
+use super::fields::{Fields, Measure, Mistakes, Range, entries};
 use super::measured;
 use crate::error::Diagnostic;
 use crate::numeric::broken_line::BrokenLine;
@@ -84,8 +84,8 @@ fn points(
             continue;
         };
         let time = Measure::Si(UnitDimension::TIME);
-        let t = mistakes.note(number(t, t_path, time, Range::Any));
-        let y = mistakes.note(number(y, y_path, Measure::Si(dimension), Range::Any));
+        let t = mistakes.number(t, t_path, time, Range::Any);
+        let y = mistakes.number(y, y_path, Measure::Si(dimension), Range::Any);
         list.extend(t.zip(y));
     }
     if mistakes.count() > before {

@@ -7,6 +7,7 @@ use super::geometry::{Bodies, unknown_body};
 use super::load::load;
 use super::mean_motion::{Rows, add_drag, balance, drag, reference};
 use super::orders::{Orders, on_common_base};
+use super::planets::refuse_mass;
 use super::{
     Body, Connection, Damping, DeformationUnit, Drag, FrequencyScale, Load, MeanMotion,
     ModalDamping, Motion, Scaling, Train,
@@ -122,7 +123,8 @@ fn bodies(root: &Fields<'_>, mistakes: &mut Mistakes) -> Bodies {
 }
 
 fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
-    let fields = Fields::known(node, path, &["inertia", "drag"], mistakes)?;
+    let fields = Fields::known(node, path, &["inertia", "drag", "mass"], mistakes)?;
+    refuse_mass(&fields, mistakes);
     let wanted = "kg m^2, or kg for a translating mass";
     let node = fields.required("inertia", wanted, mistakes)?;
     let path = fields.path_of("inertia");

@@ -226,6 +226,48 @@ impl Periodic {
         copy
     }
 
+    /// The function of (phase - delay).
+    pub fn delayed(&self, delay: f64) -> Periodic {
+        match self {
+            Periodic::Fourier { mean, harmonics } => {
+                let turned = harmonics.iter().map(|h| {
+                    let (s, c) = (h.order as f64 * delay).sin_cos();
+                    Harmonic {
+                        order: h.order,
+                        cos: h.cos * c - h.sin * s,
+                        sin: h.cos * s + h.sin * c,
+                    }
+                });
+                Periodic::Fourier {
+                    mean: *mean,
+                    harmonics: turned.collect(),
+                }
+            }
+            Periodic::Table { values, base_order } => {
+                let even = (0..values.len()).map(|k| k as f64 / values.len() as f64);
+                turned_table(even.collect(), values, (*base_order, delay))
+            }
+            Periodic::Uneven {
+                places,
+                values,
+                base_order,
+            } => turned_table(places.clone(), values, (*base_order, delay)),
+            Periodic::Rectangular {
+                high,
+                low,
+                duty,
+                phase,
+                base_order,
+            } => Periodic::Rectangular {
+                high: *high,
+                low: *low,
+                duty: *duty,
+                phase: phase + *base_order as f64 * delay,
+                base_order: *base_order,
+            },
+        }
+    }
+
     /// Whether the function changes otherwise than by jumps.
     pub fn varies_smoothly(&self) -> bool {
         !self.is_constant() && !matches!(self, Periodic::Rectangular { .. })
@@ -279,6 +321,20 @@ impl Periodic {
                 high, low, duty, ..
             } => high == low || *duty == 0.0 || *duty == 1.0,
         }
+    }
+}
+
+/// A table whose places are moved by a delay.
+fn turned_table(places: Vec<f64>, values: &[f64], (base_order, delay): (usize, f64)) -> Periodic {
+    let turn = base_order as f64 * delay / TAU;
+    let mut list: Vec<(f64, f64)> = (places.into_iter().zip(values))
+        .map(|(x, y)| ((x + turn).rem_euclid(1.0) % 1.0, *y))
+        .collect();
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Periodic::Uneven {
+        places: list.iter().map(|p| p.0).collect(),
+        values: list.iter().map(|p| p.1).collect(),
+        base_order,
     }
 }
 

@@ -40,7 +40,7 @@ impl ClosedForm {
             (_, Some(Periodic::Rectangular { .. })) => {
                 return Some("a transmission error without jumps");
             }
-            (_, Some(Periodic::Table { .. })) => {}
+            (_, Some(Periodic::Table { .. } | Periodic::Uneven { .. })) => {}
         }
         let is_allowed = |s: &Periodic| match s {
             _ if s.is_constant() => true,
