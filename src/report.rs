@@ -208,6 +208,8 @@ pub struct Figure {
 pub struct FrequencyAxis {
     /// What the column holds.
     pub written: FrequencyUnit,
+    /// What is drawn.
+    pub shown: FrequencyUnit,
     /// Characteristic frequency omega_c, rad/s.
     pub omega_c: f64,
 }
@@ -221,6 +223,24 @@ pub enum FrequencyUnit {
     RadianPerSecond,
     /// Hz.
     Hertz,
+    /// rpm.
+    RevolutionsPerMinute,
+}
+
+impl FrequencyAxis {
+    /// Numbers that are drawn over those that are written.
+    pub fn factor(&self) -> f64 {
+        let size = |unit| match unit {
+            FrequencyUnit::Nondimensional => self.omega_c,
+            FrequencyUnit::RadianPerSecond => 1.0,
+            FrequencyUnit::Hertz => std::f64::consts::TAU,
+            FrequencyUnit::RevolutionsPerMinute => std::f64::consts::TAU / 60.0,
+        };
+        match self.written == self.shown {
+            true => 1.0,
+            false => size(self.written) / size(self.shown),
+        }
+    }
 }
 
 /// One pair of axes.

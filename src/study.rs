@@ -263,9 +263,18 @@ impl Study {
     }
 
     fn inputs(&self) -> Vec<Input> {
-        (self.sources.iter())
-            .map(|s| Input::of(s.name.clone(), s.text.as_bytes()))
-            .collect()
+        let texts = (self.sources.iter()).map(|s| Input::of(s.name.clone(), s.text.as_bytes()));
+        let own = self.runs.iter().filter_map(|run| run.own.as_ref());
+        let models = std::iter::once(&self.model).chain(own.map(|own| &own.0));
+        let mut tables: Vec<&PathBuf> = models.flat_map(|model| &model.files).collect();
+        tables.sort();
+        tables.dedup();
+        // They were read a moment ago; one that has gone since leaves no hash.
+        let tables = tables.into_iter().filter_map(|path| {
+            let bytes = std::fs::read(path).ok()?;
+            Some(Input::of(path.display().to_string(), &bytes))
+        });
+        texts.chain(tables).collect()
     }
 
     fn settings(&self) -> Map<String, Value> {

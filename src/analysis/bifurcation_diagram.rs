@@ -379,6 +379,10 @@ impl BifurcationDiagram {
         } else {
             format!("{} [{}]", self.parameter, plan.unit)
         };
+        let x_label = match plan.parameter {
+            Parameter::Frequency => columns::frequency_label(setting, &x_label),
+            Parameter::Path(_) => x_label,
+        };
         let x_frequency = match plan.parameter {
             Parameter::Frequency => {
                 columns::frequency_axis(setting, FrequencyUnit::RadianPerSecond)

@@ -1,7 +1,7 @@
 //! Branches as figures: r.m.s. deformations with the backbone.
 
 use super::branch_table::Traced;
-use super::columns::frequency_axis;
+use super::columns::{frequency_axis, frequency_label};
 use super::response::{Method, ResponseTable, Swept};
 use crate::postprocess::measures::is_clearance;
 use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel};
@@ -38,7 +38,10 @@ pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
 fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
     let setting = swept.setting;
     let (abscissa, x_label) = match (swept.written(), setting.is_si()) {
-        (None, true) => ("frequency_hz", "excitation frequency [Hz]".to_string()),
+        (None, true) => (
+            "frequency_hz",
+            frequency_label(setting, "excitation frequency [Hz]"),
+        ),
         (None, false) => ("omega", "excitation frequency \u{3c9}/\u{3c9}c".to_string()),
         (Some(path), _) if swept.unit.is_empty() => ("parameter", path.to_string()),
         (Some(path), _) => ("parameter", format!("{path} [{}]", swept.unit)),

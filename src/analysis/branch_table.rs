@@ -1,7 +1,7 @@
 //! Branches as tables and figures: the columns of a frequency response.
 
 use super::Setting;
-use super::columns::{float, integer, text};
+use super::columns::{float, integer, speed_rpm, text};
 use super::response::{Method, ResponseTable, Swept};
 use super::sections::Sections;
 use crate::measure::{Heading, Solved};
@@ -137,6 +137,7 @@ pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     if setting.is_si() {
         columns.push(float("frequency_hz", "Hz", of(&|p| p.frequency * hertz)));
     }
+    columns.extend(speed_rpm(setting, of(&|p| p.frequency)));
     columns.push(float(
         "parameter",
         &swept.unit,
@@ -191,6 +192,7 @@ pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Option<Table> {
         let frequency = setting.units().frequency("frequency_hz");
         columns.push(frequency.column(of(&|p| p.frequency)));
     }
+    columns.extend(speed_rpm(setting, of(&|p| p.frequency)));
     let parameter = of(&|p| swept.value(p.lambda));
     columns.push(float("parameter", &swept.unit, parameter));
     for (k, heading) in Sections::of(swept).columns(ResponseTable::Rattle) {

@@ -5,6 +5,7 @@ use crate::error::{Diagnostic, Error};
 use crate::measure::Heading;
 use crate::model::Structure;
 use crate::report::{Column, FrequencyAxis, FrequencyUnit, Values};
+use std::f64::consts::TAU;
 
 pub(super) fn float(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Column {
     Column {
@@ -48,8 +49,43 @@ pub(super) fn frequency_axis(setting: &Setting<'_>, si: FrequencyUnit) -> Option
     };
     Some(FrequencyAxis {
         written,
+        shown: match reference(setting) {
+            Some(_) => FrequencyUnit::RevolutionsPerMinute,
+            None => written,
+        },
         omega_c: setting.assembly.scales.frequency,
     })
+}
+
+/// Name of the reference shaft, where speeds in rpm stand beside frequencies: in SI reports of trains that name one.
+pub(super) fn reference<'a>(setting: &Setting<'a>) -> Option<&'a str> {
+    let Structure::Train(train) = &setting.model.structure else {
+        return None;
+    };
+    let motion = train.mean_motion.as_ref().filter(|_| setting.is_si())?;
+    train
+        .bodies
+        .get_index(motion.reference)
+        .map(|(name, _)| name.as_str())
+}
+
+/// `speed_rpm` from frequencies over omega_c, where there is a reference shaft.
+pub(super) fn speed_rpm(
+    setting: &Setting<'_>,
+    frequencies: impl IntoIterator<Item = f64>,
+) -> Option<Column> {
+    reference(setting)?;
+    let factor = setting.assembly.scales.frequency * 60.0 / TAU;
+    let heading = Heading::new("speed_rpm", "rpm", factor);
+    Some(heading.column(frequencies))
+}
+
+/// Text of an abscissa of excitation frequencies, in rpm where there is a reference shaft.
+pub(super) fn frequency_label(setting: &Setting<'_>, otherwise: &str) -> String {
+    match reference(setting) {
+        Some(body) => format!("speed of {body} [rpm]"),
+        None => otherwise.to_owned(),
+    }
 }
 
 /// Rate of one connection.

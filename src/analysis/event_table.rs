@@ -2,7 +2,7 @@
 
 use super::Setting;
 use super::branch_table::{Traced, rms};
-use super::columns::{float, integer, text};
+use super::columns::{float, integer, speed_rpm, text};
 use super::response::Swept;
 use crate::report::{Column, Table};
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
@@ -65,6 +65,7 @@ pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
             of(&|e| swept.excitation(e.lambda) * hertz),
         ));
     }
+    columns.extend(speed_rpm(setting, of(&|e| swept.excitation(e.lambda))));
     columns.push(float(
         "omega_method",
         "",

@@ -16,25 +16,31 @@ mod limits;
 mod map_table;
 mod modes;
 mod multiplier_table;
+mod operating_point;
 pub mod parameter;
 mod parameter_response;
 pub mod parameter_study;
 mod poincare_map;
 pub mod read;
 mod response;
+mod run_up;
 mod sections;
 mod time_history;
+mod transient;
 
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
 pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::{Modes, frequencies_at_rest};
+pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use response::{Method, Orbits, ResponseTable, Tables};
+pub use run_up::RunUp;
 pub use time_history::TimeHistory;
+pub use transient::SpeedProfile;
 
 use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
@@ -70,10 +76,32 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Whether it takes loads that are functions of time; periodic methods do not.
+    fn takes_functions_of_time(&self) -> bool {
+        false
+    }
+
     /// The study that this is, if it is one: its runs are handed out one by one.
     fn study(&self) -> Option<&ParameterStudy> {
         None
     }
+}
+
+/// Everything wrong with an analysis under a model: its settings, and loads that it does not take.
+pub fn check(analysis: &dyn Analysis, setting: &Setting<'_>) -> Vec<Fault> {
+    let mut faults = analysis.check(setting);
+    let Structure::Train(train) = &setting.model.structure else {
+        return faults;
+    };
+    let timed = train.loads.iter().find(|(_, load)| load.has_profile());
+    if let Some((body, _)) = timed.filter(|_| !analysis.takes_functions_of_time()) {
+        let message = format!(
+            "loads.{body}.profile is a function of time, which no periodic motion can follow: use a time_history with \
+             `duration`, or a run_up; or take it out here, set: {{loads.{body}.profile: null}}"
+        );
+        faults.push(Fault::new("", message));
+    }
+    faults
 }
 
 /// What to say of a panic: a fault of the program, which costs the analysis that had it and no other.
@@ -133,6 +161,16 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
         "time_history",
         "motion against time, with switches and absolute accelerations",
         TimeHistory::json_schema,
+    ),
+    (
+        "operating_point",
+        "the attractor at one frequency, with everything that is measured, in one row",
+        OperatingPoint::json_schema,
+    ),
+    (
+        "run_up",
+        "order tracks, spectra and rattle while the speed changes",
+        RunUp::json_schema,
     ),
     (
         "poincare_map",

@@ -48,6 +48,11 @@ impl Default for Modes {
 
 #[typetag::serde(name = "modes")]
 impl Analysis for Modes {
+    /// Loads have no part in it, or just their mean.
+    fn takes_functions_of_time(&self) -> bool {
+        true
+    }
+
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = Vec::new();
         faults.extend(limits::check("points", self.points, 2, limits::POINTS));

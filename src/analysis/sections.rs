@@ -3,8 +3,25 @@
 use super::response::{ResponseTable, Swept};
 use crate::measure::{
     Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Measure,
-    PeakAccelerations, Sheet, Solved,
+    PeakAccelerations, Sheet, Solved, TransmissionErrors,
 };
+use crate::system::Mount;
+
+/// Samples of an orbit by harmonics for its dynamic transmission error.
+const SAMPLES: usize = 1024;
+
+/// Dynamic transmission errors of the connections that have a static one.
+fn transmission_errors(swept: &Swept<'_>) -> TransmissionErrors {
+    let mounts = swept.setting.assembly.system.mounts().iter().enumerate();
+    let varies = |mount: &Mount| {
+        mount
+            .transmission_error
+            .as_ref()
+            .is_some_and(|e| !e.is_constant())
+    };
+    let list = mounts.filter(|(_, mount)| varies(mount)).map(|(k, _)| k);
+    TransmissionErrors::new(SAMPLES, list.collect())
+}
 
 /// Values of one table among those of a point.
 struct Section {
@@ -27,6 +44,7 @@ impl Sections {
             ResponseTable::Main,
             vec![
                 Box::new(Connections),
+                Box::new(transmission_errors(swept)),
                 Box::new(EffectiveFrequencies { dof }),
             ],
         )];

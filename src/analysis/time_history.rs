@@ -3,14 +3,15 @@
 use super::cost::{Cost, Period};
 use super::flow::{self, Motion};
 use super::poincare_map::REPORTED;
+use super::transient::{self, History, Impacts, Rows, SpeedProfile, switch_table};
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
-use crate::error::Error;
+use crate::error::{Error, did_you_mean};
 use crate::measure::Heading;
 use crate::quantity::Quantity;
-use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table, Values};
 use crate::solve::attractor::Stop;
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
-use crate::system::{Scratch, System};
+use crate::system::System;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -21,11 +22,12 @@ use std::time::Instant;
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeHistory {
-    /// Excitation frequency.
-    pub at: Quantity,
-    /// Periods of the excitation written.
-    #[serde(default = "defaults::periods")]
-    pub periods: usize,
+    /// Excitation frequency; with `duration` the one of the model's reference when absent.
+    #[serde(default)]
+    pub at: Option<Quantity>,
+    /// Periods of the excitation written, 10 when absent.
+    #[serde(default)]
+    pub periods: Option<usize>,
     /// Periods integrated before, not written; the time goes on counting.
     #[serde(default)]
     pub transient: usize,
@@ -38,17 +40,38 @@ pub struct TimeHistory {
     /// Which integrator runs.
     #[serde(default)]
     pub integrator: IntegratorChoice,
+    /// Time from t = 0 on, instead of periods; loads may then be functions of time.
+    #[serde(default)]
+    pub duration: Option<Quantity>,
+    /// Speed of the reference over time, with `duration`.
+    #[serde(default)]
+    pub speed: Option<SpeedProfile>,
+    /// Instants written, ascending, with `duration`.
+    #[serde(default)]
+    pub samples: Option<Vec<Quantity>>,
+    /// Rows written, evenly over the duration, where no instants are listed; 2001 when absent.
+    #[serde(default)]
+    pub points: Option<usize>,
+    /// Every so many rows one is written.
+    #[serde(default = "defaults::decimate")]
+    pub decimate: usize,
+    /// Columns written besides the time, such as `q.mesh_1`; all when absent.
+    #[serde(default)]
+    pub columns: Option<Vec<String>>,
 }
 
 mod defaults {
-    pub fn periods() -> usize {
-        10
+    pub fn decimate() -> usize {
+        1
     }
     pub fn samples() -> usize {
         200
     }
 }
 
+/// Periods and rows where the settings say nothing.
+const PERIODS: usize = 10;
+const POINTS: usize = 2001;
 /// Rows written at most.
 const MAX_ROWS: usize = 50_000_000;
 /// Connections drawn at most.
@@ -57,10 +80,21 @@ const MAX_CURVES: usize = 4;
 #[typetag::serde(name = "time_history")]
 impl Analysis for TimeHistory {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = self.check_keys();
+        faults.extend(self.check_columns(setting));
+        if let Some(history) = self.history() {
+            faults.extend(transient::check_history(&history, setting));
+            return faults;
+        }
+        let Some(at) = &self.at else {
+            let message = "is missing: the excitation frequency; or give `duration`";
+            faults.push(Fault::new("at", message));
+            return faults;
+        };
         let states = [("initial".to_string(), self.initial.clone())];
-        let mut faults = flow::check_motions(setting, &self.at, &states, self.integrator);
+        faults.extend(flow::check_motions(setting, at, &states, self.integrator));
         for (key, found, least, most) in [
-            ("periods", self.periods, 1, limits::PERIODS),
+            ("periods", self.periods(), 1, limits::PERIODS),
             ("transient", self.transient, 0, limits::PERIODS),
             (
                 "samples_per_period",
@@ -71,26 +105,37 @@ impl Analysis for TimeHistory {
         ] {
             faults.extend(limits::check(key, found, least, most));
         }
-        if self.periods.saturating_mul(self.samples_per_period) > MAX_ROWS {
+        if self.periods().saturating_mul(self.samples_per_period) > MAX_ROWS {
             let message = format!(
                 "{} periods of {} samples are more than {MAX_ROWS} rows",
-                self.periods, self.samples_per_period
+                self.periods(),
+                self.samples_per_period
             );
             faults.push(Fault::new("samples_per_period", message));
         }
         faults
     }
 
+    fn takes_functions_of_time(&self) -> bool {
+        self.duration.is_some()
+    }
+
     fn cost(&self, setting: &Setting<'_>) -> Cost {
-        let Ok(frequency) = setting.frequency(&self.at) else {
-            return Cost::default();
-        };
-        let periods = self.periods as f64;
-        let rows = periods * self.samples_per_period as f64;
         let columns =
             3 * setting.assembly.connections.len() + columns::accelerations(setting).len();
+        if let Some(history) = self.history() {
+            let rows = history.samples.map_or(history.points, <[_]>::len) as f64;
+            let duration = transient::time(setting, history.duration).unwrap_or(0.0);
+            let seconds = duration / TAU * Period::of(setting, 1.0).plain;
+            return Cost::table(rows, 1.0 + columns as f64, "points").lasting(seconds, "duration");
+        }
+        let Some(Ok(frequency)) = self.at.as_ref().map(|at| setting.frequency(at)) else {
+            return Cost::default();
+        };
+        let periods = self.periods() as f64;
+        let rows = periods * self.samples_per_period as f64;
         let seconds = (periods + self.transient as f64) * Period::of(setting, frequency).plain;
-        let key = if self.transient > self.periods {
+        let key = if self.transient > self.periods() {
             "transient"
         } else {
             "periods"
@@ -101,8 +146,140 @@ impl Analysis for TimeHistory {
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let began = Instant::now();
+        let report = match self.history() {
+            Some(history) => transient::run_history(&history, setting)?,
+            None => self.run_periods(setting)?,
+        };
+        let rows = report.tables.first().map_or(0, Table::rows);
+        let options = serde_json::to_value(self).unwrap_or(Value::Null);
+        let seconds = began.elapsed().as_secs_f64();
+        let mut report = report;
+        if let Some(main) = report.tables.first_mut() {
+            self.thin(main);
+            report.figure = Some(figure(setting, main));
+        }
+        for (key, value) in [
+            ("options", options),
+            ("rows", json!(rows)),
+            ("timings", json!({ "seconds": seconds })),
+        ] {
+            report.summary.insert(key.into(), value);
+        }
+        Ok(report)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let system = &setting.assembly.system;
+        let mut tables = vec![
+            Rows::new(setting, system).table(),
+            switch_table(setting, &[]),
+        ];
+        let state = vec![0.0; 2 * system.dof()];
+        tables.extend(Impacts::new(setting, system, (0.0, 0.0), &state).tables((0.0, 1.0)));
+        if let Some(main) = tables.first_mut() {
+            self.thin(main);
+        }
+        tables
+    }
+}
+
+impl TimeHistory {
+    /// Columns that do not exist, and rows that are none.
+    fn check_columns(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults: Vec<Fault> = limits::check("decimate", self.decimate, 1, limits::SAMPLES)
+            .into_iter()
+            .collect();
+        let known: Vec<String> = transient::headings(setting).map(|h| h.name).collect();
+        for (k, name) in self.columns.iter().flatten().enumerate() {
+            if !known.contains(name) {
+                let help = did_you_mean(name, known.iter().map(String::as_str));
+                let message = format!("`{name}` is no column: {help}");
+                faults.push(Fault::new(format!("columns.{k}"), message));
+            }
+        }
+        faults
+    }
+
+    /// Leaves the columns and rows that are asked for.
+    fn thin(&self, table: &mut Table) {
+        if let Some(columns) = &self.columns {
+            let mut place = 0;
+            table.columns.retain(|column| {
+                place += 1;
+                place == 1 || columns.contains(&column.name)
+            });
+        }
+        if self.decimate > 1 {
+            for column in &mut table.columns {
+                if let Values::Float(values) = &mut column.values {
+                    let kept = values.iter().step_by(self.decimate).copied();
+                    *values = kept.collect();
+                }
+            }
+        }
+    }
+
+    fn periods(&self) -> usize {
+        self.periods.unwrap_or(PERIODS)
+    }
+
+    /// Keys that do not go together.
+    fn check_keys(&self) -> Vec<Fault> {
+        let refuse = |key: &str, message: &str| Fault::new(key, message);
+        let mut faults = Vec::new();
+        let timed = [
+            ("speed", self.speed.is_some()),
+            ("samples", self.samples.is_some()),
+            ("points", self.points.is_some()),
+        ];
+        if self.duration.is_none() {
+            let given = timed.into_iter().filter(|(_, is_given)| *is_given);
+            faults
+                .extend(given.map(|(key, _)| refuse(key, "goes with `duration`, which is absent")));
+            return faults;
+        }
+        for (key, is_given) in [
+            ("periods", self.periods.is_some()),
+            ("transient", self.transient > 0),
+        ] {
+            if is_given {
+                faults.push(refuse(
+                    key,
+                    "does not go with `duration`, which says how long",
+                ));
+            }
+        }
+        if self.samples.is_some() && self.points.is_some() {
+            faults.push(refuse(
+                "points",
+                "does not go with `samples`, which lists the instants",
+            ));
+        }
+        faults
+    }
+
+    /// The motion over time, where that is what is asked for.
+    fn history(&self) -> Option<History<'_>> {
+        Some(History {
+            at: self.at.as_ref(),
+            duration: self.duration.as_ref()?,
+            speed: self.speed.as_ref(),
+            samples: self.samples.as_deref(),
+            points: self.points.unwrap_or(POINTS),
+            initial: &self.initial,
+            integrator: self.integrator,
+        })
+    }
+
+    /// Periods at a constant speed.
+    fn run_periods(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let at = self.at.clone().unwrap_or(Quantity {
+            value: 1.0,
+            dimension: None,
+            text: "1".into(),
+        });
         let start = ("initial", &self.initial);
-        let motion = Motion::new(setting, &self.at, start, self.integrator);
+        let motion = Motion::new(setting, &at, start, self.integrator);
         let Motion {
             system,
             mut integrator,
@@ -111,14 +288,14 @@ impl Analysis for TimeHistory {
         } = motion.map_err(|fault| columns::refused(setting, fault))?;
         let mut record = Record::new(setting, &system, self.samples_per_period);
         let mut stop = None;
-        let total = self.transient + self.periods;
+        let total = self.transient + self.periods();
         for period in 0..total {
             if setting.control.is_interrupted() {
                 stop = Some(Stop::Interrupted);
                 break;
             }
             if period == self.transient {
-                record.row(period, 0, &state);
+                record.open(period, &state);
             }
             if period == 0 && self.transient == 0 {
                 integrator.start(&system, 0.0, &state, &mut record);
@@ -149,65 +326,65 @@ impl Analysis for TimeHistory {
                 setting.control.progress(setting.name, share, &words);
             }
         }
-        let rows = record.times.len();
         let mut report = Report {
-            tables: record.tables(setting),
-            figure: Some(figure(setting)),
+            tables: record.tables(),
             warnings: warning.into_iter().collect(),
             ended_early: stop.map(|s| flow::tell(s, setting)),
             ..Report::default()
         };
-        let options = serde_json::to_value(self).unwrap_or(Value::Null);
-        let seconds = began.elapsed().as_secs_f64();
-        for (key, value) in [
-            ("options", options),
-            ("integrator", json!(integrator.name())),
-            ("rows", json!(rows)),
-            ("timings", json!({ "seconds": seconds })),
-        ] {
-            report.summary.insert(key.into(), value);
-        }
+        let name = json!(integrator.name());
+        report.summary.insert("integrator".into(), name);
         Ok(report)
-    }
-
-    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
-        let record = Record::new(setting, &setting.assembly.system, self.samples_per_period);
-        record.tables(setting)
     }
 }
 
 /// Collects rows and switches while the integrator runs.
 struct Record<'a> {
-    setting: &'a Setting<'a>,
+    rows: Rows<'a>,
     system: &'a System,
     samples: usize,
     /// Period that runs, counted from 0, and the next sample inside it.
     period: usize,
     next: usize,
     state: Vec<f64>,
-    scratch: Scratch,
-    /// Nondimensional times T.
-    times: Vec<f64>,
-    /// Deformations, rates, forces of the connections, then accelerations of the bodies: one list a column.
-    series: Vec<Vec<f64>>,
     switches: Vec<(f64, Switch)>,
+    setting: &'a Setting<'a>,
+    impacts: Option<Impacts<'a>>,
+    /// Begin and end of what is written.
+    span: (f64, f64),
 }
 
 impl<'a> Record<'a> {
     fn new(setting: &'a Setting<'a>, system: &'a System, samples: usize) -> Record<'a> {
-        let bodies = columns::accelerations(setting).len();
         Record {
-            setting,
+            rows: Rows::new(setting, system),
             system,
             samples,
             period: 0,
             next: 1,
             state: vec![0.0; 2 * system.dof()],
-            scratch: system.scratch(),
-            times: Vec::new(),
-            series: vec![Vec::new(); 3 * system.element_count() + bodies],
             switches: Vec::new(),
+            setting,
+            impacts: None,
+            span: (0.0, 0.0),
         }
+    }
+
+    /// The written part begins.
+    fn open(&mut self, period: usize, state: &[f64]) {
+        let time = self.time(period, 0.0);
+        self.span = (time, time);
+        let impacts = Impacts::new(self.setting, self.system, (time, 0.0), state);
+        self.impacts = Some(impacts);
+        self.row(period, 0, state);
+    }
+
+    fn tables(self) -> Vec<Table> {
+        let switches = switch_table(self.setting, &self.switches);
+        let mut tables = vec![self.rows.table(), switches];
+        let impacts = self.impacts.map(|impacts| impacts.tables(self.span));
+        tables.extend(impacts.into_iter().flatten());
+        tables
     }
 
     fn begin(&mut self, period: usize) {
@@ -225,43 +402,8 @@ impl<'a> Record<'a> {
 
     /// A row; phase 0 stands for the end of the period before, too.
     fn row(&mut self, period: usize, sample: usize, state: &[f64]) {
-        let tau = self.tau(sample);
         let time = self.time(period, sample as f64 / self.samples as f64);
-        self.times.push(time);
-        let (setting, system) = (self.setting, self.system);
-        let bodies = (setting.assembly).body_accelerations(system, tau, state, &mut self.scratch);
-        if bodies.is_none() {
-            system.respond(tau, state, &mut self.scratch);
-        }
-        let Scratch {
-            deformation,
-            rate,
-            response,
-        } = &self.scratch;
-        let forces = response.iter().map(|r| r.f);
-        let values = (deformation.iter().copied())
-            .chain(rate.iter().copied())
-            .chain(forces)
-            .chain(bodies.into_iter().flatten());
-        for (column, value) in self.series.iter_mut().zip(values) {
-            column.push(value);
-        }
-    }
-
-    /// The main table and the switches.
-    fn tables(self, setting: &Setting<'_>) -> Vec<Table> {
-        let described = columns::connections(setting)
-            .into_iter()
-            .chain(columns::accelerations(setting));
-        let mut main = vec![columns::time(setting).column(self.times)];
-        main.extend(described.zip(self.series).map(|(d, list)| d.column(list)));
-        vec![
-            Table {
-                name: String::new(),
-                columns: main,
-            },
-            switch_table(setting, &self.switches),
-        ]
+        self.rows.push(time, self.tau(sample), state);
     }
 }
 
@@ -280,58 +422,23 @@ impl Observer for Record<'_> {
             self.state = state;
             self.next += 1;
         }
+        self.span.1 = self.time(self.period, end / TAU);
+        if let Some(impacts) = &mut self.impacts {
+            impacts.segment(segment);
+        }
     }
 
     fn switch(&mut self, switch: &Switch) {
         let time = self.time(self.period, switch.tau / TAU);
         self.switches.push((time, *switch));
-    }
-}
-
-/// Passages of breakpoints: when, where, from which flank to which, in which direction, how fast, and the breakpoint.
-fn switch_table(setting: &Setting<'_>, switches: &[(f64, Switch)]) -> Table {
-    let names = &setting.assembly.connections;
-    let all = columns::connections(setting);
-    let rates: Vec<_> = (0..names.len())
-        .map(|k| columns::rate(setting, k))
-        .collect();
-    let mut units: Vec<&str> = rates.iter().map(|q| q.unit.as_str()).collect();
-    units.dedup();
-    let mut lengths: Vec<&str> = all[..names.len()].iter().map(|q| q.unit.as_str()).collect();
-    lengths.dedup();
-    let float = |f: &dyn Fn(&Switch) -> f64| switches.iter().map(|(_, s)| f(s)).collect();
-    let whole = |f: &dyn Fn(&Switch) -> i8| switches.iter().map(|(_, s)| i64::from(f(s))).collect();
-    let mut time = columns::time(setting);
-    time.name = "time".into();
-    let connection = |s: &Switch| names[s.connection].clone();
-    let direction = |s: &Switch| if s.velocity < 0.0 { -1 } else { 1 };
-    Table {
-        name: "switches".into(),
-        columns: vec![
-            time.column(switches.iter().map(|(t, _)| *t)),
-            columns::text(
-                "connection",
-                switches.iter().map(|(_, s)| connection(s)).collect(),
-            ),
-            columns::integer("from", whole(&|s| s.from)),
-            columns::integer("to", whole(&|s| s.to)),
-            columns::integer("direction", whole(&direction)),
-            columns::float(
-                "rate",
-                units.join(" or "),
-                float(&|s| s.velocity * rates[s.connection].factor),
-            ),
-            columns::float(
-                "level",
-                lengths.join(" or "),
-                float(&|s| s.level * all[s.connection].factor),
-            ),
-        ],
+        if let Some(impacts) = &mut self.impacts {
+            impacts.switch(time, switch);
+        }
     }
 }
 
 /// Deformations against time.
-fn figure(setting: &Setting<'_>) -> Figure {
+fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
     let time = columns::time(setting);
     let names = &setting.assembly.connections;
     let panel = |(quantity, name): (Heading, &String)| Panel {
@@ -352,6 +459,7 @@ fn figure(setting: &Setting<'_>) -> Figure {
     Figure {
         title: String::new(),
         panels: (quantities.into_iter().zip(names))
+            .filter(|(quantity, _)| main.column(&quantity.name).is_some())
             .take(MAX_CURVES)
             .map(panel)
             .collect(),

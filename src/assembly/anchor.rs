@@ -1,6 +1,7 @@
 //! From relative coordinates back to the bodies: absolute accelerations, Rook & Singh (1995), eq. (6a).
 
 use super::scaling::RigidBody;
+use super::torque::{Torque, torques};
 use super::{Assembly, Coupling, inertias};
 use crate::model::Train;
 use crate::numeric::nonzeros::Nonzeros;
@@ -24,7 +25,7 @@ pub struct Anchor {
     /// Rows of C P^+, n_b x n.
     rates: Nonzeros,
     /// Loads of each body.
-    loads: Vec<Vec<Periodic>>,
+    loads: Vec<Vec<Torque>>,
     /// Dashpots parallel to a transmission error, of each body: arm, c, e.
     dashpots: Vec<Vec<(f64, f64, Periodic)>>,
 }
@@ -33,7 +34,7 @@ pub struct Anchor {
 #[derive(Debug, Clone, Copy)]
 pub enum Action<'a> {
     /// Its load [N m or N].
-    Load(&'a Periodic),
+    Load(&'a Torque),
     /// The rate of a relative coordinate [m/s or rad/s].
     Rate(usize),
     /// The force of a connection without its dashpot, K_j f_j [N or N m].
@@ -43,12 +44,17 @@ pub enum Action<'a> {
 }
 
 impl Anchor {
-    /// `rates`: C P^+, n_b x n.
-    pub(super) fn new(train: &Train, coupling: &Coupling, rates: &DMatrix<f64>) -> Anchor {
+    /// `rates`: C P^+, n_b x n; `w_c`: omega_c [rad/s].
+    pub(super) fn new(
+        train: &Train,
+        coupling: &Coupling,
+        rates: &DMatrix<f64>,
+        w_c: f64,
+    ) -> Anchor {
         let mut loads = vec![Vec::new(); train.bodies.len()];
         for (name, load) in &train.loads {
             if let Some(body) = train.bodies.get_index_of(name) {
-                loads[body].push(load.series.clone());
+                loads[body].extend(torques(load, w_c));
             }
         }
         let arms = Nonzeros::of_columns(&coupling.incidence);
@@ -115,12 +121,14 @@ impl Assembly {
         let anchor = self.anchor.as_ref()?;
         system.respond(tau, state, scratch);
         let v = &state[system.dof()..];
-        let phase = system.subharmonic() as f64 * tau;
+        let at = system.moment(tau);
         let value = |action: Action<'_>| match action {
-            Action::Load(series) => series.value(phase),
+            Action::Load(torque) => system.load_value((&torque.series, &torque.kind), tau, &at),
             Action::Rate(i) => self.rate_scale(i) * v[i],
             Action::Force(k) => self.force_scale(k) * scratch.response[k].f,
-            Action::Dashpot(c, error) => c * self.si_frequency(system) * error.derivative(phase),
+            Action::Dashpot(c, error) => {
+                c * self.scales.frequency * at.frequency * error.derivative(at.phase)
+            }
         };
         let bodies = 0..anchor.bodies.len();
         Some(
@@ -159,8 +167,8 @@ pub(super) fn unbalanced_mean_load(train: &Train, coupling: &Coupling) -> Option
     let mut swing = DVector::<f64>::zeros(train.bodies.len());
     for (name, load) in &train.loads {
         if let Some(body) = train.bodies.get_index_of(name) {
-            force[body] += load.series.mean();
-            swing[body] += load.series.mean().abs() + load.series.swing();
+            force[body] += load.mean();
+            swing[body] += load.mean().abs() + load.swing();
         }
     }
     let is_unbalanced = motions.column_iter().any(|motion| {

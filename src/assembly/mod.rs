@@ -20,12 +20,14 @@ mod reduced;
 mod scaling;
 mod slips;
 mod summary;
+mod torque;
 
 pub use anchor::{Action, Anchor};
 pub use coupling::couple;
 pub use damping::{body_damping, refuse_damped_rigid_body};
 pub use modes::{ElasticModes, elastic_modes};
 pub use summary::summary;
+pub use torque::Torque;
 
 use crate::error::{Diagnostic, SolveError};
 use crate::model::{Model, Structure, Train};
@@ -118,7 +120,7 @@ fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
         .collect();
     Ok(Assembly {
         warnings: warnings(train, &coupling, system.dof()),
-        anchor: Some(Anchor::new(train, &coupling, &rates)),
+        anchor: Some(Anchor::new(train, &coupling, &rates, scales.frequency)),
         system,
         connections,
         coordinates,

@@ -1,5 +1,6 @@
 //! Characteristic values, and the nondimensional matrices and loads.
 
+use super::torque::torques;
 use super::{Coupling, ElasticModes, Scales, mistake};
 use crate::element::{Units, nondimensional};
 use crate::error::{Diagnostic, SolveError};
@@ -120,16 +121,18 @@ fn balance(train: &Train, coupling: &Coupling, scales: &Scales, loads: usize) ->
     let factors = arms.qr();
     let (q, r) = (factors.q(), factors.r());
     let rigid = RigidBody::new(train, coupling);
-    let forces = train.loads.keys().filter_map(|name| {
+    let forces = train.loads.iter().filter_map(|(name, load)| {
         let body = train.bodies.get_index_of(name)?;
         let mut torque = DVector::zeros(train.bodies.len());
         torque[body] = 1.0;
         rigid.take_inertia_off(&mut torque);
         let mut g = r.solve_upper_triangular(&q.tr_mul(&torque))?;
         g.component_div_assign(&size);
-        Some(DVector::from_fn(n, |i, _| g[i] * l_r[i]))
+        let force = DVector::from_fn(n, |i, _| g[i] * l_r[i]);
+        // One for each part of the load.
+        Some(std::iter::repeat_n(force, 1 + load.others.len()))
     });
-    let mut forces: Vec<DVector<f64>> = forces.collect();
+    let mut forces: Vec<DVector<f64>> = forces.flatten().collect();
     forces.resize(loads, DVector::zeros(n));
     Balance {
         stiffness: (l.iter().zip(&scales.stiffness))
@@ -204,11 +207,11 @@ fn loads(
             continue;
         };
         let direction: DVector<f64> = mobility.column(body) / (w_c * w_c);
-        list.push(LoadSource {
-            direction,
-            series: load.series.clone(),
-            kind: LoadKind::Value,
-        });
+        list.extend(torques(load, w_c).map(|torque| LoadSource {
+            direction: direction.clone(),
+            series: torque.series,
+            kind: torque.kind,
+        }));
     }
     for (k, connection) in train.connections.values().enumerate() {
         if let (Some(error), true) = (&connection.transmission_error, connection.damping > 0.0) {

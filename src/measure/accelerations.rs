@@ -4,14 +4,14 @@
 //! evaluates that body alone, from the two or three connections that act on it. The cost grows with the number of bodies.
 
 use super::{Heading, Measure, Solved, Units};
-use crate::assembly::{Action, Anchor, Assembly};
+use crate::assembly::{Action, Anchor, Assembly, Torque};
 use crate::element::ResponseSeries;
-use crate::model::{Model, Structure};
+use crate::model::{Load, Model, Structure};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
 use crate::postprocess::measures::is_clearance;
 use crate::solve::orbit::Orbit;
-use crate::system::System;
+use crate::system::{Moment, System};
 use std::f64::consts::TAU;
 
 /// Instants per response period at which a motion is sampled: short impacts must not fall between two of them.
@@ -72,7 +72,7 @@ impl LooseBody {
             return f64::NAN;
         };
         let load = train.loads.get(&self.name);
-        let drag = load.map_or(0.0, |load| load.series.mean());
+        let drag = load.map_or(0.0, Load::mean);
         train.bodies[self.number].inertia * peaks[self.number] / drag.abs()
     }
 }
@@ -89,7 +89,7 @@ fn loose_bodies(model: &Model, assembly: &Assembly) -> Vec<LooseBody> {
         own.any(|(_, mount)| !is_clearance(mount.element.as_ref()))
     };
     let loose = |(number, name): (usize, &String)| {
-        let load = &train.loads.get(name)?.series;
+        let load = train.loads.get(name)?;
         let is_loose = load.mean() != 0.0 && load.is_constant() && !is_held(number);
         is_loose.then(|| LooseBody {
             number,
@@ -246,8 +246,8 @@ impl Accelerometer {
                     let scale = factor * assembly.force_scale(k);
                     size += add(out, scale, &self.force[list(k)]);
                 }
-                Action::Load(series) if series.is_constant() => {
-                    let load = factor * series.mean();
+                Action::Load(torque) if torque.series.is_constant() => {
+                    let load = factor * torque.series.mean();
                     out.iter_mut().for_each(|a| *a += load);
                     size += load.abs();
                 }
@@ -324,7 +324,13 @@ impl Motion<'_> {
     /// What acts whatever the motion; 0 for the rest.
     fn value(&self, action: Action<'_>, phase: f64) -> f64 {
         match action {
-            Action::Load(series) => series.value(phase),
+            Action::Load(Torque { series, kind }) => {
+                let at = Moment {
+                    phase,
+                    ..self.system.moment(0.0)
+                };
+                self.system.load_value((series, kind), 0.0, &at)
+            }
             Action::Dashpot(c, error) => {
                 c * self.assembly.si_frequency(self.system) * error.derivative(phase)
             }

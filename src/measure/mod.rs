@@ -5,6 +5,7 @@ mod connections;
 mod contacts;
 mod frequencies;
 mod multipliers;
+mod transmission;
 mod units;
 
 pub use accelerations::PeakAccelerations;
@@ -12,6 +13,7 @@ pub use connections::Connections;
 pub use contacts::ContactMetrics;
 pub use frequencies::EffectiveFrequencies;
 pub use multipliers::EstimatedMultipliers;
+pub use transmission::TransmissionErrors;
 pub use units::{Heading, Numbers, Units};
 
 use crate::assembly::Assembly;

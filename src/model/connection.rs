@@ -8,10 +8,12 @@ use super::orders::Orders;
 use super::series::{stiffness_variation, transmission_error, unit};
 use super::{Connection, DeformationUnit};
 use crate::numeric::fraction::Fraction;
+use crate::numeric::periodic::Periodic;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::Node;
+use std::f64::consts::TAU;
 
-const KEYS: [&str; 15] = [
+const KEYS: [&str; 16] = [
     "gear",
     "internal_gear",
     "planet_gear",
@@ -27,6 +29,7 @@ const KEYS: [&str; 15] = [
     "stiffness_variation",
     "order_unit",
     "base_order",
+    "lag",
 ];
 
 /// A connection whose geometry is known, where it is right.
@@ -95,6 +98,21 @@ pub(super) fn connection(
         let path = fields.path_of("transmission_error");
         transmission_error(node, &path, displacement, (&base, orders), mistakes)
     });
+    let lag = fields.number(
+        "lag",
+        Measure::Si(UnitDimension::NUMBER),
+        Range::Any,
+        mistakes,
+    );
+    let delay = lag.map(|lag| {
+        let tooth = mesh.unwrap_or(&base.order);
+        let order = orders.multiple(Some(tooth), fields.node, &fields.path, mistakes);
+        TAU * lag / order as f64
+    });
+    let delayed = |series: Option<Periodic>| match delay {
+        Some(delay) if delay != 0.0 => series.map(|series| series.delayed(delay)),
+        _ => series,
+    };
     let Geometry { arms, unit, teeth } = geometry.clone()?;
     Some(Connection {
         arms,
@@ -103,8 +121,8 @@ pub(super) fn connection(
         stiffness: stiffness?,
         damping: damping.unwrap_or(0.0),
         element: element?,
-        stiffness_variation,
-        transmission_error,
+        stiffness_variation: delayed(stiffness_variation),
+        transmission_error: delayed(transmission_error),
         length,
     })
 }

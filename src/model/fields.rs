@@ -4,6 +4,7 @@ use crate::error::{Diagnostic, did_you_mean};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::{Entry, Node, Value, join, unknown_keys};
 use indexmap::IndexMap;
+use std::path::{Path, PathBuf};
 
 pub(super) use crate::element::ParameterRange as Range;
 
@@ -20,6 +21,8 @@ pub(super) struct Mistakes {
     warnings: Vec<String>,
     /// Every number that is read, by path, where somebody wants to know.
     numbers: Option<IndexMap<String, Found>>,
+    /// Tables beside the model file that were read.
+    files: Vec<PathBuf>,
 }
 
 /// A number as the reader found it.
@@ -96,6 +99,17 @@ impl Mistakes {
         if self.warnings.len() < KEPT {
             self.warnings.push(warning);
         }
+    }
+
+    /// Notes a table that is part of the model.
+    pub(super) fn note_file(&mut self, path: &Path) {
+        if !self.files.iter().any(|known| known == path) {
+            self.files.push(path.to_owned());
+        }
+    }
+
+    pub(super) fn take_files(&mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.files)
     }
 
     pub(super) fn take_warnings(&mut self) -> Vec<String> {

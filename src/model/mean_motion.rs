@@ -237,9 +237,10 @@ fn add_mean(loads: &mut IndexMap<String, Load>, body: &str, torque: f64) {
         mean: 0.0,
         harmonics: Vec::new(),
     };
-    let load = loads
-        .entry(body.to_owned())
-        .or_insert(Load { series: none });
+    let load = loads.entry(body.to_owned()).or_insert(Load {
+        series: none,
+        others: Vec::new(),
+    });
     load.series = load.series.plus(torque);
 }
 
@@ -287,7 +288,7 @@ pub(super) fn balance(
     };
     let torque = |k: usize| {
         let load = bodies.get_index(k).and_then(|(name, _)| loads.get(name));
-        load.map_or(0.0, |load| load.series.mean())
+        load.map_or(0.0, |load| load.mean())
     };
     let mut balanced = Vec::new();
     for body in &list {

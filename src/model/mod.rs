@@ -1,14 +1,19 @@
 //! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
 
 mod connection;
+mod cycle;
 mod drawing;
 mod fields;
 mod geometry;
 pub mod kinematics;
 mod law;
+mod load;
 mod mean_motion;
+mod measured;
 mod names;
 mod orders;
+mod planets;
+mod profile;
 mod read;
 mod reduced;
 mod series;
@@ -24,11 +29,14 @@ pub use teeth::Teeth;
 pub use value::{Knob, NamedNumber};
 
 use crate::element::Element;
+use crate::numeric::broken_line::BrokenLine;
+use crate::numeric::growth::Growth;
 use crate::numeric::periodic::Periodic;
 use crate::quantity::UnitDimension;
 use crate::yaml::Node;
 use indexmap::IndexMap;
 use nalgebra::DMatrix;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A valid model: mechanics and analyses, a value whose numbers have names.
@@ -60,6 +68,8 @@ pub struct Model {
     pub warnings: Vec<String>,
     /// The tree that it was read from: names and analyses.
     document: Arc<Node>,
+    /// Tables beside the model file that are part of it.
+    pub files: Vec<PathBuf>,
 }
 
 impl Model {
@@ -69,6 +79,7 @@ impl Model {
             name: name.into(),
             structure,
             report_units,
+            files: Vec::new(),
             warnings: Vec::new(),
             document: Arc::default(),
         }
@@ -263,11 +274,64 @@ pub enum ModalDamping {
     PerMode(Vec<f64>),
 }
 
-/// A torque: mean + sum of amplitude cos(order phase + phase).
+/// A torque: mean + sum of amplitude cos(order phase + phase), and a measured cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load {
     /// N m, or N on a translating mass; always `Periodic::Fourier`.
     pub series: Periodic,
+    /// What adds to it, in the same units.
+    pub others: Vec<LoadPart>,
+}
+
+/// A part of a load.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LoadPart {
+    /// A broken line over a cycle.
+    Cycle(Periodic),
+    /// Harmonics without mean whose amplitude depends on the speed of the reference \[rad/s\].
+    Growing(Periodic, Growth),
+    /// A broken line over time \[s\]. Where there is no time it is what it was before t = 0.
+    Profile(BrokenLine),
+}
+
+impl Load {
+    /// Mean over a period.
+    pub fn mean(&self) -> f64 {
+        let part = |part: &LoadPart| match part {
+            LoadPart::Cycle(series) | LoadPart::Growing(series, _) => series.mean(),
+            LoadPart::Profile(line) => start_of(line),
+        };
+        self.series.mean() + self.others.iter().map(part).sum::<f64>()
+    }
+
+    /// Bound on the distance from the mean.
+    pub fn swing(&self) -> f64 {
+        let part = |part: &LoadPart| match part {
+            LoadPart::Cycle(series) | LoadPart::Growing(series, _) => series.swing(),
+            LoadPart::Profile(line) => 2.0 * line.largest(),
+        };
+        self.series.swing() + self.others.iter().map(part).sum::<f64>()
+    }
+
+    /// Whether it is the same at every phase.
+    pub fn is_constant(&self) -> bool {
+        let part = |part: &LoadPart| match part {
+            LoadPart::Cycle(series) | LoadPart::Growing(series, _) => series.is_constant(),
+            LoadPart::Profile(line) => line.points().len() == 1,
+        };
+        self.series.is_constant() && self.others.iter().all(part)
+    }
+
+    /// Whether it is a function of time.
+    pub fn has_profile(&self) -> bool {
+        let mut parts = self.others.iter();
+        parts.any(|part| matches!(part, LoadPart::Profile(_)))
+    }
+}
+
+/// What a function of time was before t = 0.
+pub fn start_of(line: &BrokenLine) -> f64 {
+    line.on(0.0, -f64::MIN_POSITIVE).value
 }
 
 /// Characteristic frequency and displacement.

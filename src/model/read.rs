@@ -57,6 +57,8 @@ pub fn locate(root: &Node, list: &mut [Diagnostic]) {
 
 /// The model of a document, without the document itself.
 pub(super) fn interpret(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
+    let planets = super::planets::expanded(root, mistakes);
+    let root = planets.as_ref().unwrap_or(root);
     let fields = Fields::open(root, "", mistakes)?;
     for (key, entry) in fields.entries() {
         if !KEYS.contains(&key) && !key.starts_with("x-") {
@@ -89,6 +91,7 @@ pub(super) fn interpret(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
         report_units: report_units.unwrap_or(usual),
         warnings,
         document: Arc::default(),
+        files: mistakes.take_files(),
     })
 }
 

@@ -36,21 +36,6 @@ const TURN: f64 = 1.001 * std::f64::consts::TAU;
 /// A stiffness variation whose mean misses 1 by more is a mistake.
 const MEAN_ONE: f64 = 1e-9;
 
-/// A load.
-///
-///     T = mean + sum of amplitude cos(order phase + phase_0)
-pub(super) fn load(
-    node: &Node,
-    path: &str,
-    measure: Measure,
-    orders: &mut Orders<'_>,
-    mistakes: &mut Mistakes,
-) -> Option<Periodic> {
-    let fields = Fields::known(node, path, &["mean", "harmonics"], mistakes)?;
-    let unit = Unit::reference();
-    Some(fourier(&fields, measure, 0.0, (&unit, orders), mistakes))
-}
-
 /// A transmission error: harmonics or a table.
 pub(super) fn transmission_error(
     node: &Node,
@@ -110,7 +95,9 @@ pub(super) fn stiffness_variation(
 fn is_negative(series: &Periodic) -> bool {
     const SAMPLES: usize = 4096;
     match series {
-        Periodic::Table { values, .. } => values.iter().any(|v| *v < 0.0),
+        Periodic::Table { values, .. } | Periodic::Uneven { values, .. } => {
+            values.iter().any(|v| *v < 0.0)
+        }
         Periodic::Rectangular { high, low, .. } => high.min(*low) < 0.0,
         Periodic::Fourier { mean, harmonics } => {
             let swing: f64 = harmonics.iter().map(|h| h.cos.hypot(h.sin)).sum();
@@ -195,22 +182,40 @@ fn fourier(
         let Some(own) = Fields::known(node, &path, &keys, mistakes) else {
             continue;
         };
-        let written = own.required("order", "1 for the excitation frequency", mistakes);
         own.required("amplitude", "the amplitude of the cosine", mistakes);
-        let order = harmonic_order(written, &own.path_of("order"), (unit, orders), mistakes);
         let amplitude = own.number("amplitude", measure, Range::Any, mistakes);
-        let (sin, cos) = angle(&own, "phase", mistakes).sin_cos();
-        let amplitude = amplitude.unwrap_or(0.0);
-        harmonics.push(Harmonic {
-            order,
-            cos: amplitude * cos,
-            // 0 - x, so that phase 0 gives +0.
-            sin: 0.0 - amplitude * sin,
-        });
+        let order = order_of(&own, (unit, orders), mistakes);
+        harmonics.push(wave(&own, order, amplitude.unwrap_or(0.0), mistakes));
     }
     Periodic::Fourier {
         mean: mean.unwrap_or(default_mean),
         harmonics,
+    }
+}
+
+/// The order of a harmonic.
+pub(super) fn order_of(
+    own: &Fields<'_>,
+    (unit, orders): (&Unit, &mut Orders<'_>),
+    mistakes: &mut Mistakes,
+) -> usize {
+    let written = own.required("order", "1 for the excitation frequency", mistakes);
+    harmonic_order(written, &own.path_of("order"), (unit, orders), mistakes)
+}
+
+/// A harmonic with the phase that its fields name.
+pub(super) fn wave(
+    own: &Fields<'_>,
+    order: usize,
+    amplitude: f64,
+    mistakes: &mut Mistakes,
+) -> Harmonic {
+    let (sin, cos) = angle(own, "phase", mistakes).sin_cos();
+    Harmonic {
+        order,
+        cos: amplitude * cos,
+        // 0 - x, so that phase 0 gives +0.
+        sin: 0.0 - amplitude * sin,
     }
 }
 

@@ -171,7 +171,8 @@ fn planet(
     find: &mut Finder<'_>,
     mistakes: &mut Mistakes,
 ) -> Option<Geometry> {
-    let keys = [roles.0, roles.1, "carrier", "teeth"];
+    // `planets` stood for copies of this mesh, which have none.
+    let keys = [roles.0, roles.1, "carrier", "teeth", "planets"];
     let keys: Vec<&str> = keys.into_iter().chain(SHAPE).collect();
     let fields = Fields::known(node, path, &keys, mistakes)?;
     let mut body = |role: &str| {

@@ -4,9 +4,10 @@ use super::connection::{Placed, connection, place};
 use super::drawing::centre_distances;
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar};
 use super::geometry::{Bodies, unknown_body};
+use super::load::load;
 use super::mean_motion::{Rows, add_drag, balance, drag, reference};
 use super::orders::{Orders, on_common_base};
-use super::series::load;
+use super::planets::refuse_mass;
 use super::{
     Body, Connection, Damping, DeformationUnit, Drag, FrequencyScale, Load, MeanMotion,
     ModalDamping, Motion, Scaling, Train,
@@ -51,12 +52,13 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
         let loads = node.map(|node| loads(node, (&bodies, &held), orders, mistakes));
         (connections, loads.unwrap_or_default())
     };
-    let ((connections, mut loads), revolutions) =
+    let ((connections, (mut loads, notes)), revolutions) =
         on_common_base((&bodies, ratios), root.node, mistakes, read);
     let damping = root
         .get("damping")
         .and_then(|node| damping(node, "damping", mistakes));
     let (scaling, mut warnings) = scaling(root, connections.as_ref(), mistakes);
+    warnings.extend(notes);
     warnings.extend(
         connections
             .iter()
@@ -121,7 +123,8 @@ fn bodies(root: &Fields<'_>, mistakes: &mut Mistakes) -> Bodies {
 }
 
 fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
-    let fields = Fields::known(node, path, &["inertia", "drag"], mistakes)?;
+    let fields = Fields::known(node, path, &["inertia", "drag", "mass"], mistakes)?;
+    refuse_mass(&fields, mistakes);
     let wanted = "kg m^2, or kg for a translating mass";
     let node = fields.required("inertia", wanted, mistakes)?;
     let path = fields.path_of("inertia");
@@ -250,10 +253,10 @@ fn loads(
     (bodies, held): (&Bodies, &[bool]),
     orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
-) -> IndexMap<String, Load> {
-    let mut map = IndexMap::new();
+) -> (IndexMap<String, Load>, Vec<String>) {
+    let (mut map, mut notes) = (IndexMap::new(), Vec::new());
     let Some(fields) = Fields::open(node, "loads", mistakes) else {
-        return map;
+        return (map, notes);
     };
     for (name, entry) in fields.entries() {
         let path = fields.path_of(name);
@@ -274,10 +277,12 @@ fn loads(
             Some((_, _, Some(body))) if body.motion == Motion::Translation => UnitDimension::FORCE,
             _ => UnitDimension::MOMENT,
         };
-        let series = load(&entry.node, &path, Measure::Si(dimension), orders, mistakes);
-        map.extend(series.map(|series| (name.to_owned(), Load { series })));
+        if let Some((load, note)) = load(&entry.node, &path, dimension, orders, mistakes) {
+            map.insert(name.to_owned(), load);
+            notes.extend(note);
+        }
     }
-    map
+    (map, notes)
 }
 
 fn scaling(

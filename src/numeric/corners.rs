@@ -28,7 +28,7 @@ impl Periodic {
     pub fn highest_order(&self) -> Option<usize> {
         match self {
             Periodic::Fourier { harmonics, .. } => harmonics.iter().map(|h| h.order).max(),
-            Periodic::Table { .. } | Periodic::Rectangular { .. } => None,
+            Periodic::Table { .. } | Periodic::Uneven { .. } | Periodic::Rectangular { .. } => None,
         }
     }
 
@@ -114,7 +114,9 @@ impl Periodic {
     /// The same of the derivative with respect to the phase, which steps where a table has corners.
     pub fn derivative_weights(&self, nu: usize, count: usize) -> Vec<f64> {
         match self {
-            Periodic::Table { .. } => averages(&self.pieces(), (nu, count), |p| p.slope),
+            Periodic::Table { .. } | Periodic::Uneven { .. } => {
+                averages(&self.pieces(), (nu, count), |p| p.slope)
+            }
             _ => at_samples(nu, count, |phase| self.derivative(phase)),
         }
     }
@@ -209,6 +211,39 @@ mod tests {
             duty: 0.3,
             phase: 0.7,
             base_order: 2,
+        }
+    }
+
+    /// An uneven table over the places of an even one, with a corner more on a straight piece.
+    #[test]
+    fn an_uneven_table_has_the_spectrum_of_its_even_twin() {
+        let even = Periodic::Table {
+            values: vec![1.0, 3.0, 2.0, 0.5],
+            base_order: 2,
+        };
+        let uneven = Periodic::Uneven {
+            places: vec![0.25, 0.35, 0.5, 0.75],
+            values: vec![3.0, 2.6, 2.0, 0.5],
+            base_order: 2,
+        };
+        let uneven_at = |x: f64| uneven.value(x);
+        assert!((uneven_at(0.0) - 1.75).abs() < 1e-15);
+        let closed = Periodic::Uneven {
+            places: vec![0.0, 0.25, 0.35, 0.5, 0.75],
+            values: vec![1.0, 3.0, 2.6, 2.0, 0.5],
+            base_order: 2,
+        };
+        let (mut a, mut b) = (vec![0.0; 41], vec![0.0; 41]);
+        even.coefficients(1, &mut a);
+        closed.coefficients(1, &mut b);
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < 1e-14, "{a} {b}");
+        }
+        assert_eq!(even.mean(), closed.mean());
+        for k in 0..50 {
+            let x = 0.37 * k as f64;
+            assert!((even.value(x) - closed.value(x)).abs() < 1e-13);
+            assert!((even.derivative(x) - closed.derivative(x)).abs() < 1e-12);
         }
     }
 

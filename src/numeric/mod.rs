@@ -3,6 +3,7 @@
 pub mod assignment;
 pub mod bernstein;
 pub mod block;
+pub mod broken_line;
 mod condensation;
 pub mod corners;
 pub mod dense;
@@ -11,6 +12,7 @@ pub mod exponential;
 pub mod factors;
 pub mod fourier;
 pub mod fraction;
+pub mod growth;
 pub mod jacobian;
 pub mod nonzeros;
 mod pairs;

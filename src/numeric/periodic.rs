@@ -30,6 +30,16 @@ pub enum Periodic {
         /// Periods of the table in one period of the phase.
         base_order: usize,
     },
+    /// Values at ascending places of one period of `base_order` times the phase, linear between them and from the last one
+    /// to the first one of the next period.
+    Uneven {
+        /// Places in periods of the table, in [0, 1).
+        places: Vec<f64>,
+        /// Values there.
+        values: Vec<f64>,
+        /// Periods of the table in one period of the phase.
+        base_order: usize,
+    },
     /// `high` for the share `duty` of the period that starts at `phase`, `low` else.
     Rectangular {
         /// Value of the first part.
@@ -59,6 +69,14 @@ impl Periodic {
                 let (k, x) = table_cell(values.len(), *base_order, phase);
                 values[k] + x * (values[(k + 1) % values.len()] - values[k])
             }
+            Periodic::Uneven {
+                places,
+                values,
+                base_order,
+            } => {
+                let (k, x, _) = uneven_cell(places, *base_order, phase);
+                values[k] + x * (values[(k + 1) % values.len()] - values[k])
+            }
             Periodic::Rectangular {
                 high,
                 low,
@@ -85,6 +103,15 @@ impl Periodic {
                 let slope = values[(k + 1) % values.len()] - values[k];
                 slope * values.len() as f64 * *base_order as f64 / TAU
             }
+            Periodic::Uneven {
+                places,
+                values,
+                base_order,
+            } => {
+                let (k, _, width) = uneven_cell(places, *base_order, phase);
+                let slope = (values[(k + 1) % values.len()] - values[k]) / width;
+                slope * *base_order as f64 / TAU
+            }
             Periodic::Rectangular { .. } => 0.0,
         }
     }
@@ -97,7 +124,7 @@ impl Periodic {
                 let (s, c) = (order * phase).sin_cos();
                 sum - order * order * (h.cos * c + h.sin * s)
             }),
-            Periodic::Table { .. } | Periodic::Rectangular { .. } => 0.0,
+            Periodic::Table { .. } | Periodic::Uneven { .. } | Periodic::Rectangular { .. } => 0.0,
         }
     }
 
@@ -106,6 +133,9 @@ impl Periodic {
         match self {
             Periodic::Fourier { mean, .. } => *mean,
             Periodic::Table { values, .. } => values.iter().sum::<f64>() / values.len() as f64,
+            Periodic::Uneven { places, values, .. } => (0..values.len())
+                .map(|k| 0.5 * (values[k] + values[(k + 1) % values.len()]) * gap(places, k))
+                .sum(),
             Periodic::Rectangular {
                 high, low, duty, ..
             } => duty * high + (1.0 - duty) * low,
@@ -120,7 +150,7 @@ impl Periodic {
             Periodic::Fourier { harmonics, .. } => {
                 harmonics.iter().map(|h| h.cos.hypot(h.sin)).sum()
             }
-            Periodic::Table { values, .. } => farthest(values),
+            Periodic::Table { values, .. } | Periodic::Uneven { values, .. } => farthest(values),
             Periodic::Rectangular { high, low, .. } => farthest(&[*high, *low]),
         }
     }
@@ -133,6 +163,15 @@ impl Periodic {
                 let count = values.len() * base_order;
                 (0..count).map(|k| k as f64 * TAU / count as f64).collect()
             }
+            Periodic::Uneven {
+                places, base_order, ..
+            } => (0..*base_order)
+                .flat_map(|m| {
+                    places
+                        .iter()
+                        .map(move |x| (x + m as f64) * TAU / *base_order as f64)
+                })
+                .collect(),
             Periodic::Rectangular {
                 duty,
                 phase,
@@ -160,7 +199,9 @@ impl Periodic {
                     h.sin *= factor;
                 }
             }
-            Periodic::Table { values, .. } => values.iter_mut().for_each(|v| *v *= factor),
+            Periodic::Table { values, .. } | Periodic::Uneven { values, .. } => {
+                values.iter_mut().for_each(|v| *v *= factor);
+            }
             Periodic::Rectangular { high, low, .. } => {
                 *high *= factor;
                 *low *= factor;
@@ -174,13 +215,57 @@ impl Periodic {
         let mut copy = self.clone();
         match &mut copy {
             Periodic::Fourier { mean, .. } => *mean += constant,
-            Periodic::Table { values, .. } => values.iter_mut().for_each(|v| *v += constant),
+            Periodic::Table { values, .. } | Periodic::Uneven { values, .. } => {
+                values.iter_mut().for_each(|v| *v += constant);
+            }
             Periodic::Rectangular { high, low, .. } => {
                 *high += constant;
                 *low += constant;
             }
         }
         copy
+    }
+
+    /// The function of (phase - delay).
+    pub fn delayed(&self, delay: f64) -> Periodic {
+        match self {
+            Periodic::Fourier { mean, harmonics } => {
+                let turned = harmonics.iter().map(|h| {
+                    let (s, c) = (h.order as f64 * delay).sin_cos();
+                    Harmonic {
+                        order: h.order,
+                        cos: h.cos * c - h.sin * s,
+                        sin: h.cos * s + h.sin * c,
+                    }
+                });
+                Periodic::Fourier {
+                    mean: *mean,
+                    harmonics: turned.collect(),
+                }
+            }
+            Periodic::Table { values, base_order } => {
+                let even = (0..values.len()).map(|k| k as f64 / values.len() as f64);
+                turned_table(even.collect(), values, (*base_order, delay))
+            }
+            Periodic::Uneven {
+                places,
+                values,
+                base_order,
+            } => turned_table(places.clone(), values, (*base_order, delay)),
+            Periodic::Rectangular {
+                high,
+                low,
+                duty,
+                phase,
+                base_order,
+            } => Periodic::Rectangular {
+                high: *high,
+                low: *low,
+                duty: *duty,
+                phase: phase + *base_order as f64 * delay,
+                base_order: *base_order,
+            },
+        }
     }
 
     /// Whether the function changes otherwise than by jumps.
@@ -195,7 +280,9 @@ impl Periodic {
                 let amplitudes = harmonics.iter().map(|h| h.cos.hypot(h.sin));
                 mean.abs() + amplitudes.sum::<f64>()
             }
-            Periodic::Table { values, .. } => values.iter().fold(0.0, |m, v| m.max(v.abs())),
+            Periodic::Table { values, .. } | Periodic::Uneven { values, .. } => {
+                values.iter().fold(0.0, |m, v| m.max(v.abs()))
+            }
             Periodic::Rectangular { high, low, .. } => high.abs().max(low.abs()),
         }
     }
@@ -209,6 +296,14 @@ impl Periodic {
             Periodic::Table { values, base_order } => {
                 self.largest() * (1.0 + (values.len() * base_order) as f64)
             }
+            Periodic::Uneven {
+                places, base_order, ..
+            } => {
+                let least = (0..places.len())
+                    .map(|k| gap(places, k))
+                    .fold(1.0, f64::min);
+                self.largest() * (1.0 + *base_order as f64 / least)
+            }
             Periodic::Rectangular { .. } => self.largest(),
         }
     }
@@ -219,12 +314,48 @@ impl Periodic {
             Periodic::Fourier { harmonics, .. } => {
                 harmonics.iter().all(|h| h.cos == 0.0 && h.sin == 0.0)
             }
-            Periodic::Table { values, .. } => values.iter().all(|v| v == &values[0]),
+            Periodic::Table { values, .. } | Periodic::Uneven { values, .. } => {
+                values.iter().all(|v| v == &values[0])
+            }
             Periodic::Rectangular {
                 high, low, duty, ..
             } => high == low || *duty == 0.0 || *duty == 1.0,
         }
     }
+}
+
+/// A table whose places are moved by a delay.
+fn turned_table(places: Vec<f64>, values: &[f64], (base_order, delay): (usize, f64)) -> Periodic {
+    let turn = base_order as f64 * delay / TAU;
+    let mut list: Vec<(f64, f64)> = (places.into_iter().zip(values))
+        .map(|(x, y)| ((x + turn).rem_euclid(1.0) % 1.0, *y))
+        .collect();
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Periodic::Uneven {
+        places: list.iter().map(|p| p.0).collect(),
+        values: list.iter().map(|p| p.1).collect(),
+        base_order,
+    }
+}
+
+/// Distance from a place to the next one.
+fn gap(places: &[f64], k: usize) -> f64 {
+    match places.get(k + 1) {
+        Some(next) => next - places[k],
+        None => 1.0 + places[0] - places[k],
+    }
+}
+
+/// Cell of an uneven table, the position in it, 0..1, and its width.
+fn uneven_cell(places: &[f64], base_order: usize, phase: f64) -> (usize, f64, f64) {
+    let x = (base_order as f64 * phase).rem_euclid(TAU) / TAU;
+    let above = places.partition_point(|p| *p <= x);
+    let (k, from) = match above {
+        0 => (places.len() - 1, places[places.len() - 1] - 1.0),
+        k => (k - 1, places[k - 1]),
+    };
+    let width = gap(places, k);
+    (k, (x - from) / width, width)
 }
 
 /// Cell of a table and the position in it, 0..1.

@@ -22,7 +22,7 @@ pub type Register = usize;
 pub enum Op {
     /// Constant + q x + v y of the two inputs x, y.
     Affine(Affine),
-    /// The third input, which grows evenly: a phase.
+    /// The third input, of degree two: a phase.
     Phase,
     /// x + constant.
     Offset(Register, f64),
@@ -141,8 +141,8 @@ pub struct Inputs<'a> {
     pub x: &'a Polynomial,
     /// Second series.
     pub y: &'a Polynomial,
-    /// Value and slope of the third one.
-    pub phase: (f64, f64),
+    /// Coefficients of the third one.
+    pub phase: [f64; 3],
 }
 
 /// Operations in an order in which they can be evaluated, and which registers they are for.
@@ -194,7 +194,7 @@ impl Program {
         let inputs = Inputs {
             x: &x,
             y: &y,
-            phase,
+            phase: [phase.0, phase.1, 0.0],
         };
         let mut registers = vec![[0.0; COUNT]; self.ops.len()];
         (0..COUNT).for_each(|k| self.step(k, &inputs, &mut registers));
@@ -212,7 +212,7 @@ impl Program {
         let inputs = Inputs {
             x: &x,
             y: &y,
-            phase: (phase, 0.0),
+            phase: [phase, 0.0, 0.0],
         };
         let mut registers = vec![[0.0; COUNT]; self.ops.len()];
         self.step(0, &inputs, &mut registers);
@@ -234,8 +234,7 @@ fn coefficient(
     match *op {
         Op::Affine(affine) => affine.coefficient(k, inputs),
         Op::Phase => match k {
-            0 => inputs.phase.0,
-            1 => inputs.phase.1,
+            0..3 => inputs.phase[k],
             _ => 0.0,
         },
         Op::Offset(x, constant) => registers[x][k] + if k == 0 { constant } else { 0.0 },
@@ -340,7 +339,7 @@ mod tests {
         let inputs = Inputs {
             x: &x,
             y: &y,
-            phase: (0.5, 0.2),
+            phase: [0.5, 0.2, 0.0],
         };
         let mut registers = vec![[0.0; COUNT]; last + 1];
         (0..COUNT).for_each(|k| program.step(k, &inputs, &mut registers));

@@ -43,10 +43,11 @@ pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
 
 /// What the page needs to show the abscissa in another unit.
 fn frequency(axis: FrequencyAxis) -> Value {
-    let written = match axis.written {
+    let written = match axis.shown {
         FrequencyUnit::Nondimensional => "\u{3c9}/\u{3c9}c",
         FrequencyUnit::RadianPerSecond => "rad/s",
         FrequencyUnit::Hertz => "Hz",
+        FrequencyUnit::RevolutionsPerMinute => "rpm",
     };
     json!({"written": written, "omega_c": axis.omega_c})
 }
@@ -64,7 +65,7 @@ fn curve(
         }
         key
     };
-    let (x, y) = (&series.curve.x, &series.curve.y);
+    let (x, y) = (&series.x_name, &series.curve.y);
     // Curves of other rows of the same columns are other numbers.
     let only = match &series.curve.only {
         Some((column, value)) => format!(" where {column} is {value}"),

@@ -4,7 +4,9 @@
 use std::ops::Range;
 
 use crate::error::{Diagnostic, Error};
-use crate::report::{Curve, CurveStyle, Figure, Report, Table, Values};
+use crate::report::{
+    Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, Report, Table, Values,
+};
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white.
 pub(super) const PALETTE: [&str; 6] = [
@@ -44,6 +46,8 @@ pub(super) enum Drawing {
 pub(super) struct Series<'a> {
     pub curve: &'a Curve,
     pub table: &'a Table,
+    /// Column of the abscissae, or what they are in the unit of the axis.
+    pub x_name: String,
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub drawing: Drawing,
@@ -55,6 +59,18 @@ impl Series<'_> {
     /// Colour as `#rrggbb`.
     pub fn color(&self) -> &'static str {
         PALETTE[self.color % PALETTE.len()]
+    }
+
+    /// Abscissae in the unit of the axis.
+    fn convert(&mut self, axis: Option<FrequencyAxis>) {
+        let Some(axis) = axis.filter(|axis| axis.written != axis.shown) else {
+            return;
+        };
+        let factor = axis.factor();
+        self.x.iter_mut().for_each(|x| *x *= factor);
+        if axis.shown == FrequencyUnit::RevolutionsPerMinute {
+            self.x_name = self.x_name.replace("frequency_hz", "speed_rpm");
+        }
     }
 
     /// Points that can be drawn.
@@ -85,7 +101,9 @@ pub(super) fn resolve<'a>(
                 families.push(family);
                 families.len() - 1
             });
-            list.push(series(report, curve, color)?);
+            let mut series = series(report, curve, color)?;
+            series.convert(panel.x_frequency);
+            list.push(series);
         }
         panels.push(list);
     }
@@ -151,6 +169,7 @@ fn series<'a>(report: &'a Report, curve: &'a Curve, color: usize) -> Result<Seri
     Ok(Series {
         curve,
         table,
+        x_name: curve.x.clone(),
         x,
         y,
         drawing,

@@ -136,7 +136,9 @@ fn title(scene: &mut Scene, text: &str) -> f64 {
 pub(super) fn axes(panel: &Panel, list: &[Series]) -> (Axis, Axis) {
     let only_dots = list.iter().all(|s| matches!(s.drawing, Drawing::Dots));
     let xs = || list.iter().flat_map(|s| s.points().map(|p| p.0));
-    let x = match (panel.x_range, extent(xs())) {
+    let factor = panel.x_frequency.map_or(1.0, |axis| axis.factor());
+    let x_range = panel.x_range.map(|(a, b)| (a * factor, b * factor));
+    let x = match (x_range, extent(xs())) {
         (Some(range), _) if range.0.is_finite() && range.1.is_finite() => Axis::exact(range, 7),
         (_, Some(range)) if !only_dots => Axis::exact(range, 7),
         _ => Axis::framing(xs(), 7),

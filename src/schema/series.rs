@@ -1,7 +1,7 @@
 //! Periodic functions: loads, transmission errors, stiffness variations.
 
-use super::scalars::{Range, nullable, number, quantity, text};
-use super::{described, excludes, object};
+use super::scalars::{Range, count, nullable, number, quantity, text};
+use super::{described, exactly_one, excludes, object};
 use serde_json::{Map, Value, json};
 
 /// Numbers with units, or bare ones for reduced systems.
@@ -34,7 +34,9 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
         "T = mean + sum of amplitude cos(order omega t + phase).",
         json!({
             "mean": nullable(quantity("Mean torque [N m]; force [N] on a sliding mass.", Range::Any)),
-            "harmonics": harmonics(Units::Si),
+            "harmonics": harmonics_of_loads(),
+            "cycle": nullable(cycle()),
+            "profile": nullable(profile("Torque over time [N m], linear between instants; a repeated instant is a jump. For a time_history with `duration` and for run_up.")),
         }),
         &[],
     );
@@ -74,6 +76,75 @@ pub(super) fn keys(units: Units) -> Map<String, Value> {
     .into_iter()
     .map(|(key, value)| (key.to_owned(), nullable(value)))
     .collect()
+}
+
+fn cycle() -> Value {
+    let torque = quantity("[N m]; bare numbers in `unit`.", Range::Any);
+    let mut value = object(
+        "Measured torque over a cycle, linear between its values, which are uniform in angle; the first one at phase 0.",
+        json!({
+            "values": nullable(json!({ "type": "array", "items": torque, "minItems": 2 })),
+            "file": nullable(text("Table with a header row (CSV), relative to this file, instead of `values`.")),
+            "column": nullable(text("Name of its column of torques.")),
+            "angle": nullable(text("Name of its column of angles, ascending over at most a cycle; uniform when absent.")),
+            "angle_unit": nullable(text("Unit of the angles; rad when absent.")),
+            "unit": nullable(text("Unit of bare numbers; N m when absent.")),
+            "revolutions": nullable(count("Revolutions of the reference per cycle, such as 2 for a four-stroke engine.")),
+        }),
+        &[],
+    );
+    value["allOf"] = json!([exactly_one(&["values", "file"])]);
+    value
+}
+
+/// A function of time.
+fn profile(about: &str) -> Value {
+    let pair = json!({
+        "type": "array",
+        "items": quantity("Instant [s], value.", Range::Any),
+        "minItems": 2,
+        "maxItems": 2,
+    });
+    let mut value = object(
+        about,
+        json!({
+            "points": nullable(json!({ "description": "Instants with values: [[0 s, 10 N m], [50 ms, 200 N m]].", "type": "array", "items": pair, "minItems": 1 })),
+            "file": nullable(text("Table with a header row (CSV), relative to this file, instead of `points`.")),
+            "time": nullable(text("Name of its column of instants.")),
+            "column": nullable(text("Name of its column of values.")),
+            "unit": nullable(text("Unit of the values; SI when absent.")),
+            "time_unit": nullable(text("Unit of the instants; s when absent.")),
+        }),
+        &[],
+    );
+    value["allOf"] = json!([exactly_one(&["points", "file"])]);
+    value
+}
+
+/// Harmonics whose amplitudes may depend on the speed.
+fn harmonics_of_loads() -> Value {
+    let list = |about: &str, range| json!({ "type": "array", "items": quantity(about, range), "minItems": 1 });
+    let table = object(
+        "Amplitude against the speed of the reference, linear between the speeds, constant outside.",
+        json!({
+            "speed": list("Ascending speeds [rad/s].", Range::NotNegative),
+            "values": list("Amplitudes at these speeds.", Range::Any),
+        }),
+        &["speed", "values"],
+    );
+    let amplitude = quantity("Amplitude of the cosine.", Range::Any);
+    let one = object(
+        "amplitude (speed / at)^speed_power cos(order omega t + phase)",
+        json!({
+            "order": described("order", "1 for the excitation frequency."),
+            "amplitude": { "anyOf": [amplitude, table] },
+            "phase": nullable(quantity("Phase [rad]; a text such as `30 deg`.", Range::Any)),
+            "speed_power": nullable(quantity("Power of the speed with which the amplitude grows.", Range::Any)),
+            "at": nullable(quantity("Speed at which the amplitude is as written [rad/s].", Range::Positive)),
+        }),
+        &["order", "amplitude"],
+    );
+    nullable(json!({ "description": "Alternating part, a list.", "type": "array", "items": one }))
 }
 
 fn harmonics(units: Units) -> Value {

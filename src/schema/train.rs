@@ -11,7 +11,11 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
     let inertia = "kg m^2 for a turning body; a mass in kg (`250 kg`) makes it a sliding one.";
     let body = object(
         "A body and its inertia.",
-        json!({ "inertia": quantity(inertia, Range::Positive), "drag": nullable(drag()) }),
+        json!({
+            "inertia": quantity(inertia, Range::Positive),
+            "drag": nullable(drag()),
+            "mass": nullable(quantity("Mass of a planet, carried by its carrier where meshes have `planets: N` [kg].", Range::NotNegative)),
+        }),
         &["inertia"],
     );
     definitions.insert("body".into(), body);
@@ -81,6 +85,11 @@ fn toothed(about: &str, bodies: &[&str]) -> Value {
         "helix_angle": nullable(quantity("Helix angle [rad]; 0 when absent.", Range::NotNegative)),
         "centre_distance": nullable(quantity("Working centre distance [m], where profiles are shifted.", Range::Positive)),
     });
+    if !bodies.is_empty() {
+        properties["planets"] = nullable(count(
+            "Number of equal planets, copied with the phases of their meshes.",
+        ));
+    }
     for body in bodies {
         properties[*body] = text("Name of a body.");
     }
@@ -163,6 +172,9 @@ fn connection() -> Value {
         nullable(quantity(dashpot, Range::NotNegative)),
     );
     properties.insert("element".into(), law);
+    let lag =
+        "Share of a mesh period by which transmission error and stiffness variation come later.";
+    properties.insert("lag".into(), nullable(quantity(lag, Range::Any)));
     let scale = "Own displacement scale [m; rad for shafts].";
     properties.insert("length".into(), nullable(quantity(scale, Range::Positive)));
     properties.extend(keys(Units::Si));

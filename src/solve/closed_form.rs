@@ -40,13 +40,13 @@ impl ClosedForm {
             (_, Some(Periodic::Rectangular { .. })) => {
                 return Some("a transmission error without jumps");
             }
-            (_, Some(Periodic::Table { .. })) => {}
+            (_, Some(Periodic::Table { .. } | Periodic::Uneven { .. })) => {}
         }
         let is_allowed = |s: &Periodic| match s {
             _ if s.is_constant() => true,
             Periodic::Rectangular { .. } => true,
             Periodic::Fourier { .. } => self != ClosedForm::Flow,
-            Periodic::Table { .. } => self == ClosedForm::Series,
+            Periodic::Table { .. } | Periodic::Uneven { .. } => self == ClosedForm::Series,
         };
         match self {
             _ if mount.stiffness_variation.iter().all(is_allowed) => None,

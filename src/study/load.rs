@@ -95,7 +95,7 @@ pub(super) fn load_run(
         assembly,
         control: &Unattended,
     };
-    let faults = analysis.check(&setting);
+    let faults = analysis::check(analysis.as_ref(), &setting);
     if faults.is_empty() {
         return Ok(Run {
             name: name.to_string(),

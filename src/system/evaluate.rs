@@ -1,6 +1,6 @@
 //! Evaluation of the equation of motion at one instant.
 
-use super::{LoadKind, System};
+use super::System;
 use crate::element::Response;
 use nalgebra::DMatrix;
 
@@ -42,14 +42,15 @@ impl System {
     ) {
         let n = self.dof();
         let (q, v) = state.split_at(n);
-        let phase = self.subharmonic as f64 * tau;
+        let at = self.moment(tau);
+        let phase = at.phase;
         for (k, mount) in self.mounts.iter().enumerate() {
             let motion = if self.is_tree {
                 [q[k], v[k]]
             } else {
                 self.deform(k, q, v)
             };
-            let [x, rate] = mount.deformation(motion, phase, self.excitation_frequency());
+            let [x, rate] = mount.deformation(motion, phase, at.frequency);
             let response = match windows {
                 None => mount.respond(x, rate, phase),
                 Some(windows) => {
@@ -89,12 +90,9 @@ impl System {
     ) {
         self.respond_within(windows, tau, state, scratch);
         out.fill(0.0);
-        let phase = self.subharmonic as f64 * tau;
+        let at = self.moment(tau);
         for load in &self.loads {
-            let value = match load.kind {
-                LoadKind::Value => load.series.value(phase),
-                LoadKind::Rate => self.excitation_frequency() * load.series.derivative(phase),
-            };
+            let value = self.load_value((&load.series, &load.kind), tau, &at);
             for (a, d) in out.iter_mut().zip(load.direction.iter()) {
                 *a += d * value;
             }

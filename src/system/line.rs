@@ -1,6 +1,7 @@
 //! Systems on a straight line between two others: every number is affine in one parameter.
 
-use super::System;
+use super::{LoadKind, System};
+use crate::numeric::growth::Growth;
 use crate::numeric::periodic::Periodic;
 use nalgebra::DMatrix;
 
@@ -134,6 +135,21 @@ impl System {
         for load in &mut self.loads {
             visit(load.direction.as_mut_slice());
             visit_series(&mut load.series, visit);
+            match &mut load.kind {
+                LoadKind::Orders {
+                    growth: Growth::Table(line),
+                    ..
+                }
+                | LoadKind::Timed(line) => line.visit_values(visit),
+                LoadKind::Orders {
+                    growth: Growth::Power { power, reference },
+                    ..
+                } => {
+                    visit(std::slice::from_mut(power));
+                    visit(std::slice::from_mut(reference));
+                }
+                _ => {}
+            }
         }
         if let Some(balance) = &mut self.balance {
             visit(&mut balance.stiffness);
@@ -153,7 +169,7 @@ fn visit_series(series: &mut Periodic, visit: &mut dyn FnMut(&mut [f64])) {
                 [h.cos, h.sin] = pair;
             }
         }
-        Periodic::Table { values, .. } => visit(values),
+        Periodic::Table { values, .. } | Periodic::Uneven { values, .. } => visit(values),
         Periodic::Rectangular {
             high,
             low,

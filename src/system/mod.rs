@@ -5,27 +5,40 @@
 //! n coordinates, e connections. tau in [0, 2 pi) is the phase of the response, Om = omega / (nu omega_c), velocities are
 //! v = Om q' = dq/d(omega_c t). Rook & Singh (1995), eq. (4a) multiplied by Om^2; loops and transmission error beyond it.
 
+mod course;
 mod evaluate;
 mod line;
 mod mount;
 
+pub use course::{Course, Moment};
 pub use evaluate::Scratch;
 pub use line::Line;
 pub use mount::Mount;
 
 use crate::element::Element;
 use crate::error::SolveError;
+use crate::numeric::broken_line::BrokenLine;
+use crate::numeric::growth::Growth;
 use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
 use nalgebra::{DMatrix, DVector};
 
 /// How a load follows from its series.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum LoadKind {
     /// Q += direction series(phase).
     Value,
     /// Q += direction nu Om d(series)/dphase: a dashpot parallel to a transmission error.
     Rate,
+    /// Q += direction growth(speed of the reference) series(ratio phase), without mean.
+    Orders {
+        /// 1 for whole multiples of the base order; anything where no period is needed.
+        ratio: f64,
+        /// Amplitude against the speed of the reference over omega_c.
+        growth: Growth,
+    },
+    /// Q += direction line(omega_c t) along a course; elsewhere its value at time 0, which is the mean of the series.
+    Timed(BrokenLine),
 }
 
 /// One excitation: a direction in relative coordinates and its series.
@@ -69,6 +82,7 @@ pub struct System {
     revolutions: usize,
     /// W is the identity: deformations are coordinates.
     is_tree: bool,
+    course: Option<Course>,
     /// The same matrices without their zeros.
     damping_columns: Nonzeros,
     stiffness_columns: Nonzeros,
@@ -131,6 +145,7 @@ impl System {
             subharmonic: 1,
             revolutions: 1,
             is_tree: false,
+            course: None,
         };
         system.index();
         Ok(system)
@@ -302,6 +317,15 @@ impl System {
         copy
     }
 
+    /// The same system without transmission errors: deformations are W q.
+    pub fn without_transmission_errors(&self) -> System {
+        let mut copy = self.clone();
+        for mount in &mut copy.mounts {
+            mount.transmission_error = None;
+        }
+        copy
+    }
+
     /// The same system with every law replaced by one, but for those that are no springs.
     pub fn with_laws(&self, law: &dyn Element) -> System {
         let mut copy = self.clone();
@@ -320,7 +344,7 @@ impl System {
     /// Mean load, n values.
     pub fn mean_load(&self) -> DVector<f64> {
         let zero = DVector::zeros(self.dof());
-        let values = self.loads.iter().filter(|l| l.kind == LoadKind::Value);
+        let values = self.loads.iter().filter(|l| l.kind != LoadKind::Rate);
         values.fold(zero, |sum, l| sum + &l.direction * l.series.mean())
     }
 }

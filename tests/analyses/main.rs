@@ -2,6 +2,8 @@
 
 #[path = "../support/common.rs"]
 mod common;
+#[path = "../support/drive_support.rs"]
+mod drive_support;
 #[path = "../support/response_support.rs"]
 mod response_support;
 #[path = "../support/time_domain_support.rs"]
@@ -24,9 +26,11 @@ mod random_starts;
 mod rattle_metrics;
 mod reproduction_rook_singh;
 mod response_integration;
+mod run_ups;
 mod scaling_invariance;
 mod stability;
 mod tables;
 mod time_domain;
 mod time_domain_mistakes;
 mod time_domain_sweeps;
+mod transients;

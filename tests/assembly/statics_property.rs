@@ -93,7 +93,13 @@ fn loaded(inertia: &[f64], connections: Vec<Connection>, torque: &[f64]) -> Trai
             mean: *mean,
             harmonics: vec![],
         };
-        train.loads.insert(format!("B{k}"), Load { series });
+        train.loads.insert(
+            format!("B{k}"),
+            Load {
+                series,
+                others: Vec::new(),
+            },
+        );
     }
     train.scaling.frequency = FrequencyScale::Value(100.0);
     train

@@ -316,3 +316,89 @@ connections:
         .warnings;
     assert!(warnings.is_empty(), "{warnings:?}");
 }
+
+/// `planets: 3` against the same set written out: phases of the meshes, and the planets' mass on the carrier.
+#[test]
+fn planets_are_copied_with_the_phases_of_their_meshes() {
+    let head = "reference: {body: S, speed: 100 rad/s, also: {R: 0 rad/s}}\n";
+    let geometry = |planet: &str, more: &str| {
+        format!(
+            "planet_gear: {{sun: S, planet: {planet}, carrier: C, teeth: {{S: 28, {planet}: 26}}, module: 2 mm{more}}}"
+        )
+    };
+    let ring = |planet: &str, more: &str| {
+        format!(
+            "planet_ring: {{ring: R, planet: {planet}, carrier: C, teeth: {{R: 80, {planet}: 26}}, module: 2 mm{more}}}"
+        )
+    };
+    let rest = |phase: f64| {
+        format!(
+            "stiffness: 1e8, transmission_error: {{harmonics: [{{order: mesh, amplitude: 1 um, phase: {phase} rad}}, {{order: mesh, amplitude: 2 um}}]}}, \
+             stiffness_variation: {{table: [0.9, 1.1, 1.0], order_unit: mesh}}"
+        )
+    };
+    let short = format!(
+        "{head}bodies: {{S: {{inertia: 1e-3}}, P: {{inertia: 2e-4, mass: 0.5 kg}}, C: {{inertia: 5e-3}}, R: {{inertia: 1e-2}}}}\n\
+         connections:\n  sun: {{{}, {}}}\n  ring: {{{}, {}}}\n  held: {{ground: R, stiffness: 1e5}}\nloads: {{P: {{mean: 0.1}}}}\n",
+        geometry("P", ", planets: 3"),
+        rest(0.3),
+        ring("P", ", planets: 3"),
+        rest(0.2),
+    );
+    let train = train(&short);
+    let names: Vec<&str> = train.connections.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "sun_1", "sun_2", "sun_3", "ring_1", "ring_2", "ring_3", "held"
+        ]
+    );
+    assert_eq!(train.loads.len(), 3);
+    let radius = 0.5 * 2e-3 * 54.0;
+    let carrier = 5e-3 + 3.0 * 0.5 * radius * radius;
+    assert!((train.bodies["C"].inertia / carrier - 1.0).abs() < 1e-12);
+    let order = train.revolutions as f64 * 28.0 * (1.0 - 28.0 / 108.0);
+    for (name, teeth) in [("sun", 28.0), ("ring", 80.0)] {
+        let first = &train.connections[&format!("{name}_1")];
+        for planet in 1..=3 {
+            let own = &train.connections[&format!("{name}_{planet}")];
+            // One mesh period of the base phase, and the share that this mesh lags.
+            let period = TAU / order;
+            let lag = (f64::from(planet - 1) * teeth / 3.0_f64).fract() * period;
+            for k in 0..40 {
+                let phase = 0.013 * f64::from(k) * period;
+                let pairs = [
+                    (
+                        own.transmission_error.as_ref(),
+                        first.transmission_error.as_ref(),
+                        1e-18,
+                    ),
+                    (
+                        own.stiffness_variation.as_ref(),
+                        first.stiffness_variation.as_ref(),
+                        1e-9,
+                    ),
+                ];
+                for (own, first, close) in pairs {
+                    let (own, first) =
+                        (own.unwrap().value(phase), first.unwrap().value(phase - lag));
+                    assert!(
+                        (own - first).abs() < close,
+                        "{name}_{planet}: {own} {first}"
+                    );
+                }
+            }
+        }
+    }
+    says(
+        &short.replace(
+            "ring: {planet_ring",
+            "also: {shaft: [P, S], stiffness: 10}\n  ring: {planet_ring",
+        ),
+        &["also", "`P`", "planets: 3"],
+    );
+    says(
+        &short.replace("R: {inertia: 1e-2}", "R: {inertia: 1e-2, mass: 3}"),
+        &["bodies.R.mass", "planet"],
+    );
+}

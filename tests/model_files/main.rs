@@ -5,6 +5,7 @@ mod program;
 
 mod architecture;
 mod kinematics;
+mod load_tables;
 mod loader_fuzz;
 mod model_mistakes;
 mod model_read;

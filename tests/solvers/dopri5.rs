@@ -239,13 +239,15 @@ fn table_loads() {
         values: vec![0.0, 1.0, 0.5, -0.5],
         base_order: 1,
     };
-    for kind in [LoadKind::Value, LoadKind::Rate] {
+    let quarter = TAU / 4.0;
+    let moved = quarter * (0.5 + 0.75 + 0.4 * 0.5 * (0.5 + 0.1));
+    for (kind, wanted) in [(LoadKind::Value, moved), (LoadKind::Rate, 0.1)] {
         let direction = DVector::from_vec(vec![1.0]);
         let one = DMatrix::from_element(1, 1, 1.0);
         let loads = vec![LoadSource {
             direction,
             series: series.clone(),
-            kind,
+            kind: kind.clone(),
         }];
         // free: the velocity is the integral of the load, for a rate its change
         let system = System::new(0.0 * &one, 0.0 * &one, one, vec![backlash(1.0)], loads).unwrap();
@@ -256,11 +258,6 @@ fn table_loads() {
             (0.0, 0.6 * TAU),
             &mut state,
         );
-        let quarter = TAU / 4.0;
-        let wanted = match kind {
-            LoadKind::Value => quarter * (0.5 + 0.75 + 0.4 * 0.5 * (0.5 + 0.1)),
-            LoadKind::Rate => 0.1,
-        };
         assert!(
             (state[1] - wanted).abs() < 1e-12,
             "{kind:?}: {} {wanted}",

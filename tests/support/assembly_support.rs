@@ -67,7 +67,10 @@ pub fn train(inertia: &[f64], connections: Vec<Connection>) -> Train {
 pub fn load(train: &mut Train, body: usize, mean: f64, cos: f64, sin: f64) {
     let harmonics = vec![Harmonic { order: 1, cos, sin }];
     let series = Periodic::Fourier { mean, harmonics };
-    train.loads.insert(format!("B{body}"), Load { series });
+    let others = Vec::new();
+    train
+        .loads
+        .insert(format!("B{body}"), Load { series, others });
 }
 
 pub fn model(structure: Structure) -> Model {

@@ -65,6 +65,11 @@ struct State {
 
 #[typetag::serde(name = "effective_frequencies")]
 impl Analysis for EffectiveFrequencies {
+    /// Loads have no part in it, or just their mean.
+    fn takes_functions_of_time(&self) -> bool {
+        true
+    }
+
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         self.moving(setting).err().unwrap_or_default()
     }

@@ -57,6 +57,11 @@ const MOST_IN_MEMORY: u64 = 1_000_000;
 
 #[typetag::serde(name = "parameter_study")]
 impl Analysis for ParameterStudy {
+    /// The analysis inside says it.
+    fn takes_functions_of_time(&self) -> bool {
+        true
+    }
+
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         match Plan::new(self, setting) {
             Ok(plan) => plan.check_values(),

@@ -76,7 +76,7 @@ impl<'a> Plan<'a> {
             }
         };
         let own = target.setting(setting, setting.control);
-        let mut faults: Vec<Fault> = (analysis.check(&own).iter())
+        let mut faults: Vec<Fault> = (super::super::check(analysis.as_ref(), &own).iter())
             .map(|fault| target.fault(fault))
             .collect();
         let mut collectors = Vec::new();
@@ -307,7 +307,7 @@ impl Worker<'_> {
             },
         };
         let setting = self.setting(&prepared, self.plan.setting.control);
-        let faults = self.analysis(&prepared).check(&setting);
+        let faults = super::super::check(self.analysis(&prepared), &setting);
         match faults.first() {
             None => Ok(prepared),
             Some(_) => {

@@ -35,7 +35,7 @@ impl Demand {
         let n = system.dof();
         let (mut load, mut noise) = (DVector::zeros(n), DVector::zeros(n));
         let values = (system.loads().iter().zip(&balance.loads))
-            .filter(|(source, _)| source.kind == LoadKind::Value);
+            .filter(|(source, _)| source.kind != LoadKind::Rate);
         for (source, force) in values {
             let mean = source.series.mean();
             load.axpy(mean, force, 1.0);

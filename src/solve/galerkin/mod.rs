@@ -12,6 +12,7 @@ mod connection;
 mod exact;
 mod hill;
 pub mod jumps;
+mod loads;
 mod switching;
 
 use super::family::Family;
@@ -23,7 +24,7 @@ use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::numeric::pattern::{Elimination, Pattern};
 use crate::numeric::trigonometric;
-use crate::system::{LoadKind, System};
+use crate::system::System;
 use aft::Sampling;
 use exact::ExactQuadrature;
 use nalgebra::DVector;
@@ -58,6 +59,7 @@ pub struct Galerkin<F: Family> {
     load: Vec<f64>,
     load_rate: Vec<f64>,
     derivative: Vec<f64>,
+    load_series: Vec<f64>,
     shifted: Linearisation,
     floquet: Floquet,
 }
@@ -100,6 +102,7 @@ impl<F: Family> Galerkin<F> {
             load,
             load_rate,
             derivative,
+            load_series: vec![0.0; coefficients],
             shifted,
             floquet: Floquet::default(),
         })
@@ -156,7 +159,7 @@ impl<F: Family> Galerkin<F> {
         if !self.structure.holds(system.coupled_pairs()) {
             self.structure = structure(system, self.coefficients);
         }
-        load_coefficients(
+        loads::coefficients(
             system,
             self.coefficients,
             &mut self.load,
@@ -185,6 +188,7 @@ impl<F: Family> Galerkin<F> {
             *r = -value - nu * om * rate;
             *dr = -rate;
         }
+        loads::add_growing(system, c, &mut self.load_series, out);
         out.magnitude = out.r.amax();
         linear_terms(system, c, u, &mut self.derivative, out);
         match &mut self.exact {
@@ -390,32 +394,6 @@ fn linear_terms(
                 block.column(2 * k)[2 * k - 1] -= entry;
                 block.column(2 * k - 1)[2 * k] += entry;
             }
-        }
-    }
-}
-
-/// Projection of the loads on the harmonics of tau: order k of the excitation enters harmonic nu k.
-fn load_coefficients(system: &System, c: usize, values: &mut [f64], rates: &mut [f64]) {
-    values.fill(0.0);
-    rates.fill(0.0);
-    let mut series = vec![0.0; c];
-    for load in system.loads() {
-        let nu = system.subharmonic();
-        let target = match load.kind {
-            LoadKind::Value => {
-                load.series.coefficients(nu, &mut series);
-                &mut *values
-            }
-            LoadKind::Rate => {
-                load.series.derivative_coefficients(nu, &mut series);
-                &mut *rates
-            }
-        };
-        for (block, direction) in target.chunks_exact_mut(c).zip(load.direction.iter()) {
-            block
-                .iter_mut()
-                .zip(&series)
-                .for_each(|(d, s)| *d += direction * s);
         }
     }
 }

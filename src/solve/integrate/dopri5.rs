@@ -346,7 +346,7 @@ impl Dopri5 {
         stepper.accept();
         stepper.saltate(system, regions);
         if end >= pieces.end() / om {
-            pieces.advance();
+            pieces.advance(system);
             has_changed = true;
         }
         if has_changed {
@@ -430,13 +430,13 @@ fn transmission_error(system: &System, k: usize, taus: [f64; 2], h: f64, c: &mut
     let Some(error) = &system.mounts()[k].transmission_error else {
         return;
     };
-    let frequency = system.excitation_frequency();
-    let phases = taus.map(|tau| system.subharmonic() as f64 * tau);
-    let [begin, end] = phases.map(|phase| -error.value(phase));
-    let slopes = phases.map(|phase| {
+    let moments = taus.map(|tau| system.moment(tau));
+    let [begin, end] = moments.map(|at| -error.value(at.phase));
+    let slopes = moments.map(|at| {
+        let slope = error.derivative(at.phase);
         [
-            -frequency * error.derivative(phase),
-            -frequency * frequency * error.second_derivative(phase),
+            -at.frequency * slope,
+            -at.frequency.powi(2) * error.second_derivative(at.phase) - at.change * slope,
         ]
     });
     hermite(c, begin, end - begin, slopes, h);

@@ -40,9 +40,9 @@ pub struct Singularity {
     pub deformation: f64,
     /// Its rate, d/d(omega_c t).
     pub rate: f64,
-    /// Share of the excitation period at hand, 0..1.
+    /// Share of the excitation period at hand, 0..1; along a course of speed the time.
     pub share: f64,
-    /// Length of the excitation period in omega_c t.
+    /// Length of the excitation period in omega_c t; 1 along a course of speed.
     pub period: f64,
 }
 

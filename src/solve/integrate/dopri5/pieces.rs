@@ -1,7 +1,7 @@
 //! Stretches of time in which every excitation is smooth.
 
 use crate::numeric::periodic::Periodic;
-use crate::system::System;
+use crate::system::{LoadKind, System};
 use std::f64::consts::TAU;
 
 /// Radians of the highest harmonic of a load or of a stiffness variation that one step may cover, and of a transmission
@@ -21,6 +21,8 @@ pub(super) struct Pieces {
     inside: (f64, f64),
     /// Phase of the response at the end of the stretch.
     end: f64,
+    /// Times along a course of speed at which an excitation has a corner.
+    corners: Vec<f64>,
     /// Steps at most, in omega_c t.
     pub(super) longest_step: f64,
 }
@@ -50,11 +52,20 @@ impl Pieces {
             }
         }
         for load in system.loads() {
-            gather(&load.series, LOAD_RADIANS, &mut self.kinks);
+            let ratio = match load.kind {
+                LoadKind::Orders { ratio, .. } => ratio,
+                _ => 1.0,
+            };
+            gather(&load.series, LOAD_RADIANS / ratio, &mut self.kinks);
         }
-        self.longest_step = 1.0 / (rate * system.excitation_frequency());
+        self.longest_step = 1.0 / (rate * system.highest_frequency());
         self.kinks.sort_by(f64::total_cmp);
         self.kinks.dedup_by(|b, a| *b - *a <= 4.0 * nudge(TAU));
+        if system.course().is_some() {
+            self.corners = system.corners();
+            self.begin_at(system, tau);
+            return;
+        }
         self.subharmonic = system.subharmonic() as f64;
         let phase = self.subharmonic * tau;
         if self.kinks.is_empty() {
@@ -69,7 +80,11 @@ impl Pieces {
     }
 
     /// The stretch after this one.
-    pub(super) fn advance(&mut self) {
+    pub(super) fn advance(&mut self, system: &System) {
+        if system.course().is_some() {
+            self.begin_at(system, self.end);
+            return;
+        }
         let begin = self.next_phase();
         self.step_kink();
         self.enter(begin);
@@ -83,6 +98,19 @@ impl Pieces {
     /// The phase of the response nearest to `tau` within the stretch.
     pub(super) fn clamp(&self, tau: f64) -> f64 {
         tau.clamp(self.inside.0, self.inside.1)
+    }
+
+    /// The stretch behind a time along a course of speed.
+    fn begin_at(&mut self, system: &System, time: f64) {
+        let first = self.corners.partition_point(|t| *t <= time);
+        let stop = self.corners.get(first).copied().unwrap_or(f64::MAX);
+        let kink = system.next_kink(&self.kinks, time, stop);
+        self.end = kink.unwrap_or(match stop {
+            f64::MAX => f64::INFINITY,
+            stop => stop,
+        });
+        let (low, high) = (time, self.end - nudge(self.end));
+        self.inside = (low.min(high), high.max(low));
     }
 
     /// `begin`: a phase at or before the begin of the stretch.

@@ -208,8 +208,9 @@ impl Regions {
         let row = system.element_map().row(k);
         let mut bend: f64 = row.iter().zip(at.acceleration).map(|(w, a)| w * a).sum();
         if let Some(error) = &system.mounts()[k].transmission_error {
-            let phase = system.subharmonic() as f64 * pieces.clamp(at.tau);
-            bend -= system.excitation_frequency().powi(2) * error.second_derivative(phase);
+            let moment = system.moment(pieces.clamp(at.tau));
+            bend -= moment.frequency.powi(2) * error.second_derivative(moment.phase)
+                + moment.change * error.derivative(moment.phase);
         }
         // A rate that the acceleration turns round within the tolerance says nothing: later steps show the way.
         if rate * rate > 2.0 * bend.abs() * tolerance {
@@ -312,7 +313,7 @@ impl Regions {
         self.switches += 1;
         let (mount, rate) = (&system.mounts()[k], at.scratch.rate[k]);
         if let (true, Some(list)) = (element.is_discontinuous(), &mut self.jumps) {
-            let phase = system.subharmonic() as f64 * pieces.clamp(at.tau);
+            let phase = system.moment(pieces.clamp(at.tau)).phase;
             let size = jumps::size(mount, level, rate, phase);
             list.push(Jump {
                 connection: k,

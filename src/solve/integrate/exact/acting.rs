@@ -16,7 +16,7 @@ pub struct Acting {
     parts: Vec<Part>,
     variations: Sources,
     variation: Vec<Polynomial>,
-    phase: (f64, f64),
+    phase: [f64; 3],
 }
 
 /// The series of one connection.
@@ -63,13 +63,13 @@ impl Acting {
             parts: laws.iter().zip(system.mounts()).map(part).collect(),
             variations,
             variation: vec![zero; e],
-            phase: (0.0, 0.0),
+            phase: [0.0; 3],
         }
     }
 
-    /// Sets the excitation frequency in the unit of time of the series.
-    pub fn prepare(&mut self, frequency: f64) {
-        self.variations.prepare(frequency);
+    /// Sets the excitation frequency over omega_c, the unit of time of the series and the revolutions in a turn.
+    pub fn prepare(&mut self, frequency: f64, unit: f64, revolutions: f64) {
+        self.variations.prepare(frequency, unit, revolutions);
     }
 
     /// Whether a connection in a region acts; if not, its slope and offset with the stiffness at a phase inside the stretch.
@@ -88,7 +88,7 @@ impl Acting {
 
     /// Series of the stiffness variation for a step.
     pub fn expand(&mut self, at: &Instant) {
-        self.phase = (at.phase, at.rate);
+        self.phase = [at.phase, at.rate, 0.5 * at.change];
         if !self.list.is_empty() && !self.variations.is_zero() {
             self.variations.expand(at, &mut self.variation);
         }

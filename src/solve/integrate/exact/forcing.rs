@@ -1,7 +1,9 @@
 //! Periodic excitations as Taylor series at any phase.
 
+use crate::numeric::broken_line::BrokenLine;
+use crate::numeric::growth::Growth;
 use crate::numeric::periodic::Periodic;
-use crate::numeric::taylor::{COUNT, Polynomial};
+use crate::numeric::taylor::{COUNT, Polynomial, convolve};
 
 /// A step's place in the excitation: phases of the excitation within the turn that holds the middle of the stretch at hand.
 #[derive(Debug, Clone, Copy)]
@@ -12,6 +14,84 @@ pub struct Instant {
     pub middle: f64,
     /// Radians per unit of time of the series.
     pub rate: f64,
+    /// Growth of that rate per unit of time of the series; 0 where the excitation turns evenly.
+    pub change: f64,
+    /// Place in the course of speed, if there is one.
+    pub course: Option<Place>,
+}
+
+/// A place in a course of speed.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Time at the begin of the step and inside the stretch, omega_c t.
+    pub time: (f64, f64),
+    /// Unit of time of the series.
+    pub unit: f64,
+    /// Speed of the reference over omega_c inside the stretch.
+    pub speed: f64,
+    /// Revolutions of the reference in a turn of the phase.
+    pub revolutions: f64,
+}
+
+impl Instant {
+    /// The phase of an order as a series: cos and sin.
+    ///
+    /// ```text
+    /// (k + 1) c_(k+1) = -(w s_k + a s_(k-1)),    (k + 1) s_(k+1) = w c_k + a c_(k-1)
+    /// ```
+    fn waves(&self, order: f64) -> [Polynomial; 2] {
+        let (w, a) = (order * self.rate, order * self.change);
+        let (mut c, mut s) = ([0.0; COUNT], [0.0; COUNT]);
+        (s[0], c[0]) = (order * self.phase).sin_cos();
+        (c[1], s[1]) = (-w * s[0], w * c[0]);
+        for k in 1..COUNT - 1 {
+            let share = 1.0 / (k + 1) as f64;
+            c[k + 1] = -share * (w * s[k] + a * s[k - 1]);
+            s[k + 1] = share * (w * c[k] + a * c[k - 1]);
+        }
+        [c, s]
+    }
+}
+
+/// What a source is multiplied with.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Factor {
+    /// 1.
+    One,
+    /// The rate of the phase over omega_c.
+    Rate,
+    /// An amplitude that depends on the speed.
+    Growth(Growth),
+}
+
+impl Factor {
+    /// Its value where the excitation turns evenly, from the rate of the phase over omega_c and the revolutions in a turn.
+    fn steady(&self, frequency: f64, revolutions: f64) -> f64 {
+        match self {
+            Factor::One => 1.0,
+            Factor::Rate => frequency,
+            Factor::Growth(growth) => growth.factor(frequency * revolutions),
+        }
+    }
+
+    /// Its series along a course.
+    fn expand(&self, at: &Instant, place: &Place, out: &mut Polynomial) {
+        let per_time = 1.0 / place.unit;
+        match self {
+            Factor::One => {
+                *out = [0.0; COUNT];
+                out[0] = 1.0;
+            }
+            Factor::Rate => {
+                *out = [0.0; COUNT];
+                (out[0], out[1]) = (at.rate * per_time, at.change * per_time);
+            }
+            Factor::Growth(growth) => {
+                let factor = place.revolutions * per_time;
+                growth.expand((at.rate * factor, at.change * factor), place.speed, out);
+            }
+        }
+    }
 }
 
 /// A vector of periodic functions: sums of harmonics, and what is a polynomial between its corners.
@@ -20,12 +100,24 @@ pub struct Sources {
     mean: Vec<f64>,
     terms: Vec<Term>,
     broken: Vec<Broken>,
+    lines: Vec<Line>,
+}
+
+/// A multiple of a function of time in one component.
+#[derive(Debug, Clone)]
+struct Line {
+    index: usize,
+    factor: f64,
+    line: BrokenLine,
 }
 
 /// One order in every component.
 #[derive(Debug, Clone)]
 struct Term {
     order: f64,
+    factor: Factor,
+    /// The factor where the excitation turns evenly.
+    scale: f64,
     cos: Vec<f64>,
     sin: Vec<f64>,
     /// w^k / k!, w: its frequency in the unit of time of the series.
@@ -39,6 +131,8 @@ struct Broken {
     factor: f64,
     series: Periodic,
     part: Part,
+    /// Rate of the phase over omega_c where the excitation turns evenly.
+    frequency: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,11 +145,18 @@ impl Broken {
     fn expand(&self, at: &Instant, out: &mut Polynomial) {
         let slope = self.factor * self.series.derivative(at.middle);
         match self.part {
-            Part::Slope => out[0] += slope,
+            Part::Slope => match at.course {
+                None => out[0] += slope * self.frequency,
+                Some(place) => {
+                    out[0] += slope * at.rate / place.unit;
+                    out[1] += slope * at.change / place.unit;
+                }
+            },
             Part::Value => {
                 let inside = self.factor * self.series.value(at.middle);
                 out[0] += inside + slope * (at.phase - at.middle);
                 out[1] += slope * at.rate;
+                out[2] += 0.5 * slope * at.change;
             }
         }
     }
@@ -76,7 +177,7 @@ impl Sources {
             Periodic::Fourier { mean, harmonics } => {
                 self.mean[index] += factor * mean;
                 for h in harmonics {
-                    let term = self.term(h.order as f64);
+                    let term = self.term(h.order as f64, &Factor::One);
                     term.cos[index] += factor * h.cos;
                     term.sin[index] += factor * h.sin;
                 }
@@ -87,33 +188,69 @@ impl Sources {
                 factor,
                 series: broken.clone(),
                 part: Part::Value,
+                frequency: 0.0,
             }),
         }
     }
 
-    /// Adds a multiple of the derivative of another one with respect to the phase.
-    pub fn add_derivative(&mut self, factor: f64, other: &Sources) {
-        for t in &other.terms {
-            let order = t.order;
-            let term = self.term(order);
-            for i in 0..t.cos.len() {
-                term.cos[i] += factor * order * t.sin[i];
-                term.sin[i] -= factor * order * t.cos[i];
+    /// Adds a multiple of the rate of a series, d/d(omega_c t), to one component.
+    pub fn add_rate(&mut self, index: usize, factor: f64, series: &Periodic) {
+        match series {
+            Periodic::Fourier { harmonics, .. } => {
+                for h in harmonics {
+                    let order = h.order as f64;
+                    let term = self.term(order, &Factor::Rate);
+                    term.cos[index] += factor * order * h.sin;
+                    term.sin[index] -= factor * order * h.cos;
+                }
             }
+            constant if constant.is_constant() => {}
+            broken => self.broken.push(Broken {
+                index,
+                factor,
+                series: broken.clone(),
+                part: Part::Slope,
+                frequency: 0.0,
+            }),
         }
-        self.broken.extend(other.broken.iter().map(|b| Broken {
-            factor: factor * b.factor,
-            part: Part::Slope,
-            ..b.clone()
-        }));
     }
 
-    fn term(&mut self, order: f64) -> &mut Term {
-        let known = self.terms.iter().position(|t| t.order == order);
+    /// Adds a multiple of harmonics of a phase `ratio` times as fast, whose amplitude depends on the speed.
+    pub fn add_orders(
+        &mut self,
+        index: usize,
+        factor: f64,
+        (series, ratio): (&Periodic, f64),
+        growth: &Growth,
+    ) {
+        let Periodic::Fourier { harmonics, .. } = series else {
+            return;
+        };
+        for h in harmonics {
+            let order = h.order as f64 * ratio;
+            let term = self.term(order, &Factor::Growth(growth.clone()));
+            term.cos[index] += factor * h.cos;
+            term.sin[index] += factor * h.sin;
+        }
+    }
+
+    /// Adds a multiple of a function of omega_c t.
+    pub fn add_line(&mut self, index: usize, factor: f64, line: &BrokenLine) {
+        self.lines.push(Line {
+            index,
+            factor,
+            line: line.clone(),
+        });
+    }
+
+    fn term(&mut self, order: f64, factor: &Factor) -> &mut Term {
+        let known = (self.terms.iter()).position(|t| t.order == order && t.factor == *factor);
         let index = known.unwrap_or_else(|| {
             let zero = vec![0.0; self.mean.len()];
             self.terms.push(Term {
                 order,
+                factor: factor.clone(),
+                scale: 1.0,
                 cos: zero.clone(),
                 sin: zero,
                 powers: [0.0; COUNT],
@@ -125,7 +262,10 @@ impl Sources {
 
     /// Whether there is nothing but zero.
     pub fn is_zero(&self) -> bool {
-        self.terms.is_empty() && self.broken.is_empty() && self.mean.iter().all(|m| *m == 0.0)
+        self.terms.is_empty()
+            && self.broken.is_empty()
+            && self.lines.is_empty()
+            && self.mean.iter().all(|m| *m == 0.0)
     }
 
     /// Bounds the values and the slope of a component: for harmonics the sum of |order + 1| times the amplitudes.
@@ -138,9 +278,14 @@ impl Sources {
             + broken.map(largest).sum::<f64>()
     }
 
-    /// Sets the excitation frequency in the unit of time of the series.
-    pub fn prepare(&mut self, frequency: f64) {
+    /// Sets the excitation frequency over omega_c, the unit of time of the series and the revolutions in a turn.
+    pub fn prepare(&mut self, excitation: f64, unit: f64, revolutions: f64) {
+        let frequency = excitation * unit;
+        for broken in &mut self.broken {
+            broken.frequency = excitation;
+        }
         for term in &mut self.terms {
+            term.scale = term.factor.steady(excitation, revolutions);
             term.powers[0] = 1.0;
             for k in 1..COUNT {
                 term.powers[k] = term.powers[k - 1] * term.order * frequency / k as f64;
@@ -154,8 +299,20 @@ impl Sources {
             *polynomial = [0.0; COUNT];
             polynomial[0] = *mean;
         }
+        match &at.course {
+            None => self.expand_even(at, out),
+            Some(place) => self.expand_along(at, place, out),
+        }
+        for broken in &self.broken {
+            broken.expand(at, &mut out[broken.index]);
+        }
+    }
+
+    /// Harmonics that turn evenly.
+    fn expand_even(&self, at: &Instant, out: &mut [Polynomial]) {
         for term in &self.terms {
             let (s, c) = (term.order * at.phase).sin_cos();
+            let (s, c) = (term.scale * s, term.scale * c);
             let (powers, _) = term.powers.as_chunks::<4>();
             for ((polynomial, cos), sin) in out.iter_mut().zip(&term.cos).zip(&term.sin) {
                 if *cos == 0.0 && *sin == 0.0 {
@@ -170,8 +327,39 @@ impl Sources {
                 }
             }
         }
-        for broken in &self.broken {
-            broken.expand(at, &mut out[broken.index]);
+    }
+
+    /// Harmonics and functions of time along a course.
+    fn expand_along(&self, at: &Instant, place: &Place, out: &mut [Polynomial]) {
+        let mut factor = [0.0; COUNT];
+        for term in &self.terms {
+            let [mut c, mut s] = at.waves(term.order);
+            if term.factor != Factor::One {
+                term.factor.expand(at, place, &mut factor);
+                for wave in [&mut c, &mut s] {
+                    for k in (0..COUNT).rev() {
+                        wave[k] = convolve(wave, &factor, k);
+                    }
+                }
+            }
+            for ((polynomial, cos), sin) in out.iter_mut().zip(&term.cos).zip(&term.sin) {
+                if *cos == 0.0 && *sin == 0.0 {
+                    continue;
+                }
+                for k in 0..COUNT {
+                    polynomial[k] += cos * c[k] + sin * s[k];
+                }
+            }
+        }
+        for Line {
+            index,
+            factor,
+            line,
+        } in &self.lines
+        {
+            let piece = line.on(place.time.0, place.time.1);
+            out[*index][0] += factor * piece.value;
+            out[*index][1] += factor * piece.slope * place.unit;
         }
     }
 }

@@ -35,12 +35,19 @@ pub(super) fn not_analytic(
     tau: f64,
     (connection, deformation, rate): (usize, f64, f64),
 ) -> IntegrationEnd {
+    let (share, period) = match system.course() {
+        None => (
+            (system.subharmonic() as f64 * tau / TAU).rem_euclid(1.0),
+            TAU / system.excitation_frequency(),
+        ),
+        Some(_) => (tau, 1.0),
+    };
     IntegrationEnd::NotAnalytic(Singularity {
         connection,
         deformation,
         rate,
-        share: (system.subharmonic() as f64 * tau / TAU).rem_euclid(1.0),
-        period: TAU / system.excitation_frequency(),
+        share,
+        period,
     })
 }
 

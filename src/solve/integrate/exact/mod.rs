@@ -58,6 +58,8 @@ pub struct Exact {
     offset: Vec<f64>,
     /// Phases of the response where an excitation or a law has a corner, in [0, 2 pi), ascending.
     kinks: Vec<f64>,
+    /// Times along a course of speed at which an excitation has a corner.
+    corners: Vec<f64>,
     segment: Vec<Polynomial>,
     deformation: Vec<f64>,
     /// Regions set aside.
@@ -103,6 +105,7 @@ impl Exact {
         });
         Ok(Exact {
             kinks: kinks(system, &laws),
+            corners: Vec::new(),
             acting: Acting::new(system, &laws),
             regions: Regions::new(laws, &series),
             series,
@@ -157,7 +160,10 @@ impl Exact {
                 self.arrive(tau, state, &mut motion);
                 return IntegrationEnd::Reached;
             }
-            let stop = self.next_stop(tau, end);
+            let stop = match system.course() {
+                None => self.next_stop(tau, end),
+                Some(_) => self.next_corner(system, tau, end),
+            };
             let span = Span {
                 tau,
                 middle: 0.5 * (tau + stop),
@@ -214,8 +220,11 @@ impl Exact {
     /// Refreshes what depends on the frequency.
     fn prepare(&mut self, system: &System) {
         if self.series.prepare(system) {
-            let frequency = system.excitation_frequency() * self.series.unit;
-            self.acting.prepare(frequency);
+            let revolutions = system.revolutions() as f64;
+            let frequency = system.highest_frequency();
+            self.acting
+                .prepare(frequency, self.series.unit, revolutions);
+            self.corners = system.corners();
         }
     }
 
@@ -272,7 +281,7 @@ impl Exact {
     /// Regions at an instant; on a breakpoint that to which the connection moves.
     fn place(&mut self, system: &System, tau: f64, state: &[f64]) {
         let q = &state[..system.dof()];
-        let phase = system.subharmonic() as f64 * tau;
+        let phase = system.moment(tau).phase;
         for (k, x) in self.deformation.iter_mut().enumerate() {
             let error = system.mounts()[k].transmission_error.as_ref();
             *x = if system.is_tree() {
@@ -326,7 +335,7 @@ impl Exact {
         let rate = evaluate(self.series.deformation(connection), theta).1 / self.series.unit;
         let (level, from, to) = self.regions.pass(connection, direction);
         if let Some(phi) = motion.phi.as_deref_mut() {
-            let phase = motion.system.subharmonic() as f64 * tau;
+            let phase = motion.system.moment(tau).phase;
             let jump = jumps::size(&motion.system.mounts()[connection], level, rate, phase);
             jumps::saltate(motion.system, connection, jump, rate, phi.as_mut_slice());
         }
@@ -356,9 +365,16 @@ impl Exact {
             .min(end)
     }
 
+    /// End of the current stretch along a course of speed.
+    fn next_corner(&self, system: &System, tau: f64, end: f64) -> f64 {
+        let first = self.corners.partition_point(|t| *t <= tau);
+        let stop = self.corners.get(first).map_or(end, |t| t.min(end));
+        system.next_kink(&self.kinks, tau, stop).unwrap_or(stop)
+    }
+
     /// Slopes and offsets of the current regions with the stiffness at a phase; which connections act by series.
     fn stiffen(&mut self, system: &System, tau: f64) {
-        let phase = system.subharmonic() as f64 * tau;
+        let phase = system.moment(tau).phase;
         self.acting.list.clear();
         for (e, mount) in system.mounts().iter().enumerate() {
             let variation = mount.stiffness_variation.as_ref();

@@ -5,7 +5,7 @@
 
 use super::entries::Entry;
 use super::frequencies::radius;
-use crate::system::System;
+use crate::system::{LoadKind, System};
 
 /// Ratio of the highest frequency to that of an open train from which steps are measured by contact state; below it one unit
 /// serves all.
@@ -37,17 +37,20 @@ pub(super) struct Pace {
 impl Pace {
     /// For a system whose series have a unit of time.
     pub fn new(system: &System, unit: f64, slowest: f64) -> Pace {
-        let loads = system.loads().iter().map(|l| l.series.highest_order());
+        let loads = system.loads().iter().map(|l| match &l.kind {
+            LoadKind::Orders { ratio, .. } => l.series.highest_order().map(|k| k as f64 * ratio),
+            _ => l.series.highest_order().map(|k| k as f64),
+        });
         let errors = system.mounts().iter().map(|m| {
             let error = m.transmission_error.as_ref();
-            error.and_then(|e| e.highest_order())
+            error.and_then(|e| e.highest_order()).map(|k| k as f64)
         });
-        let order = loads.chain(errors).flatten().max().unwrap_or(1);
+        let order = loads.chain(errors).flatten().reduce(f64::max);
         Pace {
             unit: 1.0,
             slowest,
             damped: unit * radius(&system.damping().abs()),
-            order: order as f64,
+            order: order.unwrap_or(1.0),
             driven: 0.0,
             is_stiff: false,
             x: vec![1.0; system.dof()],

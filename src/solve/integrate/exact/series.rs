@@ -4,7 +4,7 @@ use super::SeriesOptions;
 use super::acting::Acting;
 use super::decay::{Ending, reach_of_closed_form, reach_within};
 use super::entries::{Entry, couple, dense, entries};
-use super::forcing::{Instant, Sources};
+use super::forcing::{Instant, Place, Sources};
 use super::frequencies::frequency_bound;
 use super::laws::Law;
 use super::pace::Pace;
@@ -24,9 +24,6 @@ pub struct Series {
     /// h^2 kappa.
     stiffness: Vec<Entry>,
     map: Vec<Entry>,
-    /// Loads that are given, those that grow with the frequency, and both at the frequency at hand.
-    values: Sources,
-    rates: Sources,
     loads: Sources,
     /// Transmission errors; `None` when W is the identity and there are none.
     errors: Option<Sources>,
@@ -85,15 +82,21 @@ impl Series {
         let (n, e) = (system.dof(), system.element_count());
         let highest = frequency_bound(system, laws, f64::max);
         let unit = if highest > 0.0 { 1.0 / highest } else { 1.0 };
-        let (mut values, mut rates) = (Sources::new(n), Sources::new(n));
+        let mut loads = Sources::new(n);
         for load in system.loads() {
-            let target = match load.kind {
-                LoadKind::Value => &mut values,
-                LoadKind::Rate => &mut rates,
-            };
             let directions = load.direction.iter().enumerate();
             for (i, d) in directions.filter(|(_, d)| **d != 0.0) {
-                target.add(i, d * unit * unit, &load.series);
+                let factor = d * unit * unit;
+                match &load.kind {
+                    LoadKind::Rate => loads.add_rate(i, factor, &load.series),
+                    LoadKind::Orders { ratio, growth } => {
+                        loads.add_orders(i, factor, (&load.series, *ratio), growth);
+                    }
+                    LoadKind::Timed(line) if system.course().is_some() => {
+                        loads.add_line(i, factor, line);
+                    }
+                    LoadKind::Value | LoadKind::Timed(_) => loads.add(i, factor, &load.series),
+                }
             }
         }
         let mut errors = Sources::new(e);
@@ -117,9 +120,7 @@ impl Series {
             links,
             constant: vec![0.0; n],
             slope: vec![0.0; e],
-            loads: values.clone(),
-            values,
-            rates,
+            loads,
             errors: (!is_plain).then_some(errors),
             frequency: f64::NAN,
             load: vec![[0.0; COUNT]; n],
@@ -134,17 +135,16 @@ impl Series {
 
     /// Refreshes the tables that depend on the frequency; whether it has changed.
     pub fn prepare(&mut self, system: &System) -> bool {
-        let frequency = system.excitation_frequency();
+        let frequency = system.highest_frequency();
         if frequency == self.frequency {
             return false;
         }
         self.frequency = frequency;
         self.pace.prepare(frequency * self.unit);
-        self.loads = self.values.clone();
-        self.loads.add_derivative(frequency, &self.rates);
-        self.loads.prepare(frequency * self.unit);
+        let revolutions = system.revolutions() as f64;
+        self.loads.prepare(frequency, self.unit, revolutions);
         if let Some(errors) = &mut self.errors {
-            errors.prepare(frequency * self.unit);
+            errors.prepare(frequency, self.unit, revolutions);
         }
         true
     }
@@ -219,9 +219,13 @@ impl Series {
     }
 
     fn instant(&self, system: &System, span: Span) -> Instant {
-        let nu = system.subharmonic() as f64;
-        let phase = (nu * span.tau).rem_euclid(TAU);
-        let middle = phase + nu * (span.middle - span.tau);
+        let begin = system.moment_on(span.tau, span.middle);
+        let phase = begin.phase.rem_euclid(TAU);
+        let inside = system.moment_on(span.middle, span.middle);
+        let middle = match system.course() {
+            None => phase + system.subharmonic() as f64 * (span.middle - span.tau),
+            Some(_) => phase + (inside.phase - begin.phase),
+        };
         // A stretch that begins at the end of a turn, to rounding, is the first one of the next turn.
         let turn = if middle >= TAU && phase > TAU - TURN {
             TAU
@@ -231,7 +235,14 @@ impl Series {
         Instant {
             phase: phase - turn,
             middle: middle - turn,
-            rate: self.frequency * self.unit,
+            rate: begin.frequency * self.unit,
+            change: begin.change * self.unit * self.unit,
+            course: system.course().map(|_| Place {
+                time: (span.tau, span.middle),
+                unit: self.unit,
+                speed: inside.frequency * system.revolutions() as f64,
+                revolutions: system.revolutions() as f64,
+            }),
         }
     }
 

@@ -1,0 +1,199 @@
+//! Run-ups and run-downs: order tracks, spectra, ranges and rattle against the speed, and the speeds of resonance.
+
+mod orders;
+mod plan;
+mod record;
+mod signals;
+mod tables;
+
+use super::cost::{Cost, Period};
+use super::transient::{RampKeys, SpeedRamp, Transient, tell};
+use super::{Analysis, Fault, Initial, Setting, columns};
+use crate::error::Error;
+use crate::quantity::Quantity;
+use crate::report::{Report, Table};
+use crate::solve::integrate::IntegratorChoice;
+use plan::Plan;
+use record::Record;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::time::Instant;
+
+/// Settings of `run_up`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunUp {
+    /// Speed of the reference at the begin.
+    pub from: Quantity,
+    /// Speed at the end; below `from` for a run-down.
+    pub to: Quantity,
+    /// How long the speed takes from `from` to `to`.
+    #[serde(default)]
+    pub duration: Option<Quantity>,
+    /// Change of speed per time, such as `170 rpm/s`, instead of `duration`.
+    #[serde(default)]
+    pub rate: Option<Quantity>,
+    /// Time for which the first speed is held before, and the last one behind.
+    #[serde(default)]
+    pub hold: Option<Quantity>,
+    /// Phase of the reference at t = 0, 0 when absent.
+    #[serde(default)]
+    pub phase: Option<Quantity>,
+    /// Orders of the reference that are tracked: numbers, fractions such as 35/47, or names of meshes with teeth; those of the
+    /// loads when absent.
+    #[serde(default)]
+    pub orders: Option<Vec<Order>>,
+    /// Whole revolutions in a window.
+    #[serde(default = "defaults::window")]
+    pub window: usize,
+    /// Revolutions from window to window; half a window when absent.
+    #[serde(default)]
+    pub hop: Option<usize>,
+    /// Samples per revolution; a power of two that suits the orders when absent.
+    #[serde(default)]
+    pub samples_per_revolution: Option<usize>,
+    /// What is followed: `q.c`, `v.c`, `f.c`, `dte.c` of a connection c, `acceleration.BODY`; the deformations of connections with
+    /// gaps when absent.
+    #[serde(default)]
+    pub signals: Option<Vec<String>>,
+    /// Highest order of the spectra; the highest tracked one when absent.
+    #[serde(default)]
+    pub spectrum_to: Option<usize>,
+    /// Bands of frequency in which levels are given: pairs of frequencies.
+    #[serde(default)]
+    pub bands: Option<Vec<(Quantity, Quantity)>>,
+    /// State at t = 0; the static equilibrium under the mean loads, at rest, when absent.
+    #[serde(default)]
+    pub initial: Initial,
+    /// Which integrator runs.
+    #[serde(default)]
+    pub integrator: IntegratorChoice,
+    /// Tables besides ranges, orders and resonances; the spectra when absent.
+    #[serde(default)]
+    pub tables: Option<Vec<RunUpTable>>,
+}
+
+/// An order of the reference: a number, a fraction, or the name of a mesh.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Order {
+    /// A number.
+    Number(f64),
+    /// A fraction, or the name of a mesh with teeth.
+    Text(String),
+}
+
+/// Tables of a run-up that are computed when asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RunUpTable {
+    /// Amplitudes over speed and order.
+    Spectra,
+    /// Every passage of a breakpoint.
+    Switches,
+    /// The signals, sample by sample.
+    Series,
+}
+
+mod defaults {
+    pub fn window() -> usize {
+        8
+    }
+}
+
+#[typetag::serde(name = "run_up")]
+impl Analysis for RunUp {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = self.initial.check(setting, "initial");
+        match Plan::new(self, setting) {
+            Err(list) => faults.extend(list),
+            Ok(plan) => {
+                let start = (&plan.ramp.line, plan.ramp.phase);
+                let motion = Transient::new(setting, start, &Initial::default(), self.integrator);
+                faults.extend(motion.err());
+            }
+        }
+        faults
+    }
+
+    fn takes_functions_of_time(&self) -> bool {
+        true
+    }
+
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let Ok(plan) = Plan::new(self, setting) else {
+            return Cost::default();
+        };
+        let SpeedRamp { end, turns, .. } = plan.ramp;
+        let windows = turns / plan.hop as f64;
+        let columns = (plan.signals.len() * (3 + 2 * plan.orders.len())) as f64;
+        let lines = windows * (plan.spectrum * self.window) as f64;
+        let samples = turns * plan.samples as f64;
+        let series = if plan.keeps_series { samples } else { 0.0 };
+        let cells = windows * columns + (lines + series) * (2 + plan.signals.len()) as f64;
+        let motion = end / std::f64::consts::TAU * Period::of(setting, 1.0).plain;
+        Cost::table(cells, 1.0, "samples_per_revolution")
+            .lasting(motion + 1e-6 * samples, "duration")
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let began = Instant::now();
+        let plan = Plan::new(self, setting);
+        let plan = plan.map_err(|mut list| columns::refused(setting, list.remove(0)))?;
+        let start = (&plan.ramp.line, plan.ramp.phase);
+        let motion = Transient::new(setting, start, &self.initial, self.integrator);
+        let mut motion = motion.map_err(|fault| columns::refused(setting, fault))?;
+        let system = motion.system.clone();
+        let Some(course) = system.course() else {
+            return Ok(Report::default());
+        };
+        let (orders, layout) = plan.layout(self.window);
+        let state = motion.state.clone();
+        let mut record = Record::new(
+            setting,
+            (&system, course),
+            &plan.signals,
+            (orders, layout),
+            &state,
+        );
+        motion.integrator.start(&system, 0.0, &state, &mut record);
+        let stop = motion.advance(setting, (0.0, plan.ramp.end), &mut record);
+        record.finish();
+        let reached = record.reached;
+        let mut report = tables::report(setting, &plan, record);
+        report.warnings.extend(motion.warning);
+        report.ended_early = stop.map(|stop| tell(setting, stop, reached));
+        let options = serde_json::to_value(self).unwrap_or(Value::Null);
+        for (key, value) in [
+            ("options", options),
+            ("integrator", json!(motion.integrator.name())),
+            ("samples_per_revolution", json!(plan.samples)),
+            ("orders", json!(plan.orders)),
+            (
+                "timings",
+                json!({ "seconds": began.elapsed().as_secs_f64() }),
+            ),
+        ] {
+            report.summary.insert(key.into(), value);
+        }
+        Ok(report)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        Plan::new(self, setting).map_or(Vec::new(), |plan| tables::empty(setting, &plan))
+    }
+}
+
+impl RunUp {
+    fn ramp_keys(&self) -> RampKeys<'_> {
+        RampKeys {
+            from: &self.from,
+            to: &self.to,
+            duration: self.duration.as_ref(),
+            rate: self.rate.as_ref(),
+            hold: self.hold.as_ref(),
+            phase: self.phase.as_ref(),
+        }
+    }
+}

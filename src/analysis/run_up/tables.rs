@@ -1,0 +1,299 @@
+//! Tables and figure of a run-up.
+
+use super::plan::Plan;
+use super::record::{Record, Window};
+use crate::analysis::columns::{float, integer};
+use crate::analysis::transient::switch_table;
+use crate::analysis::{Setting, columns, frequencies_at_rest};
+use crate::measure::Heading;
+use crate::model::Structure;
+use crate::postprocess::measures::is_clearance;
+use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::solve::equilibrium::equilibrium;
+use serde_json::json;
+use std::f64::consts::TAU;
+
+/// Order curves in a panel at most.
+const MOST_CURVES: usize = 8;
+
+/// The speed of the reference: `speed_rpm`, or `omega` in nondimensional reports of reduced models.
+fn speed(setting: &Setting<'_>) -> Heading {
+    match setting.model.structure {
+        Structure::Train(_) => {
+            let factor = setting.assembly.scales.frequency * 60.0 / TAU;
+            Heading::new("speed_rpm", "rpm", factor)
+        }
+        Structure::Reduced(_) => Heading::number("omega"),
+    }
+}
+
+/// Connections with a gap.
+fn gaps(setting: &Setting<'_>) -> Vec<usize> {
+    let mounts = setting.assembly.system.mounts();
+    let has_gap = |k: &usize| is_clearance(mounts[*k].element.as_ref());
+    (0..mounts.len()).filter(has_gap).collect()
+}
+
+/// The report but for its options.
+pub fn report(setting: &Setting<'_>, plan: &Plan, record: Record<'_>) -> Report {
+    let length = record.orders.window;
+    let windows = &record.windows;
+    let mut tables = vec![
+        ranges(setting, plan, windows),
+        orders(setting, plan, windows),
+        resonances(setting, plan),
+    ];
+    if plan.spectrum > 0 {
+        tables.push(spectra(setting, plan, windows, length));
+    }
+    if plan.writes_switches {
+        tables.push(switch_table(setting, &record.switches));
+    }
+    if plan.keeps_series {
+        tables.push(series(setting, plan, &record));
+    }
+    let mut report = Report {
+        figure: Some(figure(setting, plan)),
+        tables,
+        ..Report::default()
+    };
+    let spectra = json!({
+        "window": format!("rectangular, {length} whole revolutions, uniform in phase, end excluded"),
+        "averaging": "none: one spectrum per window",
+        "resolution": format!("1/{length} order"),
+        "amplitude": "peak amplitude of each order, linear; levels in bands are r.m.s.; 20 log10 of them is dB re 1 of their unit",
+    });
+    report.summary.insert("spectra".into(), spectra);
+    report
+}
+
+/// All tables without rows.
+pub fn empty(setting: &Setting<'_>, plan: &Plan) -> Vec<Table> {
+    vec![
+        ranges(setting, plan, &[]),
+        orders(setting, plan, &[]),
+        resonances(setting, plan),
+    ]
+}
+
+fn begins(windows: &[Window]) -> Vec<Column> {
+    vec![
+        integer("window", (0..windows.len() as i64).collect()),
+        integer(
+            "first_revolution",
+            windows.iter().map(|w| w.first).collect(),
+        ),
+    ]
+}
+
+/// The main table: ranges of the signals and rattle, window by window.
+fn ranges(setting: &Setting<'_>, plan: &Plan, windows: &[Window]) -> Table {
+    let mut list = begins(windows);
+    list.push(columns::time(setting).column(windows.iter().map(|w| w.middle.0)));
+    list.push(speed(setting).column(windows.iter().map(|w| w.middle.1)));
+    for (kind, word) in ["rms", "min", "max"].into_iter().enumerate() {
+        for (s, signal) in plan.signals.iter().enumerate() {
+            let heading = signal.heading(setting).prefixed(&format!("{word}."));
+            list.push(heading.column(windows.iter().map(|w| w.ranges[s][kind])));
+        }
+    }
+    let per_time = 1.0 / columns::time(setting).factor;
+    let unit = |unit: &str| match setting.is_si() {
+        true => format!("{unit}/s"),
+        false => String::new(),
+    };
+    let names = &setting.assembly.connections;
+    for k in gaps(setting) {
+        let name = format!("impacts_per_s.{}", names[k]);
+        let heading = Heading::new(name, unit("1"), per_time);
+        list.push(heading.column(windows.iter().map(|w| w.impacts[k][0])));
+    }
+    for k in gaps(setting) {
+        let energy = setting.units().energy("", k);
+        let name = format!("impact_energy_per_s.{}", names[k]);
+        let heading = Heading::new(name, unit(&energy.unit), energy.factor * per_time);
+        list.push(heading.column(windows.iter().map(|w| w.impacts[k][1])));
+    }
+    for (b, band) in plan.bands.iter().enumerate() {
+        for (s, signal) in plan.signals.iter().enumerate() {
+            let heading = signal.heading(setting).prefixed(&format!("level.{b}."));
+            list.push(heading.column(windows.iter().map(|w| level(w, s, *band))));
+        }
+    }
+    Table {
+        name: String::new(),
+        columns: list,
+    }
+}
+
+/// R.m.s. of a signal in a band of frequency over omega_c, at the speed in the middle of a window.
+fn level(window: &Window, signal: usize, (low, high): (f64, f64)) -> f64 {
+    let Some(lines) = window.spectra.get(signal) else {
+        return f64::NAN;
+    };
+    let length = window.resolution;
+    let frequency = |line: usize| (line + 1) as f64 * length * window.middle.1;
+    let inside = lines
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| (low..high).contains(&frequency(*k)));
+    (0.5 * inside.map(|(_, a)| a * a).sum::<f64>()).sqrt()
+}
+
+/// `orders`: one row per window and order.
+fn orders(setting: &Setting<'_>, plan: &Plan, windows: &[Window]) -> Table {
+    let count = plan.orders.len();
+    let rows = || {
+        windows
+            .iter()
+            .enumerate()
+            .flat_map(|(w, window)| (0..count).map(move |o| (w, window, o)))
+    };
+    let mut list = vec![
+        integer("window", rows().map(|r| r.0 as i64).collect()),
+        integer("first_revolution", rows().map(|r| r.1.first).collect()),
+        speed(setting).column(rows().map(|r| r.1.middle.1)),
+        float("order", "", rows().map(|r| plan.orders[r.2]).collect()),
+    ];
+    for (s, signal) in plan.signals.iter().enumerate() {
+        let heading = signal.heading(setting).prefixed("amplitude.");
+        list.push(heading.column(rows().map(|r| r.1.waves[s][r.2].0)));
+    }
+    for (s, signal) in plan.signals.iter().enumerate() {
+        let name = format!("phase.{}", signal.heading(setting).name);
+        list.push(float(
+            name,
+            "rad",
+            rows().map(|r| r.1.waves[s][r.2].1).collect(),
+        ));
+    }
+    Table {
+        name: "orders".into(),
+        columns: list,
+    }
+}
+
+/// `spectra`: one row per window and line.
+fn spectra(setting: &Setting<'_>, plan: &Plan, windows: &[Window], length: usize) -> Table {
+    let lines = plan.spectrum * length;
+    let rows = || {
+        windows
+            .iter()
+            .enumerate()
+            .flat_map(|(w, window)| (0..lines).map(move |l| (w, window, l)))
+    };
+    let mut list = vec![
+        integer("window", rows().map(|r| r.0 as i64).collect()),
+        speed(setting).column(rows().map(|r| r.1.middle.1)),
+        float(
+            "order",
+            "",
+            rows().map(|r| (r.2 + 1) as f64 / length as f64).collect(),
+        ),
+    ];
+    for (s, signal) in plan.signals.iter().enumerate() {
+        let heading = signal.heading(setting).prefixed("amplitude.");
+        list.push(heading.column(rows().map(|r| r.1.spectra[s][r.2])));
+    }
+    Table {
+        name: "spectra".into(),
+        columns: list,
+    }
+}
+
+/// `resonances`: speeds of the range at which an order meets a natural frequency, in full contact and at rest.
+fn resonances(setting: &Setting<'_>, plan: &Plan) -> Table {
+    let assembly = setting.assembly;
+    let rest = equilibrium(&assembly.system).ok();
+    let at_rest = rest
+        .and_then(|rest| frequencies_at_rest(&assembly.system, &rest, &assembly.connections).ok());
+    let contact: Vec<f64> = assembly.natural_frequencies.iter().copied().collect();
+    let states = [("contact", contact), ("rest", at_rest.unwrap_or_default())];
+    let speeds = || plan.ramp.line.points().iter().map(|p| p.1);
+    let (low, high) = speeds().fold((f64::INFINITY, 0.0_f64), |(l, h), w| (l.min(w), h.max(w)));
+    let mut rows: Vec<(&str, usize, f64, f64, f64)> = Vec::new();
+    for (state, frequencies) in &states {
+        for (mode, frequency) in frequencies.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+            for order in &plan.orders {
+                let at = frequency / order;
+                if (low..=high).contains(&at) {
+                    rows.push((*state, mode + 1, *frequency, *order, at));
+                }
+            }
+        }
+    }
+    let natural = setting.units().frequency("natural_frequency");
+    Table {
+        name: "resonances".into(),
+        columns: vec![
+            columns::text("state", rows.iter().map(|r| r.0.to_owned()).collect()),
+            integer("mode", rows.iter().map(|r| r.1 as i64).collect()),
+            natural.column(rows.iter().map(|r| r.2)),
+            float("order", "", rows.iter().map(|r| r.3).collect()),
+            speed(setting).column(rows.iter().map(|r| r.4)),
+        ],
+    }
+}
+
+/// `series`: the signals at every sample.
+fn series(setting: &Setting<'_>, plan: &Plan, record: &Record<'_>) -> Table {
+    let stride = 1 + plan.signals.len();
+    let pick = |k: usize| record.series.iter().skip(k).step_by(stride).copied();
+    let mut list = vec![columns::time(setting).column(pick(0))];
+    for (s, signal) in plan.signals.iter().enumerate() {
+        list.push(signal.heading(setting).column(pick(1 + s)));
+    }
+    Table {
+        name: "series".into(),
+        columns: list,
+    }
+}
+
+/// Order tracks of the signals, their r.m.s., and impacts per second, against the speed.
+fn figure(setting: &Setting<'_>, plan: &Plan) -> Figure {
+    let x = speed(setting);
+    let curve = |table: &str, y: String, label: String, only| Curve {
+        table: table.into(),
+        x: x.name.clone(),
+        y,
+        label,
+        style: CurveStyle::Line,
+        only,
+    };
+    let panel = |y_label: String, curves: Vec<Curve>| Panel {
+        x_label: x.axis(),
+        y_label,
+        x_range: None,
+        x_frequency: None,
+        curves,
+    };
+    let mut panels = Vec::new();
+    for signal in &plan.signals {
+        let heading = signal.heading(setting).prefixed("amplitude.");
+        let one = |order: &f64| {
+            let label = format!("order {order}");
+            let only = Some(("order".to_owned(), order.to_string()));
+            curve("orders", heading.name.clone(), label, only)
+        };
+        let curves = plan.orders.iter().take(MOST_CURVES).map(one).collect();
+        panels.push(panel(heading.axis(), curves));
+    }
+    let names = &setting.assembly.connections;
+    let gaps = gaps(setting);
+    let impacts = gaps.iter().map(|k| {
+        let y = format!("impacts_per_s.{}", names[*k]);
+        curve("", y, names[*k].clone(), None)
+    });
+    if !gaps.is_empty() {
+        panels.push(panel("impacts per second".into(), impacts.collect()));
+        let energy = gaps.iter().map(|k| {
+            let y = format!("impact_energy_per_s.{}", names[*k]);
+            curve("", y, names[*k].clone(), None)
+        });
+        panels.push(panel("impact power [W]".into(), energy.collect()));
+    }
+    Figure {
+        title: String::new(),
+        panels,
+    }
+}

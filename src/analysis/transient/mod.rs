@@ -1,0 +1,154 @@
+//! Motions over time: along a course of speed, under loads that are functions of time.
+
+mod history;
+mod impacts;
+mod ramp;
+mod rows;
+mod speed;
+
+pub(super) use history::{History, check as check_history, run as run_history};
+pub(super) use impacts::Impacts;
+pub(super) use ramp::{RampKeys, SpeedRamp, ramp};
+pub(super) use rows::{Rows, headings, switch_table};
+pub use speed::SpeedProfile;
+pub(super) use speed::time;
+
+use super::{Fault, Initial, Setting, columns, flow};
+use crate::numeric::broken_line::BrokenLine;
+use crate::solve::attractor::Stop;
+use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorChoice, Observer};
+use crate::system::{Course, LoadKind, LoadSource, Mount, System};
+
+/// A motion about to start along a course of speed.
+pub(super) struct Transient {
+    /// The system, whose `tau` is omega_c t.
+    pub system: System,
+    /// What advances the state.
+    pub integrator: Box<dyn Integrator + Send>,
+    /// [q; v].
+    pub state: Vec<f64>,
+    /// What is to be said about the state.
+    pub warning: Option<String>,
+}
+
+impl Transient {
+    /// Along a speed of the reference over omega_c against omega_c t, from a phase of the reference at time 0.
+    ///
+    /// # Errors
+    /// The first of the faults of the key `initial` or `integrator`.
+    pub fn new(
+        setting: &Setting<'_>,
+        (speed, phase): (&BrokenLine, f64),
+        initial: &Initial,
+        choice: IntegratorChoice,
+    ) -> Result<Transient, Fault> {
+        let own = &setting.assembly.system;
+        let revolutions = own.revolutions() as f64;
+        let course = Course::new(speed.scaled(1.0, 1.0 / revolutions), phase / revolutions);
+        let system = own.along(course);
+        let integrator = flow::integrator(setting, &system, choice)?;
+        let (state, warning) = initial.state(setting, &system, "initial")?;
+        Ok(Transient {
+            system,
+            integrator,
+            state,
+            warning,
+        })
+    }
+
+    /// Advances over (begin, end] of omega_c t in bits, with progress; why it ended before.
+    pub fn advance(
+        &mut self,
+        setting: &Setting<'_>,
+        (begin, end): (f64, f64),
+        observer: &mut dyn Observer,
+    ) -> Option<Stop> {
+        let Transient {
+            system,
+            integrator,
+            state,
+            ..
+        } = self;
+        let at = |k: usize| match k {
+            BITS => end,
+            k => begin + (end - begin) * k as f64 / BITS as f64,
+        };
+        for k in 0..BITS {
+            if setting.control.is_interrupted() {
+                return Some(Stop::Interrupted);
+            }
+            let outcome = integrator.advance(system, (at(k), at(k + 1)), state, observer);
+            let is_finite = state.iter().all(|x| x.is_finite());
+            if outcome != IntegrationEnd::Reached {
+                return Some(Stop::of(outcome, 1));
+            }
+            if !is_finite {
+                return Some(Stop::of(IntegrationEnd::Diverged, 1));
+            }
+            let share = (k + 1) as f64 / BITS as f64;
+            let words = time_in_words(setting, at(k + 1));
+            setting.control.progress(setting.name, share, &words);
+        }
+        None
+    }
+}
+
+/// A time in words.
+pub(super) fn time_in_words(setting: &Setting<'_>, time: f64) -> String {
+    let heading = columns::time(setting);
+    let value = time * heading.factor;
+    match heading.unit.as_str() {
+        "" => format!("{} = {value:.6}", heading.name),
+        unit => format!("{} = {value:.6} {unit}", heading.name),
+    }
+}
+
+/// Why a motion over time ended, in the units of the report.
+pub(super) fn tell(setting: &Setting<'_>, stop: Stop, time: f64) -> String {
+    match stop {
+        Stop::Failed(IntegrationEnd::NotAnalytic(_), _) => flow::tell(stop, setting),
+        Stop::Failed(end, _) => format!("{} at {}", end.message(), time_in_words(setting, time)),
+        Stop::Interrupted => format!("interrupted at {}", time_in_words(setting, time)),
+    }
+}
+
+/// Whether anything of the model turns with the reference.
+pub(super) fn is_periodic(system: &System) -> bool {
+    let loads = system.loads().iter().any(|load| match load.kind {
+        LoadKind::Timed(_) => false,
+        _ => !load.series.is_constant(),
+    });
+    let follows_phase = |mount: &Mount| {
+        let series = [&mount.stiffness_variation, &mount.transmission_error];
+        let force = |phase| mount.element.eval(0.7, 0.3, phase).f;
+        series.into_iter().flatten().any(|s| !s.is_constant())
+            || PHASES.into_iter().any(|phase| force(phase) != force(0.0))
+    };
+    loads || system.mounts().iter().any(follows_phase)
+}
+
+/// Phases at which a law that reads the phase differs from itself at phase 0.
+const PHASES: [f64; 3] = [0.4, 1.3, 2.9];
+
+/// Faults of loads whose amplitude has no series where a speed passes 0.
+pub(super) fn check_speed(system: &System, speed: &BrokenLine, key: &str) -> Option<Fault> {
+    let values = || speed.points().iter().map(|p| p.1);
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), w| {
+        (l.min(w), h.max(w))
+    });
+    if low > 0.0 || high < 0.0 {
+        return None;
+    }
+    let needs = |load: &LoadSource| match &load.kind {
+        LoadKind::Orders { growth, .. } => growth.needs_speed(),
+        _ => false,
+    };
+    system.loads().iter().any(needs).then(|| {
+        let message = "the speed passes 0, where an amplitude with a broken or negative `speed_power` has no value: give it a \
+                       table {speed: [..], values: [..]}, or keep the speed above 0";
+        Fault::new(key, message)
+    })
+}
+
+/// Bits in which a motion is advanced: progress and interruption.
+const BITS: usize = 200;

@@ -1,0 +1,45 @@
+//! Torques on bodies as excitations.
+
+use crate::model::{Load, LoadPart, start_of};
+use crate::numeric::growth::Growth;
+use crate::numeric::periodic::Periodic;
+use crate::system::LoadKind;
+
+/// A part of a load \[N m or N\], over the phase, the speed over omega_c, or omega_c t.
+#[derive(Debug, Clone)]
+pub struct Torque {
+    /// Periodic in the phase.
+    pub series: Periodic,
+    /// How the torque follows from it.
+    pub kind: LoadKind,
+}
+
+/// The parts of a load, which add up; `w_c`: omega_c \[rad/s\].
+pub(super) fn torques(load: &Load, w_c: f64) -> impl Iterator<Item = Torque> + '_ {
+    let own = Torque {
+        series: load.series.clone(),
+        kind: LoadKind::Value,
+    };
+    let other = move |part: &LoadPart| match part {
+        LoadPart::Cycle(series) => Torque {
+            series: series.clone(),
+            kind: LoadKind::Value,
+        },
+        LoadPart::Growing(series, growth) => Torque {
+            series: series.clone(),
+            kind: orders(growth.scaled(1.0 / w_c)),
+        },
+        LoadPart::Profile(line) => Torque {
+            series: Periodic::Fourier {
+                mean: start_of(line),
+                harmonics: Vec::new(),
+            },
+            kind: LoadKind::Timed(line.scaled(w_c, 1.0)),
+        },
+    };
+    std::iter::once(own).chain(load.others.iter().map(other))
+}
+
+fn orders(growth: Growth) -> LoadKind {
+    LoadKind::Orders { ratio: 1.0, growth }
+}

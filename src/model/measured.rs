@@ -1,0 +1,142 @@
+//! Columns of numbers in files beside the model file: measured torques and the like.
+
+use super::fields::Mistakes;
+use crate::error::{Diagnostic, did_you_mean};
+use crate::yaml::Node;
+use std::path::{Path, PathBuf};
+
+/// Largest file in bytes.
+const LARGEST: u64 = 64 << 20;
+/// Most rows.
+const MOST_ROWS: usize = 10_000_000;
+/// Characters of a cell that a message shows.
+const SHOWN: usize = 40;
+
+/// The path of a file that a node names, relative to the model file that names it.
+pub(super) fn beside(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<PathBuf> {
+    let written = mistakes.note(node.as_text(path))?;
+    let folder = node.location.as_ref().map(|l| Path::new(&l.source.name));
+    let folder = folder.and_then(Path::parent).unwrap_or(Path::new(""));
+    Some(folder.join(written))
+}
+
+/// Finite numbers of the named columns of a table with one header row, separated by commas, semicolons or tabs.
+///
+/// With semicolons and tabs a number may have a decimal comma.
+pub(super) fn columns(
+    file: &Path,
+    (node, path): (&Node, &str),
+    names: &[&str],
+    mistakes: &mut Mistakes,
+) -> Option<Vec<Vec<f64>>> {
+    mistakes.note_file(file);
+    let found = text(file).and_then(|text| parse(&text, names));
+    let found = found
+        .map_err(|message| Diagnostic::at(node, path, format!("{}: {message}", file.display())));
+    mistakes.note(found)
+}
+
+fn text(file: &Path) -> Result<String, String> {
+    let about = std::fs::metadata(file).map_err(|e| e.to_string())?;
+    if !about.is_file() {
+        return Err("not a regular file".into());
+    }
+    if about.len() > LARGEST {
+        let (found, most) = (about.len() >> 20, LARGEST >> 20);
+        return Err(format!("{found} MiB, wanted at most {most} MiB"));
+    }
+    let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
+    String::from_utf8(bytes).map_err(|e| {
+        let place = e.utf8_error().valid_up_to();
+        format!("no UTF-8 text at byte {place}: wanted a table of numbers, such as CSV")
+    })
+}
+
+fn parse(text: &str, names: &[&str]) -> Result<Vec<Vec<f64>>, String> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let header = text.lines().next().unwrap_or_default();
+    let delimiter = [b';', b'\t']
+        .into_iter()
+        .find(|d| header.as_bytes().contains(d));
+    let delimiter = delimiter.unwrap_or(b',');
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|e| e.to_string())?.clone();
+    let places = names.iter().map(|name| place(&header, name));
+    let places = places.collect::<Result<Vec<usize>, String>>()?;
+    let mut columns = vec![Vec::new(); names.len()];
+    for (row, record) in reader.records().enumerate() {
+        if row >= MOST_ROWS {
+            return Err(format!("more than {MOST_ROWS} rows"));
+        }
+        // Line 1 is the header.
+        let record = record.map_err(|e| format!("row {}: {e}", row + 2))?;
+        for ((column, place), name) in columns.iter_mut().zip(&places).zip(names) {
+            let cell = record.get(*place).unwrap_or_default();
+            let number = number(cell, delimiter != b',').ok_or_else(|| {
+                let shown: String = cell.chars().take(SHOWN).collect();
+                format!(
+                    "row {}, column `{name}`: found `{shown}`, wanted a finite number",
+                    row + 2
+                )
+            })?;
+            column.push(number);
+        }
+    }
+    Ok(columns)
+}
+
+fn place(header: &csv::StringRecord, name: &str) -> Result<usize, String> {
+    header.iter().position(|cell| cell == name).ok_or_else(|| {
+        let help = did_you_mean(name, header.iter());
+        let all: Vec<&str> = header.iter().collect();
+        format!(
+            "no column `{name}` in its first row, which names {} ({help})",
+            all.join(", ")
+        )
+    })
+}
+
+fn number(cell: &str, may_have_comma: bool) -> Option<f64> {
+    let value = match cell.parse::<f64>() {
+        Ok(value) => value,
+        Err(_) if may_have_comma && !cell.contains('.') => {
+            cell.replacen(',', ".", 1).parse().ok()?
+        }
+        Err(_) => return None,
+    };
+    value.is_finite().then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_of_several_programs_are_read() {
+        let wanted = Ok(vec![vec![1.5, -2e3], vec![0.0, 1.0]]);
+        for text in [
+            "T,angle\n1.5,0\n-2e3,1\n",
+            "\u{feff}angle;other;T\r\n0;x;1,5\r\n1;y;-2000,0\r\n",
+            "angle\tT\n0\t1.5\n1\t-2000\n",
+        ] {
+            assert_eq!(parse(text, &["T", "angle"]), wanted, "{text}");
+        }
+    }
+
+    #[test]
+    fn mistakes_name_row_and_column() {
+        for (text, wanted) in [
+            ("T\n1\nx\n", "row 3, column `T`: found `x`"),
+            ("T\nNaN\n", "row 2, column `T`: found `NaN`"),
+            ("t,torque\n1,2\n", "no column `T`"),
+            ("T,u\n1\n", "row 2"),
+            ("T,u\n1,5,2\n", "row 2"),
+        ] {
+            let said = parse(text, &["T"]).expect_err("a mistake");
+            assert!(said.contains(wanted), "{said}");
+        }
+    }
+}
