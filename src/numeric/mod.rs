@@ -11,6 +11,7 @@ pub mod exponential;
 pub mod factors;
 pub mod fourier;
 pub mod fraction;
+pub mod interpolation;
 pub mod jacobian;
 pub mod nonzeros;
 mod pairs;
