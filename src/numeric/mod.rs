@@ -13,6 +13,7 @@ pub mod factors;
 pub mod fourier;
 pub mod fraction;
 pub mod growth;
+pub mod interpolation;
 pub mod jacobian;
 pub mod nonzeros;
 mod pairs;

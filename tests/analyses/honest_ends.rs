@@ -76,7 +76,7 @@ fn a_linear_mesh_doubles_at_one_frequency_only() {
 }
 
 #[test]
-fn a_pole_of_a_linear_mesh_ends_the_branch() {
+fn a_pole_of_a_linear_mesh_is_passed() {
     let model = one(0.02, RECTANGULAR, (0.5, 0.1));
     for (method, bound) in [("shooting", ""), ("galerkin", ", bound: 50")] {
         let report = respond(
@@ -86,10 +86,12 @@ fn a_pole_of_a_linear_mesh_ends_the_branch() {
         let (reason, message) = end(&report, 0);
         assert_eq!(reason, "unbounded", "{method}");
         assert!(message.contains("without bound"), "{message}");
-        let early = report.ended_early.as_ref();
-        assert!(early.is_some_and(|m| m.contains("without bound")));
+        // The response exists again behind the pole.
+        assert_eq!(report.ended_early, None, "{method}");
+        let omega = floats(table(&report, ""), "omega");
+        assert_eq!(omega.last(), Some(&0.4));
         let points = floats(table(&report, ""), "max.m");
-        assert!(points.len() < 300, "{}", points.len());
+        assert!(points.len() < 600, "{}", points.len());
         let largest = points.iter().fold(0.0_f64, |m, x| m.max(*x));
         let bound = if bound.is_empty() { 1000.0 } else { 50.0 };
         assert!(largest > 0.5 * bound && largest < 5.0 * bound, "{largest}");

@@ -26,9 +26,9 @@ const WIDTH: f64 = 1e-10;
 const AT_ONE: f64 = 1e-4;
 /// The parameter counts as at least this share of the range.
 const LEAST: f64 = 1e-3;
-/// Distance behind the pole at which the branch is taken up again, over that at which it was given up: the response is a little
-/// smaller there.
-const BEHIND: f64 = 1.5;
+/// Distances behind the pole at which the branch may be taken up again, over that at which it was given up: the response is a
+/// tenth there, or, where another pole is near, a little smaller.
+const BEHIND: [f64; 3] = [10.0, 4.0, 1.5];
 /// Poles along one range.
 const MOST: usize = 100;
 
@@ -37,6 +37,8 @@ struct Pole {
     at: f64,
     bracket: (f64, f64),
     unstable: (usize, usize),
+    /// Where the branch may be taken up again; `None`: nowhere before the end of the range.
+    behind: Option<f64>,
 }
 
 /// Multipliers of a linear system, whose transition matrix is the same along every motion.
@@ -73,9 +75,26 @@ impl<F: Family> Linear<F> {
                     at: found.root,
                     bracket: (found.low, found.high),
                     unstable: (before.outside, behind.outside),
+                    behind: self.behind(found.root, (from, to), behind)?,
                 }));
             }
             (low, stride) = (high, NEXT.1 * stride);
+        }
+        Ok(None)
+    }
+
+    /// A place behind a pole with the same count as just behind it.
+    fn behind(
+        &mut self,
+        pole: f64,
+        (from, to): (f64, f64),
+        count: Count,
+    ) -> Result<Option<f64>, SolveError> {
+        for place in BEHIND.map(|share| pole + share * (pole - from)) {
+            let is_inside = (to - place) * (to - from) > 0.0;
+            if is_inside && Count::of(&self.multipliers(place)?) == Some(count) {
+                return Ok(Some(place));
+            }
         }
         Ok(None)
     }
@@ -111,17 +130,15 @@ impl Work<'_> {
         }
         for _ in 0..MOST {
             let number = self.delivered.len() - 1;
-            let Some((last, pole)) = self.pole_behind(number)? else {
+            let Some(pole) = self.pole_behind(number)? else {
                 break;
             };
             let place = self.swept.place(pole.at);
-            let behind = pole.at + BEHIND * (pole.at - last);
             let delivered = &mut self.delivered[number];
             delivered.events.push(event(&pole, delivered.points.len()));
-            let (_, to) = self.swept.range;
-            if (to - behind) * (to - last) <= 0.0 {
+            let Some(behind) = pole.behind else {
                 break;
-            }
+            };
             let mut piece = Delivered::new(method, self.settings.subharmonic);
             piece.start = Some(format!("behind the pole at {place}"));
             piece.is_restart = true;
@@ -133,7 +150,7 @@ impl Work<'_> {
             self.delivered[number].end = Ending {
                 reason: "unbounded",
                 message: format!(
-                    "a multiplier of the linear train is 1 at {place}, where its response is infinite; branch {} goes on behind it",
+                    "the response grows without bound: a multiplier of the linear train is 1 at {place}; branch {} goes on behind it",
                     number + 1
                 ),
                 is_early: false,
@@ -143,8 +160,8 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Where a branch was given up, and the pole behind.
-    fn pole_behind(&self, number: usize) -> Result<Option<(f64, Pole)>, Error> {
+    /// The pole at which a branch was given up.
+    fn pole_behind(&self, number: usize) -> Result<Option<Pole>, Error> {
         let delivered = &self.delivered[number];
         let (settings, swept): (&BranchSettings, _) = (self.settings, self.swept);
         let last = delivered.points.last().map(|p| p.lambda);
@@ -160,7 +177,7 @@ impl Work<'_> {
         match linear.pole(last, to, scale) {
             // The model ends before.
             Err(SolveError::NoSystem { .. }) => Ok(None),
-            found => Ok(found?.map(|pole| (last, pole))),
+            found => Ok(found?),
         }
     }
 

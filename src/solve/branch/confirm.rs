@@ -8,6 +8,7 @@
 mod chain;
 mod events;
 mod flow;
+mod restless;
 mod retrace;
 mod root;
 

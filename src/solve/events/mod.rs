@@ -7,13 +7,15 @@ mod grazings;
 mod locate;
 mod pace;
 mod passages;
-mod quiet;
+pub mod quiet;
 mod settle;
+mod sharpen;
 mod spectrum;
 mod step;
 mod touch;
 mod turnings;
 
+pub use sharpen::beyond_one;
 pub use spectrum::{Count, Sought, is_outside};
 pub use step::{BESIDE_CROSSING, Examined, Step, is_same};
 

@@ -83,6 +83,7 @@ impl<'a> Step<'a> {
             let solved: Vec<Look> = marks.iter().map(|m| m.look.clone()).collect();
             let ones = self.passages(before, (&a.look, &b.look), (knots, &solved))?;
             owed = self.settle(ones, (a, b))?;
+            self.sharpen()?;
         } else {
             self.merge_turns();
         }

@@ -66,9 +66,13 @@ impl<F: Family> Confirmer<'_, F> {
         self.settle();
         let mut open = self.contradictions();
         open.extend(self.unseen_touches());
+        open.extend(self.restless());
         open.sort_unstable();
         open.dedup();
         for (a, b) in open {
+            if !(self.options.keep_going)() {
+                break;
+            }
             if self.retrace(a, b)? {
                 self.explained.push((a, b));
             }

@@ -5,7 +5,8 @@ use super::chain::Located;
 use super::flow::{Care, FlowPoint, Plane};
 use super::root::{Root, Test, locate};
 use crate::error::SolveError;
-use crate::solve::events::{EventKind, Verdict};
+use crate::numeric::interpolation;
+use crate::solve::events::{EventKind, Verdict, beyond_one};
 use crate::solve::family::Family;
 use crate::solve::residual::Extent;
 use nalgebra::DVector;
@@ -14,6 +15,10 @@ use nalgebra::DVector;
 const NUDGE: f64 = 1e-4;
 /// First distance from the event, as a share of the step around it.
 const STRIDE: f64 = 0.05;
+/// Distance from a branch point at which its multipliers are looked at, as a share of the step around it; others are twice as far.
+const AROUND: f64 = 0.02;
+/// Share of that distance by which a branch point may move.
+const NEAR: f64 = 0.1;
 /// Events of one kind this near to each other, in the arclength, are one.
 pub(super) const SAME: f64 = 1e-7;
 /// Distances of the two sides from an event: shares of the distance to the next event, or of the step.
@@ -38,7 +43,10 @@ impl<F: Family> Confirmer<'_, F> {
                 continue;
             }
             self.branch.events[event].verdict = Verdict::Refuted;
-            found.extend(self.locate(event)?);
+            if let Some(mut one) = self.locate(event)? {
+                self.sharpen(&mut one)?;
+                found.push(one);
+            }
         }
         let found = self.without_doubles(found);
         for k in 0..found.len() {
@@ -89,6 +97,45 @@ impl<F: Family> Confirmer<'_, F> {
             root,
             step,
         }))
+    }
+
+    /// Moves a branch point to where the multipliers around say that it is: at the branch point itself the corrector is singular.
+    fn sharpen(&mut self, found: &mut Found) -> Result<(), SolveError> {
+        let event = &self.branch.events[found.event];
+        if event.kind != EventKind::BranchPoint {
+            return Ok(());
+        }
+        let (multiplicity, center, distance) =
+            (event.multiplicity, found.root.s, AROUND * found.step);
+        let nodes = [-2.0, -1.0, 1.0, 2.0].map(|k| center + k * distance);
+        let (mut values, mut orbits) = ([0.0; 4], Vec::with_capacity(4));
+        for (value, node) in values.iter_mut().zip(nodes) {
+            let guess = &found.root.point.x + &found.plane.tangent * (node - center);
+            let Some(orbit) = self.flow.at(&found.plane, node, guess, Care::Rough)? else {
+                return Ok(());
+            };
+            *value = beyond_one(&orbit.multipliers, multiplicity);
+            orbits.push((node, orbit));
+        }
+        if !(values[0] * values[3] < 0.0 && values[1] * values[2] < 0.0) {
+            return Ok(());
+        }
+        let s = interpolation::root(&nodes, &values);
+        if (s - center).abs() > NEAR * distance {
+            return Ok(());
+        }
+        let mut shares = [0.0; 4];
+        interpolation::weights(&nodes, s, &mut shares);
+        let root = &mut found.root;
+        root.s = s;
+        root.point.x.fill(0.0);
+        for (share, (_, orbit)) in shares.iter().zip(&orbits) {
+            root.point.x.axpy(*share, &orbit.x, 1.0);
+        }
+        let at = root.point.lambda();
+        root.bracket = (root.bracket.0.min(at), root.bracket.1.max(at));
+        root.seen.extend(orbits);
+        Ok(())
     }
 
     /// State at phase 0 of an orbit of the series, with its parameter.

@@ -2,7 +2,7 @@
 
 use super::flow::{Care, Flow, FlowPoint, Plane};
 use crate::error::SolveError;
-use crate::numeric::roots;
+use crate::numeric::{interpolation, roots};
 use crate::solve::events::{BifurcationEvent, EventKind};
 use crate::solve::family::Family;
 use crate::solve::residual::Survey;
@@ -259,10 +259,11 @@ impl<F: Family> Search<'_, '_, F> {
             return &one.2.x + &self.plane.tangent * (s - one.0);
         }
         let mut guess = DVector::zeros(self.plane.base.len());
-        for (k, node) in near.iter().enumerate() {
-            let others = near.iter().enumerate().filter(|(j, _)| *j != k);
-            let share = others.map(|(_, other)| (s - other.0) / (node.0 - other.0));
-            guess.axpy(share.product(), &node.2.x, 1.0);
+        let nodes: Vec<f64> = near.iter().map(|node| node.0).collect();
+        let mut shares = [0.0; NODES];
+        interpolation::weights(&nodes, s, &mut shares[..nodes.len()]);
+        for (share, node) in shares.iter().zip(&near) {
+            guess.axpy(*share, &node.2.x, 1.0);
         }
         guess
     }
