@@ -287,3 +287,43 @@ loads: {A: {mean: 3, harmonics: [{order: 1, amplitude: 4, speed_power: 0.5, at: 
     let said = run(model, "{type: modes}");
     assert_eq!(said.ended_early, None);
 }
+
+/// An order without a common period: a motion over time is the linear one in closed form, periodic methods name the order.
+#[test]
+fn orders_without_a_common_period_are_for_motions_over_time() {
+    let order = std::f64::consts::SQRT_2;
+    let model = |second: f64| {
+        format!(
+            "
+schema: 1
+bodies: {{A: {{inertia: 1}}}}
+connections: {{spring: {{ground: A, stiffness: 100, damping: 40}}}}
+loads: {{A: {{harmonics: [{{order: 1, amplitude: 3}}, {{order: {second}, amplitude: 5, phase: 0.4}}]}}}}
+"
+        )
+    };
+    let text = model(order);
+    let said = refusal(
+        &text,
+        "{type: frequency_response, from: 3 rad/s, to: 4 rad/s}",
+    );
+    for word in ["1.414213562373095", "loads.A", "common period", "run_up"] {
+        assert!(said.contains(word), "{said}");
+    }
+    // Long after the start: x = sum of F / |k - w^2 + i c w| cos(w t + phase - arg).
+    let analysis = "{type: time_history, at: 7 rad/s, duration: 20 s, samples: [19, 19.4, 20]}";
+    let report = run(&text, analysis);
+    let steady = |t: f64| {
+        [(1.0, 3.0, 0.0), (order, 5.0, 0.4)]
+            .iter()
+            .fold(0.0, |sum, (o, f, phase)| {
+                let w: f64 = 7.0 * o;
+                let (re, im) = (100.0 - w * w, 40.0 * w);
+                sum + f / re.hypot(im) * (w * t + phase - im.atan2(re)).cos()
+            })
+    };
+    let found = floats(main_table(&report), "q.spring");
+    for (x, t) in found.iter().zip([19.0, 19.4, 20.0]) {
+        assert!((x - steady(t)).abs() < 1e-12, "{x} {}", steady(t));
+    }
+}
