@@ -93,6 +93,17 @@ pub fn check(analysis: &dyn Analysis, setting: &Setting<'_>) -> Vec<Fault> {
     let Structure::Train(train) = &setting.model.structure else {
         return faults;
     };
+    let free = train
+        .loads
+        .iter()
+        .find_map(|(body, load)| Some((body, load.free_orders().next()?)));
+    if let Some((body, order)) = free.filter(|_| !analysis.takes_functions_of_time()) {
+        let message = format!(
+            "order {order} in loads.{body} has no common period with the other orders (at most 10000 revolutions): periodic \
+             methods need one, time_history with `duration` and run_up do not"
+        );
+        faults.push(Fault::new("", message));
+    }
     let timed = train.loads.iter().find(|(_, load)| load.has_profile());
     if let Some((body, _)) = timed.filter(|_| !analysis.takes_functions_of_time()) {
         let message = format!(

@@ -22,6 +22,12 @@ pub struct OperatingPoint {
     /// Periods recorded: those of a period n attractor among them are measured, of any other one all.
     #[serde(default = "defaults::periods")]
     pub periods: usize,
+    /// Longest period, in periods of the excitation, that a label may have; 256 when absent.
+    #[serde(default)]
+    pub longest_period: Option<usize>,
+    /// How many times the record an undecided label may take; 8 when absent.
+    #[serde(default)]
+    pub extend: Option<usize>,
     /// Which integrator runs.
     #[serde(default)]
     pub integrator: IntegratorChoice,
@@ -46,6 +52,8 @@ impl OperatingPoint {
             "transient": self.settle,
             "periods": self.periods,
             "integrator": self.integrator,
+            "longest_period": self.longest_period,
+            "extend": self.extend,
             "tables": ["main", "rattle"],
         });
         FrequencyResponse::deserialize(own).map_err(|e| e.to_string())

@@ -126,7 +126,14 @@ pub struct Variation<'a> {
 impl<'a> Variation<'a> {
     /// The model of a setting, to be varied at a full dotted path.
     pub fn new(setting: &'a Setting<'a>, path: &'a str) -> Variation<'a> {
-        let kept = ["schema", "name", "report", "scaling"];
+        let kept = [
+            "schema",
+            "name",
+            "report",
+            "scaling",
+            "reference",
+            "balance",
+        ];
         let kept = kept.into_iter().chain(ROOTS);
         let parts = kept.filter_map(|key| Some((key, setting.model.document().get(key)?.clone())));
         Variation {

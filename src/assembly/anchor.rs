@@ -54,7 +54,7 @@ impl Anchor {
         let mut loads = vec![Vec::new(); train.bodies.len()];
         for (name, load) in &train.loads {
             if let Some(body) = train.bodies.get_index_of(name) {
-                loads[body].extend(torques(load, w_c));
+                loads[body].extend(torques(load, (w_c, train.revolutions)));
             }
         }
         let arms = Nonzeros::of_columns(&coupling.incidence);

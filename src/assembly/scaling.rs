@@ -207,11 +207,13 @@ fn loads(
             continue;
         };
         let direction: DVector<f64> = mobility.column(body) / (w_c * w_c);
-        list.extend(torques(load, w_c).map(|torque| LoadSource {
-            direction: direction.clone(),
-            series: torque.series,
-            kind: torque.kind,
-        }));
+        list.extend(
+            torques(load, (w_c, train.revolutions)).map(|torque| LoadSource {
+                direction: direction.clone(),
+                series: torque.series,
+                kind: torque.kind,
+            }),
+        );
     }
     for (k, connection) in train.connections.values().enumerate() {
         if let (Some(error), true) = (&connection.transmission_error, connection.damping > 0.0) {

@@ -1,7 +1,6 @@
 //! Torques on bodies as excitations.
 
 use crate::model::{Load, LoadPart, start_of};
-use crate::numeric::growth::Growth;
 use crate::numeric::periodic::Periodic;
 use crate::system::LoadKind;
 
@@ -14,8 +13,11 @@ pub struct Torque {
     pub kind: LoadKind,
 }
 
-/// The parts of a load, which add up; `w_c`: omega_c \[rad/s\].
-pub(super) fn torques(load: &Load, w_c: f64) -> impl Iterator<Item = Torque> + '_ {
+/// The parts of a load, which add up; `w_c`: omega_c \[rad/s\]; revolutions of the reference in one turn of the phase.
+pub(super) fn torques(
+    load: &Load,
+    (w_c, revolutions): (f64, usize),
+) -> impl Iterator<Item = Torque> + '_ {
     let own = Torque {
         series: load.series.clone(),
         kind: LoadKind::Value,
@@ -25,9 +27,12 @@ pub(super) fn torques(load: &Load, w_c: f64) -> impl Iterator<Item = Torque> + '
             series: series.clone(),
             kind: LoadKind::Value,
         },
-        LoadPart::Growing(series, growth) => Torque {
+        LoadPart::Growing(series, growth, free) => Torque {
             series: series.clone(),
-            kind: orders(growth.scaled(1.0 / w_c)),
+            kind: LoadKind::Orders {
+                ratio: free.map_or(1.0, |order| order * revolutions as f64),
+                growth: growth.scaled(1.0 / w_c),
+            },
         },
         LoadPart::Profile(line) => Torque {
             series: Periodic::Fourier {
@@ -38,8 +43,4 @@ pub(super) fn torques(load: &Load, w_c: f64) -> impl Iterator<Item = Torque> + '
         },
     };
     std::iter::once(own).chain(load.others.iter().map(other))
-}
-
-fn orders(growth: Growth) -> LoadKind {
-    LoadKind::Orders { ratio: 1.0, growth }
 }

@@ -4,7 +4,7 @@ use super::cycle::cycle;
 use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
 use super::orders::Orders;
 use super::profile::profile;
-use super::series::{Unit, order_of, wave};
+use super::series::wave;
 use super::{Load, LoadPart};
 use crate::error::Diagnostic;
 use crate::numeric::broken_line::BrokenLine;
@@ -67,18 +67,19 @@ fn harmonic(
 ) -> Option<()> {
     let keys = ["order", "amplitude", "phase", "speed_power", "at"];
     let own = Fields::known(node, path, &keys, mistakes)?;
-    let order = order_of(&own, (&Unit::reference(), orders), mistakes);
+    let written = own.required("order", "1 for the excitation frequency", mistakes)?;
+    let (order, free) = orders.of_load(written, &own.path_of("order"), mistakes);
     let written = own.required("amplitude", "the amplitude of the cosine", mistakes)?;
     let (amplitude, growth) = amplitude(&own, written, measure, mistakes)?;
     let wave = wave(&own, order, amplitude, mistakes);
-    match (growth, &mut load.series) {
-        (Growth::Constant, Periodic::Fourier { harmonics, .. }) => harmonics.push(wave),
-        (growth, _) => {
+    match (growth, free, &mut load.series) {
+        (Growth::Constant, None, Periodic::Fourier { harmonics, .. }) => harmonics.push(wave),
+        (growth, free, _) => {
             let series = Periodic::Fourier {
                 mean: 0.0,
                 harmonics: vec![wave],
             };
-            load.others.push(LoadPart::Growing(series, growth));
+            load.others.push(LoadPart::Growing(series, growth, free));
         }
     }
     Some(())

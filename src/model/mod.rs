@@ -288,8 +288,9 @@ pub struct Load {
 pub enum LoadPart {
     /// A broken line over a cycle.
     Cycle(Periodic),
-    /// Harmonics without mean whose amplitude depends on the speed of the reference \[rad/s\].
-    Growing(Periodic, Growth),
+    /// Harmonics without mean whose amplitude depends on the speed of the reference \[rad/s\]; with an order of the reference
+    /// where they have no common period with the rest, order 1 of the series.
+    Growing(Periodic, Growth, Option<f64>),
     /// A broken line over time \[s\]. Where there is no time it is what it was before t = 0.
     Profile(BrokenLine),
 }
@@ -298,7 +299,7 @@ impl Load {
     /// Mean over a period.
     pub fn mean(&self) -> f64 {
         let part = |part: &LoadPart| match part {
-            LoadPart::Cycle(series) | LoadPart::Growing(series, _) => series.mean(),
+            LoadPart::Cycle(series) | LoadPart::Growing(series, ..) => series.mean(),
             LoadPart::Profile(line) => start_of(line),
         };
         self.series.mean() + self.others.iter().map(part).sum::<f64>()
@@ -307,7 +308,7 @@ impl Load {
     /// Bound on the distance from the mean.
     pub fn swing(&self) -> f64 {
         let part = |part: &LoadPart| match part {
-            LoadPart::Cycle(series) | LoadPart::Growing(series, _) => series.swing(),
+            LoadPart::Cycle(series) | LoadPart::Growing(series, ..) => series.swing(),
             LoadPart::Profile(line) => 2.0 * line.largest(),
         };
         self.series.swing() + self.others.iter().map(part).sum::<f64>()
@@ -316,10 +317,18 @@ impl Load {
     /// Whether it is the same at every phase.
     pub fn is_constant(&self) -> bool {
         let part = |part: &LoadPart| match part {
-            LoadPart::Cycle(series) | LoadPart::Growing(series, _) => series.is_constant(),
+            LoadPart::Cycle(series) | LoadPart::Growing(series, ..) => series.is_constant(),
             LoadPart::Profile(line) => line.points().len() == 1,
         };
         self.series.is_constant() && self.others.iter().all(part)
+    }
+
+    /// Orders that have no common period with the rest.
+    pub fn free_orders(&self) -> impl Iterator<Item = f64> + '_ {
+        self.others.iter().filter_map(|part| match part {
+            LoadPart::Growing(_, _, free) => *free,
+            LoadPart::Cycle(_) | LoadPart::Profile(_) => None,
+        })
     }
 
     /// Whether it is a function of time.

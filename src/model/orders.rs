@@ -29,6 +29,10 @@ pub(super) struct Orders<'a> {
     pub revolutions: usize,
     /// Broken orders read so far.
     broken: BTreeSet<Fraction>,
+    /// Those of them that only loads have.
+    loose: BTreeSet<Fraction>,
+    /// Orders of loads that have no common period with the others: for motions over time alone.
+    free: BTreeSet<Fraction>,
 }
 
 /// Reads with all orders as multiples of their common base; the value and the revolutions of the reference in one period.
@@ -45,13 +49,15 @@ pub(super) fn on_common_base<T>(
         ratios,
         revolutions: 1,
         broken: BTreeSet::new(),
+        loose: BTreeSet::new(),
+        free: BTreeSet::new(),
     };
     let before = mistakes.count();
     let value = read(&mut orders, mistakes);
     if orders.broken.is_empty() || mistakes.count() > before {
         return (value, 1);
     }
-    match fraction::common_denominator(&orders.broken, MOST_REVOLUTIONS) {
+    match orders.common() {
         Some(revolutions) => {
             orders.revolutions = revolutions;
             (read(&mut orders, mistakes), revolutions)
@@ -64,6 +70,46 @@ pub(super) fn on_common_base<T>(
 }
 
 impl Orders<'_> {
+    /// Revolutions in one period of all orders, but for loads that are then free.
+    fn common(&mut self) -> Option<usize> {
+        let all = fraction::common_denominator(&self.broken, MOST_REVOLUTIONS);
+        if all.is_some() || self.loose.is_empty() {
+            return all;
+        }
+        let mut kept: Vec<&Fraction> = self.broken.difference(&self.loose).collect();
+        let mut common = fraction::common_denominator(kept.iter().copied(), MOST_REVOLUTIONS)?;
+        let mut loose: Vec<&Fraction> = self.loose.iter().collect();
+        loose.sort_by(|a, b| a.denom().cmp(b.denom()));
+        for order in loose {
+            kept.push(order);
+            match fraction::common_denominator(kept.iter().copied(), MOST_REVOLUTIONS) {
+                Some(revolutions) => common = revolutions,
+                None => {
+                    kept.pop();
+                    self.free.insert(order.clone());
+                }
+            }
+        }
+        Some(common)
+    }
+
+    /// The order of a harmonic of a load: as a multiple of the base order, or as itself where it has no common period with the others.
+    pub(super) fn of_load(
+        &mut self,
+        node: &Node,
+        path: &str,
+        mistakes: &mut Mistakes,
+    ) -> (usize, Option<f64>) {
+        let order = self.read(node, path, None, mistakes);
+        if let Some(order) = order.as_ref().filter(|order| !order.is_integer()) {
+            if self.free.contains(order) {
+                return (1, Some(fraction::to_f64(order)));
+            }
+            self.loose.insert(order.clone());
+        }
+        (self.multiple(order.as_ref(), node, path, mistakes), None)
+    }
+
     /// What is said of orders whose base is too slow.
     fn excess(&self) -> String {
         let mut list: Vec<&Fraction> = self.broken.iter().collect();

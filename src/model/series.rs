@@ -194,7 +194,7 @@ fn fourier(
 }
 
 /// The order of a harmonic.
-pub(super) fn order_of(
+fn order_of(
     own: &Fields<'_>,
     (unit, orders): (&Unit, &mut Orders<'_>),
     mistakes: &mut Mistakes,

@@ -21,4 +21,5 @@ mod page;
 #[cfg(unix)]
 mod signals;
 mod statics;
+mod tutorial;
 mod verify;

@@ -275,14 +275,6 @@ fn mistakes_say_what_is_wrong() {
         &["connections.", "locks the train"],
     );
     says(
-        &pair(
-            REFERENCE,
-            "",
-            "harmonics: [{order: 1/9973, amplitude: 1}, {order: 1/7, amplitude: 1}]",
-        ),
-        &["1/9973", "no common period of at most 10000 revolutions"],
-    );
-    says(
         &pair("", "", "").replace(
             "gap: 80 um",
             "backlash: {circumferential: 1 um, normal: 1 um}",
@@ -315,6 +307,20 @@ connections:
         .unwrap()
         .warnings;
     assert!(warnings.is_empty(), "{warnings:?}");
+}
+
+/// Orders of loads without a common period are for motions over time: the period is that of all others.
+#[test]
+fn loads_may_have_orders_without_a_common_period() {
+    let loads = "harmonics: [{order: 1/9973, amplitude: 1}, {order: 1/7, amplitude: 2}]";
+    let train = train(&pair(REFERENCE, "", loads));
+    assert_eq!(train.revolutions, 7);
+    let free: Vec<f64> = train
+        .loads
+        .values()
+        .flat_map(|load| load.free_orders())
+        .collect();
+    assert_eq!(free, [1.0 / 9973.0]);
 }
 
 /// `planets: 3` against the same set written out: phases of the meshes, and the planets' mass on the carrier.

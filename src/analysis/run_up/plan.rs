@@ -107,8 +107,7 @@ impl Plan {
             );
             faults.push(Fault::new("window", message));
         }
-        let system = &setting.assembly.system;
-        faults.extend(transient::check_speed(system, &ramp.line, "from"));
+        faults.extend(transient::check_speed(setting, &ramp.line, "from"));
         if !faults.is_empty() {
             return Err(faults);
         }

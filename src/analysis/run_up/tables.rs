@@ -140,14 +140,12 @@ fn level(window: &Window, signal: usize, (low, high): (f64, f64)) -> f64 {
     (0.5 * inside.map(|(_, a)| a * a).sum::<f64>()).sqrt()
 }
 
-/// `orders`: one row per window and order.
+/// `orders`: one row per order and window, order by order.
 fn orders(setting: &Setting<'_>, plan: &Plan, windows: &[Window]) -> Table {
     let count = plan.orders.len();
     let rows = || {
-        windows
-            .iter()
-            .enumerate()
-            .flat_map(|(w, window)| (0..count).map(move |o| (w, window, o)))
+        let windows = || windows.iter().enumerate();
+        (0..count).flat_map(move |o| windows().map(move |(w, window)| (w, window, o)))
     };
     let mut list = vec![
         integer("window", rows().map(|r| r.0 as i64).collect()),
@@ -252,6 +250,7 @@ fn series(setting: &Setting<'_>, plan: &Plan, record: &Record<'_>) -> Table {
 /// Order tracks of the signals, their r.m.s., and impacts per second, against the speed.
 fn figure(setting: &Setting<'_>, plan: &Plan) -> Figure {
     let x = speed(setting);
+    let x_label = columns::frequency_label(setting, &x.axis());
     let curve = |table: &str, y: String, label: String, only| Curve {
         table: table.into(),
         x: x.name.clone(),
@@ -261,7 +260,7 @@ fn figure(setting: &Setting<'_>, plan: &Plan) -> Figure {
         only,
     };
     let panel = |y_label: String, curves: Vec<Curve>| Panel {
-        x_label: x.axis(),
+        x_label: x_label.clone(),
         y_label,
         x_range: None,
         x_frequency: None,
@@ -276,7 +275,8 @@ fn figure(setting: &Setting<'_>, plan: &Plan) -> Figure {
             curve("orders", heading.name.clone(), label, only)
         };
         let curves = plan.orders.iter().take(MOST_CURVES).map(one).collect();
-        panels.push(panel(heading.axis(), curves));
+        let unit = signal.heading(setting);
+        panels.push(panel(format!("amplitude of {}", unit.axis()), curves));
     }
     let names = &setting.assembly.connections;
     let gaps = gaps(setting);

@@ -41,8 +41,7 @@ pub fn check(history: &History<'_>, setting: &Setting<'_>) -> Vec<Fault> {
     match plan(history, setting) {
         Err(list) => faults.extend(list),
         Ok(plan) => {
-            let system = &setting.assembly.system;
-            faults.extend(super::check_speed(system, &plan.speed, "speed"));
+            faults.extend(super::check_speed(setting, &plan.speed, "speed"));
             let motion = Transient::new(
                 setting,
                 (&plan.speed, 0.0),

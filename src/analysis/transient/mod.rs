@@ -14,6 +14,7 @@ pub use speed::SpeedProfile;
 pub(super) use speed::time;
 
 use super::{Fault, Initial, Setting, columns, flow};
+use crate::model::{Drag, Structure};
 use crate::numeric::broken_line::BrokenLine;
 use crate::solve::attractor::Stop;
 use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorChoice, Observer};
@@ -130,8 +131,9 @@ pub(super) fn is_periodic(system: &System) -> bool {
 /// Phases at which a law that reads the phase differs from itself at phase 0.
 const PHASES: [f64; 3] = [0.4, 1.3, 2.9];
 
-/// Faults of loads whose amplitude has no series where a speed passes 0.
-pub(super) fn check_speed(system: &System, speed: &BrokenLine, key: &str) -> Option<Fault> {
+/// Faults of loads that have no value where a speed passes 0: amplitudes with certain powers, drags that would turn round.
+pub(super) fn check_speed(setting: &Setting<'_>, speed: &BrokenLine, key: &str) -> Option<Fault> {
+    let system = &setting.assembly.system;
     let values = || speed.points().iter().map(|p| p.1);
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), w| {
         (l.min(w), h.max(w))
@@ -143,11 +145,28 @@ pub(super) fn check_speed(system: &System, speed: &BrokenLine, key: &str) -> Opt
         LoadKind::Orders { growth, .. } => growth.needs_speed(),
         _ => false,
     };
+    if let Some(body) = dragged(setting) {
+        let message = format!(
+            "the speed passes 0, where the drag of `{body}` turns round: keep the speed on one side of 0, or give the torque \
+             as a load"
+        );
+        return Some(Fault::new(key, message));
+    }
     system.loads().iter().any(needs).then(|| {
         let message = "the speed passes 0, where an amplitude with a broken or negative `speed_power` has no value: give it a \
                        table {speed: [..], values: [..]}, or keep the speed above 0";
         Fault::new(key, message)
     })
+}
+
+/// A body with drag.
+fn dragged<'a>(setting: &Setting<'a>) -> Option<&'a str> {
+    let Structure::Train(train) = &setting.model.structure else {
+        return None;
+    };
+    let mut bodies = train.bodies.iter();
+    let found = bodies.find(|(_, body)| body.drag != Drag::default());
+    found.map(|(name, _)| name.as_str())
 }
 
 /// Bits in which a motion is advanced: progress and interruption.
