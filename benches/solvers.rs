@@ -70,6 +70,7 @@ fn chain(n: usize, is_mesh: impl Fn(usize) -> bool) -> System {
         half_gap: 0.5,
         impact_damping: 0.0,
         impact_damping_law: Default::default(),
+        contact_damping: 0.0,
     };
     let load = |i: usize| LoadSource {
         direction: DVector::from_fn(n, |k, _| if k == i { 1.0 } else { 0.0 }),

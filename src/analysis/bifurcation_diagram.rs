@@ -436,7 +436,7 @@ fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table 
                 .collect(),
         ),
     ];
-    for i in 0..2 * setting.assembly.system.dof() {
+    for i in 0..setting.assembly.system.state_size() {
         let exponent = |p: &Point| {
             let exponents = p.attractor.record.exponents.as_ref();
             exponents.map_or(f64::NAN, |e| e.values[i])

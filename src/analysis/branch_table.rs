@@ -149,6 +149,13 @@ pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
         "",
         of(&|p| p.multipliers.first().map_or(f64::NAN, |mu| mu.norm())),
     ));
+    if setting.assembly.system.memory_count() > 0 {
+        let neutral = |p: &BranchPoint| match p.multipliers.is_empty() {
+            true => f64::NAN,
+            false => p.neutral as f64,
+        };
+        columns.push(float("neutral", "", of(&neutral)));
+    }
     columns.push(integer(
         "iterations",
         rows.iter().map(|r| r.3.newton.iterations as i64).collect(),

@@ -113,6 +113,31 @@ pub(super) fn connections(setting: &Setting<'_>) -> Vec<Heading> {
     list
 }
 
+/// `z.c` of the connections that remember something; `z.c.1`, `z.c.2`, .. where they remember more than one number.
+pub(super) fn memories(setting: &Setting<'_>) -> Vec<Heading> {
+    let names = setting.assembly.connections.iter().enumerate();
+    let mounts = setting.assembly.system.mounts();
+    names
+        .flat_map(|(k, name)| {
+            let count = mounts[k].element.memory_count();
+            (1..=count).map(move |number| {
+                let name = match count {
+                    1 => format!("z.{name}"),
+                    _ => format!("z.{name}.{number}"),
+                };
+                setting.units().displacement(name, k)
+            })
+        })
+        .collect()
+}
+
+/// The relative coordinates, their rates, and what connections remember.
+pub(super) fn states(setting: &Setting<'_>) -> Vec<Heading> {
+    let mut list = coordinates(setting);
+    list.extend(memories(setting));
+    list
+}
+
 /// Connection that a relative coordinate measures; `None` for the coordinates of reduced systems, whose scale is 1.
 pub(super) fn connection_of(setting: &Setting<'_>, coordinate: usize) -> Option<usize> {
     let coupling = setting.assembly.coupling.as_ref()?;

@@ -51,7 +51,7 @@ pub struct Motion {
     pub system: System,
     /// What advances the state.
     pub integrator: Box<dyn Integrator + Send>,
-    /// [q; v].
+    /// [q; v; z].
     pub state: Vec<f64>,
     /// What is to be said about the state.
     pub warning: Option<String>,
@@ -84,6 +84,9 @@ impl Motion {
 /// Why a motion ended, with the name of the connection, its state and the time where a force is not analytic, in the units of the
 /// report.
 pub fn tell(stop: Stop, setting: &Setting<'_>) -> String {
+    if let Stop::Failed(IntegrationEnd::Locked(connection), _) = stop {
+        return format!("{}: {stop}", setting.assembly.connections[connection]);
+    }
     let Stop::Failed(IntegrationEnd::NotAnalytic(at), period) = stop else {
         return stop.to_string();
     };
@@ -102,11 +105,11 @@ pub fn tell(stop: Stop, setting: &Setting<'_>) -> String {
     )
 }
 
-/// Static equilibrium at rest, [q; v], 2n values, with a warning where there is none or several: motion then starts undeformed, or
+/// Static equilibrium at rest, [q; v; z], with a warning where there is none or several: motion then starts undeformed, or
 /// in the middle of the gap.
 pub fn rest(system: &System) -> (Vec<f64>, Option<String>) {
     let n = system.dof();
-    let mut state = vec![0.0; 2 * n];
+    let mut state = vec![0.0; system.state_size()];
     let found = match equilibrium(system) {
         Ok(found) => found,
         Err(NoEquilibrium::NotCarried { .. }) => {
@@ -120,6 +123,7 @@ pub fn rest(system: &System) -> (Vec<f64>, Option<String>) {
         }
     };
     state[..n].copy_from_slice(found.q.as_slice());
+    state[2 * n..].copy_from_slice(&system.memory_at_rest(found.q.as_slice()));
     let warning = "the static equilibrium is not unique: motion starts from the middle of the gap";
     (state, (!found.is_unique).then(|| warning.into()))
 }

@@ -15,6 +15,9 @@ pub struct Initial {
     pub q: Option<Vec<Quantity>>,
     /// Their rates; zero when absent.
     pub v: Option<Vec<Quantity>>,
+    /// What connections remember, in their order (of sliders: the deformation at which their spring is free); when absent, what the
+    /// static equilibrium leaves. What a deformation does not allow is moved to what it does.
+    pub memory: Option<Vec<Quantity>>,
 }
 
 /// Positions or rates.
@@ -22,13 +25,18 @@ pub struct Initial {
 enum Kind {
     Position,
     Rate,
+    Memory,
 }
 
 impl Initial {
     /// What is wrong with it; `key` is its own.
     pub fn check(&self, setting: &Setting<'_>, key: &str) -> Vec<Fault> {
         let mut faults = Vec::new();
-        for (name, list, kind) in [("q", &self.q, Kind::Position), ("v", &self.v, Kind::Rate)] {
+        for (name, list, kind) in [
+            ("q", &self.q, Kind::Position),
+            ("v", &self.v, Kind::Rate),
+            ("memory", &self.memory, Kind::Memory),
+        ] {
             if let Some(Err(list)) = list.as_ref().map(|l| numbers(setting, l, kind)) {
                 let full = |(at, message): (String, String)| {
                     Fault::new(format!("{key}.{name}{at}"), message)
@@ -39,7 +47,7 @@ impl Initial {
         faults
     }
 
-    /// [q; v], nondimensional, 2n values.
+    /// [q; v; z], nondimensional.
     ///
     /// # Errors
     /// The first of the faults that `check` finds.
@@ -59,7 +67,10 @@ impl Initial {
             warning = None;
         }
         if let Some(Ok(v)) = self.v.as_ref().map(|l| numbers(setting, l, Kind::Rate)) {
-            state[n..].copy_from_slice(&v);
+            state[n..2 * n].copy_from_slice(&v);
+        }
+        if let Some(Ok(z)) = (self.memory.as_ref()).map(|l| numbers(setting, l, Kind::Memory)) {
+            state[2 * n..].copy_from_slice(&z);
         }
         Ok((state, warning))
     }
@@ -73,12 +84,14 @@ impl Initial {
             return Err(fault);
         }
         let n = setting.assembly.system.dof();
-        let part = |list: &Option<Vec<Quantity>>, kind| {
+        let part = |list: &Option<Vec<Quantity>>, kind, count: usize| {
             let found = list.as_ref().and_then(|l| numbers(setting, l, kind).ok());
-            found.unwrap_or_else(|| vec![0.0; n])
+            found.unwrap_or_else(|| vec![0.0; count])
         };
-        let mut all = part(&self.q, Kind::Position);
-        all.extend(part(&self.v, Kind::Rate));
+        let mut all = part(&self.q, Kind::Position, n);
+        all.extend(part(&self.v, Kind::Rate, n));
+        let memories = setting.assembly.system.memory_count();
+        all.extend(part(&self.memory, Kind::Memory, memories));
         Ok(all)
     }
 }
@@ -89,10 +102,19 @@ fn numbers(
     list: &[Quantity],
     kind: Kind,
 ) -> Result<Vec<f64>, Vec<(String, String)>> {
-    let names = &setting.assembly.coordinates;
+    let (what, names) = match kind {
+        Kind::Memory => {
+            let list = columns::memories(setting).into_iter();
+            (
+                "numbers that connections remember",
+                list.map(|h| h.name).collect(),
+            )
+        }
+        _ => ("relative coordinates", setting.assembly.coordinates.clone()),
+    };
     if list.len() != names.len() {
         let message = format!(
-            "{} values for {} relative coordinates ({})",
+            "{} values for {} {what} ({})",
             list.len(),
             names.len(),
             names.join(", ")
@@ -119,7 +141,11 @@ fn number(
     quantity: &Quantity,
     kind: Kind,
 ) -> Result<f64, String> {
-    let Some(connection) = columns::connection_of(setting, coordinate) else {
+    let connection = match kind {
+        Kind::Memory => memory_owner(setting, coordinate),
+        _ => columns::connection_of(setting, coordinate),
+    };
+    let Some(connection) = connection else {
         return match quantity.dimension {
             None => Ok(quantity.value),
             Some(_) => Err(format!(
@@ -132,8 +158,8 @@ fn number(
     let l = scales.displacement[connection];
     let is_angle = setting.model.units_of(connection).0 == "rad";
     let (wanted, scale) = match kind {
-        Kind::Position if is_angle => (UnitDimension::ANGLE, l),
-        Kind::Position => (UnitDimension::LENGTH, l),
+        Kind::Position | Kind::Memory if is_angle => (UnitDimension::ANGLE, l),
+        Kind::Position | Kind::Memory => (UnitDimension::LENGTH, l),
         Kind::Rate if is_angle => (UnitDimension::FREQUENCY, l * scales.frequency),
         Kind::Rate => (UnitDimension::VELOCITY, l * scales.frequency),
     };
@@ -141,4 +167,11 @@ fn number(
         return Ok(quantity.value);
     }
     Ok(quantity.si(wanted)? / scale)
+}
+
+/// The connection to which a place in the memory belongs; `None` in reduced systems, whose scale is 1.
+fn memory_owner(setting: &Setting<'_>, place: usize) -> Option<usize> {
+    setting.assembly.coupling.as_ref()?;
+    let system = &setting.assembly.system;
+    (0..system.element_count()).find(|e| system.memory_of(*e).contains(&place))
 }

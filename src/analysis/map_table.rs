@@ -21,7 +21,7 @@ impl<'a> Rows<'a> {
             setting,
             run: Vec::new(),
             period: Vec::new(),
-            state: vec![Vec::new(); 2 * setting.assembly.system.dof()],
+            state: vec![Vec::new(); setting.assembly.system.state_size()],
         }
     }
 
@@ -41,7 +41,7 @@ impl<'a> Rows<'a> {
     }
 
     pub fn table(self) -> Table {
-        let described = columns::coordinates(self.setting).into_iter();
+        let described = columns::states(self.setting).into_iter();
         let mut list = vec![
             columns::integer("run", self.run),
             columns::integer("period", self.period),

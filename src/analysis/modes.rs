@@ -33,6 +33,8 @@ pub enum State {
     Contact,
     /// The static equilibrium: the slope of every law there, 0 where a connection is open.
     Rest,
+    /// Full contact with every slider slipping: laws with memory have the slope that is left at rest.
+    Slipping,
 }
 
 impl Default for Modes {
@@ -145,6 +147,7 @@ impl Modes {
         let system = &setting.assembly.system;
         match self.state {
             State::Contact => Ok(system.contact_slopes()),
+            State::Slipping => Ok(slipping_slopes(system)),
             State::Rest => {
                 let names = &setting.assembly.connections;
                 let rest = equilibrium(system).map_err(|none| none.describe(names))?;
@@ -152,6 +155,22 @@ impl Modes {
             }
         }
     }
+}
+
+/// Slopes in full contact with every slider slipping, e values.
+fn slipping_slopes(system: &System) -> Vec<f64> {
+    let rest = equilibrium(system).ok();
+    let mut slopes = system.contact_slopes();
+    for (e, (mount, slope)) in system.mounts().iter().zip(&mut slopes).enumerate() {
+        if mount.element.memory_count() == 0 {
+            continue;
+        }
+        let x = rest.as_ref().map_or(0.0, |r| r.deformation[e]);
+        let automata = mount.element.automata().unwrap_or_default();
+        let springs = automata.iter().filter(|a| !a.has_memory);
+        *slope = springs.map(|a| a.slope_at(x)).sum();
+    }
+    slopes
 }
 
 /// Unit of the natural frequencies, and the factor to it from frequencies over omega_c.

@@ -6,6 +6,8 @@ use super::response::{ResponseTable, Swept};
 use super::sections::Sections;
 use crate::report::{Column, Table};
 use crate::solve::branch::BranchPoint;
+use crate::solve::floquet::by_falling_modulus;
+use num_complex::Complex;
 
 /// `multipliers` and `multiplier_estimates` (19)-(22), each by falling modulus, as far as they are computed.
 pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table> {
@@ -19,8 +21,16 @@ pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table
     let Some(count) = rows.iter().map(|r| r.2.multipliers.len()).max() else {
         return Vec::new();
     };
-    let exact = |p: &BranchPoint, k: usize| {
-        let mu = p.multipliers.get(k / 2);
+    // What is 1 by construction stands where its modulus belongs.
+    let whole = |p: &BranchPoint| {
+        let mut list = p.multipliers.clone();
+        list.truncate(list.len() - p.neutral);
+        list.extend((0..p.neutral).map(|_| Complex::new(1.0, 0.0)));
+        by_falling_modulus(list)
+    };
+    let lists: Vec<Vec<Complex<f64>>> = rows.iter().map(|r| whole(r.2)).collect();
+    let exact = |list: &Vec<Complex<f64>>, k: usize| {
+        let mu = list.get(k / 2);
         mu.map_or(
             f64::NAN,
             |mu| if k.is_multiple_of(2) { mu.re } else { mu.im },
@@ -30,7 +40,7 @@ pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table
     if swept.computes(ResponseTable::Multipliers) {
         let names = (1..=count).flat_map(|k| ["re", "im"].map(|part| format!("{part}.{k}")));
         let columns = names.enumerate().map(|(k, name)| {
-            let values = rows.iter().map(|r| exact(r.2, k));
+            let values = lists.iter().map(|list| exact(list, k));
             float(name, "", values.collect())
         });
         tables.push(table("multipliers", &rows, columns));

@@ -236,7 +236,7 @@ impl PoincareMap {
             columns::text("label", runs.iter().map(label).collect()),
         ];
         let exponents = if self.lyapunov {
-            2 * setting.assembly.system.dof()
+            setting.assembly.system.state_size()
         } else {
             0
         };

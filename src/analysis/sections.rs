@@ -2,8 +2,8 @@
 
 use super::response::{ResponseTable, Swept};
 use crate::measure::{
-    Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Measure,
-    PeakAccelerations, Sheet, Solved, TransmissionErrors,
+    Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Losses,
+    Measure, PeakAccelerations, Sheet, Solved, TransmissionErrors,
 };
 use crate::system::Mount;
 
@@ -40,14 +40,18 @@ impl Sections {
     pub fn of(swept: &Swept<'_>) -> Sections {
         let setting = swept.setting;
         let dof = setting.assembly.system.dof();
-        let mut list: Vec<(ResponseTable, Vec<Box<dyn Measure>>)> = vec![(
-            ResponseTable::Main,
-            vec![
-                Box::new(Connections),
-                Box::new(transmission_errors(swept)),
-                Box::new(EffectiveFrequencies { dof }),
-            ],
-        )];
+        let mounts = setting.assembly.system.mounts();
+        let remembers = |e: &usize| mounts[*e].element.memory_count() > 0;
+        let connections: Vec<usize> = (0..mounts.len()).filter(remembers).collect();
+        let mut main: Vec<Box<dyn Measure>> = vec![
+            Box::new(Connections),
+            Box::new(transmission_errors(swept)),
+            Box::new(EffectiveFrequencies { dof }),
+        ];
+        if !connections.is_empty() {
+            main.push(Box::new(Losses { connections }));
+        }
+        let mut list = vec![(ResponseTable::Main, main)];
         if swept.computes(ResponseTable::Rattle) {
             let accelerations = PeakAccelerations::new(setting.model, setting.assembly);
             let measures: Vec<Box<dyn Measure>> =

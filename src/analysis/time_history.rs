@@ -174,7 +174,7 @@ impl Analysis for TimeHistory {
             Rows::new(setting, system).table(),
             switch_table(setting, &[]),
         ];
-        let state = vec![0.0; 2 * system.dof()];
+        let state = vec![0.0; system.state_size()];
         tables.extend(Impacts::new(setting, system, (0.0, 0.0), &state).tables((0.0, 1.0)));
         if let Some(main) = tables.first_mut() {
             self.thin(main);
@@ -362,7 +362,7 @@ impl<'a> Record<'a> {
             samples,
             period: 0,
             next: 1,
-            state: vec![0.0; 2 * system.dof()],
+            state: vec![0.0; system.state_size()],
             switches: Vec::new(),
             setting,
             impacts: None,
@@ -437,7 +437,7 @@ impl Observer for Record<'_> {
     }
 }
 
-/// Deformations against time.
+/// Deformations against time, and force against deformation where there is a memory.
 fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
     let time = columns::time(setting);
     let names = &setting.assembly.connections;
@@ -456,12 +456,44 @@ fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
         }],
     };
     let quantities = columns::connections(setting);
+    let loops = (0..names.len()).filter(|e| {
+        let mounts = setting.assembly.system.mounts();
+        mounts[*e].element.memory_count() > 0
+    });
+    let is_there = |panel: &Panel| {
+        let mut curves = panel.curves.iter();
+        curves.all(|c| [&c.x, &c.y].iter().all(|name| main.column(name).is_some()))
+    };
+    let loops = loops.map(|e| force_loop(setting, e)).filter(is_there);
     Figure {
         title: String::new(),
         panels: (quantities.into_iter().zip(names))
             .filter(|(quantity, _)| main.column(&quantity.name).is_some())
             .take(MAX_CURVES)
             .map(panel)
+            .chain(loops.take(MAX_CURVES))
             .collect(),
+    }
+}
+
+/// Force against deformation of a connection.
+fn force_loop(setting: &Setting<'_>, connection: usize) -> Panel {
+    let count = setting.assembly.connections.len();
+    let mut headings = columns::connections(setting);
+    let force = headings.swap_remove(2 * count + connection);
+    let deformation = headings.swap_remove(connection);
+    Panel {
+        x_label: deformation.axis(),
+        y_label: force.axis(),
+        x_range: None,
+        x_frequency: None,
+        curves: vec![Curve {
+            table: String::new(),
+            x: deformation.name,
+            y: force.name,
+            label: setting.assembly.connections[connection].clone(),
+            style: CurveStyle::Line,
+            only: None,
+        }],
     }
 }

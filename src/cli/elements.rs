@@ -27,6 +27,11 @@ fn as_text(law: &ElementInfo) -> String {
             ParameterKind::Choice(words) => format!(" ({})", words.join(" | ")),
             ParameterKind::List => " (list)".to_string(),
             ParameterKind::Map => " (map)".to_string(),
+            ParameterKind::Switch => " (true | false)".to_string(),
+            ParameterKind::Records(fields) => {
+                let names: Vec<&str> = fields.iter().map(|f| f.name).collect();
+                format!(" (list of {{{}}})", names.join(", "))
+            }
             ParameterKind::Number | ParameterKind::Text => String::new(),
         };
         let range = range(p.range).map_or(String::new(), |r| format!(" {r}"));
@@ -89,5 +94,7 @@ fn kind(kind: ParameterKind) -> &'static str {
         ParameterKind::Choice(_) => "choice",
         ParameterKind::Text => "text",
         ParameterKind::Map => "map",
+        ParameterKind::Switch => "switch",
+        ParameterKind::Records(_) => "records",
     }
 }

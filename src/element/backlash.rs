@@ -22,9 +22,10 @@ pub enum ImpactDampingLaw {
 /// Backlash with impact damping.
 ///
 ///     p(q) = q - b for q > b, 0 inside, q + b for q < -b
-///     f = p (1 + beta sign(p) v)    (dissipative)    or    p (1 + beta v)    (literal)
+///     f = p (1 + beta sign(p) v) + c v    (dissipative)    or    p (1 + beta v) + c v    (literal), c v in contact only
 ///
-/// b is HALF the total backlash. Not physical where 1 + beta sign(p) v < 0 (literal: 1 + beta v < 0): the contact pulls.
+/// b is HALF the total backlash. Not physical where 1 + beta sign(p) v < 0 (literal: 1 + beta v < 0): the contact pulls. With contact
+/// damping c the force jumps by c v as contact is made, and the contact pulls just before it is lost.
 ///
 /// Rook & Singh (1995), eq. (1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,8 @@ pub struct Backlash {
     pub impact_damping: f64,
     /// Behaviour of the damping on the back flank.
     pub impact_damping_law: ImpactDampingLaw,
+    /// Damping c in contact [force time/displacement], >= 0: c v/K while a flank is touched.
+    pub contact_damping: f64,
 }
 
 /// The parameters as a user writes them: the half gap or the whole gap.
@@ -50,6 +53,12 @@ struct Written {
     impact_damping: f64,
     #[serde(default)]
     impact_damping_law: ImpactDampingLaw,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    contact_damping: f64,
+}
+
+pub(super) fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 impl TryFrom<Written> for Backlash {
@@ -71,12 +80,14 @@ impl TryFrom<Written> for Backlash {
         let Written {
             impact_damping,
             impact_damping_law,
+            contact_damping,
             ..
         } = written;
         Ok(Backlash {
             half_gap,
             impact_damping,
             impact_damping_law,
+            contact_damping,
         })
     }
 }
@@ -87,12 +98,14 @@ impl From<Backlash> for Written {
             half_gap,
             impact_damping,
             impact_damping_law,
+            contact_damping,
         } = law;
         Written {
             half_gap: Some(half_gap),
             gap: None,
             impact_damping,
             impact_damping_law,
+            contact_damping,
         }
     }
 }
@@ -105,6 +118,7 @@ crate::register_element! {
         { name: "gap", doc: "total backlash, 2 half_gap", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
         { name: "impact_damping", doc: "impact damping beta", kind: ParameterKind::Number, dimension: Dimension::INVERSE_VELOCITY, default: Some("0"), range: ParameterRange::NotNegative },
         { name: "impact_damping_law", doc: "dissipative on both flanks, or literal as in the paper's eq. (1): puts energy in on the back flank", kind: ParameterKind::Choice(&["dissipative", "literal"]), dimension: Dimension::NONE, default: Some("dissipative") },
+        { name: "contact_damping", doc: "damping in contact only, c v; the contact may pull", kind: ParameterKind::Number, dimension: Dimension::DAMPING, default: Some("0"), range: ParameterRange::NotNegative },
     ],
     example: "{type: backlash, half_gap: 1.0, impact_damping: 0.05}",
 }
@@ -116,6 +130,17 @@ impl Backlash {
             0.0 => q,
             b => q - q.clamp(-b, b),
         };
+        let b = self.half_gap;
+        let touches = b == 0.0 || q > b || q < -b;
+        match self.contact_damping {
+            c if c != 0.0 && touches => self.impact(p, v) + v * c,
+            _ => self.impact(p, v),
+        }
+    }
+
+    /// The force of a flank without contact damping.
+    #[inline]
+    fn impact<N: Number>(&self, p: N, v: N) -> N {
         if self.impact_damping == 0.0 {
             return p;
         }
@@ -156,6 +181,12 @@ impl Element for Backlash {
             dimension: Dimension::INVERSE_VELOCITY,
             value: &mut self.impact_damping,
         });
+        visit(Parameter {
+            name: "contact_damping",
+            index: None,
+            dimension: Dimension::DAMPING,
+            value: &mut self.contact_damping,
+        });
     }
 
     fn clone_box(&self) -> Box<dyn Element> {
@@ -189,7 +220,15 @@ impl Element for Backlash {
     }
 
     fn depends_on_velocity(&self) -> bool {
-        self.impact_damping != 0.0
+        self.impact_damping != 0.0 || self.contact_damping != 0.0
+    }
+
+    fn is_discontinuous(&self) -> bool {
+        self.contact_damping != 0.0 && self.half_gap > 0.0
+    }
+
+    fn cautions(&self) -> Vec<String> {
+        contact_caution(self.contact_damping)
     }
 
     fn is_passive(&self) -> bool {
@@ -198,6 +237,15 @@ impl Element for Backlash {
 
     fn validate(&self) -> Result<(), InvalidParameter> {
         super::not_negative("half_gap", self.half_gap)?;
-        super::not_negative("impact_damping", self.impact_damping)
+        super::not_negative("impact_damping", self.impact_damping)?;
+        super::not_negative("contact_damping", self.contact_damping)
+    }
+}
+
+/// What contact damping does just before contact is lost.
+pub(super) fn contact_caution(damping: f64) -> Vec<String> {
+    match damping > 0.0 {
+        true => vec!["contact_damping: the contact pulls just before it is lost".into()],
+        false => Vec::new(),
     }
 }

@@ -1,5 +1,6 @@
 //! The contract of a law as an executable check, for laws of this crate and of users alike.
 
+mod automata;
 mod series;
 mod smoothness;
 mod table;
@@ -45,6 +46,8 @@ impl Violations {
 /// - `flank` changes at breakpoints only, an open flank carries no force, and a stretch without any force is open;
 /// - scaling displacement, time and force changes the law, its breakpoints and its flanks as its dimensions say:
 ///   f*(q / l, v / (l w)) = f(q, v) / l;
+/// - automata: guards and resets lead to regions that exist, memories are counted; along a march through the regions `respond` says
+///   what they say, partials included; a closed loop of a passive law gives no energy; levels and forces scale as dimensions say;
 /// - the force that `trace` records, if it does, is that of `eval` all over each region between breakpoints;
 /// - `eval_many` and the copy say what `eval` says, and so does the law after a round trip through serde under its tag.
 ///
@@ -61,6 +64,11 @@ pub fn check(element: &dyn Element) -> Result<(), Violations> {
         return Violations::conclude(found);
     }
     parameters(element, &mut found);
+    if element.automata().is_some() {
+        automata::check(element, &mut found);
+        copies(element, &mut found);
+        return Violations::conclude(found);
+    }
     smoothness::check(element, &mut found);
     partials(element, &mut found);
     velocity(element, &mut found);

@@ -3,6 +3,7 @@
 //! An element knows only its own displacement, velocity and excitation phase. It never sees indices, matrices,
 //! frequencies, units or solvers.
 
+pub mod automaton;
 pub mod conformance;
 pub mod derivatives;
 pub mod number;
@@ -12,17 +13,22 @@ pub mod tape;
 mod traced;
 
 mod backlash;
+mod clutch;
 mod cubic;
 mod expression;
+mod jenkins;
 mod linear;
 mod one_sided;
 mod piecewise_linear;
 mod preloaded;
+mod rigid_stop;
 mod tanh_friction;
 
 pub use backlash::{Backlash, ImpactDampingLaw};
+pub use clutch::{Clutch, Stage};
 pub use cubic::Cubic;
 pub use expression::Expression;
+pub use jenkins::Jenkins;
 pub use linear::Linear;
 pub use one_sided::{OneSided, Side};
 pub use piecewise_linear::PiecewiseLinear;
@@ -30,10 +36,12 @@ pub use preloaded::Preloaded;
 pub use registry::{
     ElementInfo, ParameterInfo, ParameterKind, ParameterRange, find, registered, table_mistakes,
 };
+pub use rigid_stop::RigidStop;
 pub use scale::Scale;
 pub use tanh_friction::TanhFriction;
 pub use traced::Traced;
 
+use automaton::Automaton;
 use tape::Symbol;
 
 /// Force of a law and its partial derivatives at one instant.
@@ -88,6 +96,12 @@ impl Dimension {
         displacement: 2,
         time: -2,
         force: 0,
+    };
+    /// Force times time over displacement: a dashpot.
+    pub const DAMPING: Dimension = Dimension {
+        displacement: -2,
+        time: 2,
+        force: 2,
     };
     /// Time over displacement, as impact damping.
     pub const INVERSE_VELOCITY: Dimension = Dimension {
@@ -204,11 +218,40 @@ impl InvalidParameter {
     }
 }
 
-/// A memoryless force law of one relative displacement.
+/// A force law of one relative displacement.
 #[typetag::serde(tag = "type")]
 pub trait Element: std::fmt::Debug + Send + Sync {
-    /// Force and partials. Finite for finite input; does not allocate.
+    /// Force and partials. Finite for finite input; does not allocate. Of a law with memory: on its first loading.
     fn eval(&self, q: f64, v: f64, phase: f64) -> Response;
+
+    /// Numbers that the law remembers.
+    fn memory_count(&self) -> usize {
+        0
+    }
+
+    /// Force and partials in motion, with the memory at hand.
+    fn respond(&self, q: f64, v: f64, phase: f64, _memory: &[f64]) -> Response {
+        self.eval(q, v, phase)
+    }
+
+    /// Moves a memory that does not belong to a deformation to the nearest one that does.
+    fn project(&self, _q: f64, _memory: &mut [f64]) {}
+
+    /// The law as a sum of automata of affine regions, those with a memory in the order of the memory; `None` where its regions
+    /// are those between its breakpoints and it remembers nothing.
+    fn automata(&self) -> Option<Vec<Automaton>> {
+        None
+    }
+
+    /// Of laws with impacts: the share of the scale of rates below which an impact is not counted.
+    fn least_impact(&self) -> Option<f64> {
+        None
+    }
+
+    /// The law on its first loading, where it has a memory, and at rest, where it has impacts: in this way a train comes to rest.
+    fn first_loading(&self) -> Option<Box<dyn Element>> {
+        None
+    }
 
     /// The force over numbers that record what is done with them: the Taylor series of the flow come from it.
     ///

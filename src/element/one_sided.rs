@@ -1,5 +1,6 @@
 //! A stop on one side.
 
+use super::backlash::{contact_caution, is_zero};
 use super::derivatives::from_force;
 use super::number::Number;
 use super::tape::Symbol;
@@ -28,6 +29,9 @@ pub struct OneSided {
     /// Side of the stop.
     #[serde(default)]
     pub side: Side,
+    /// Damping c in contact [force time/displacement], >= 0: c v/K while the stop is touched.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub contact_damping: f64,
 }
 
 crate::register_element! {
@@ -36,17 +40,22 @@ crate::register_element! {
     parameters: [
         { name: "gap", doc: "distance to the stop", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative },
         { name: "side", doc: "side of the stop", kind: ParameterKind::Choice(&["positive", "negative"]), dimension: Dimension::NONE, default: Some("positive") },
+        { name: "contact_damping", doc: "damping in contact only, c v; the contact may pull", kind: ParameterKind::Number, dimension: Dimension::DAMPING, default: Some("0"), range: ParameterRange::NotNegative },
     ],
     example: "{type: one_sided, gap: 0.5}",
 }
 
 impl OneSided {
     #[inline]
-    fn force<N: Number>(&self, q: N) -> N {
-        match self.side {
+    fn force<N: Number>(&self, q: N, v: N) -> N {
+        let p = match self.side {
             Side::Positive if q > self.gap => q - self.gap,
             Side::Negative if q < -self.gap => q + self.gap,
-            _ => N::from(0.0),
+            _ => return N::from(0.0),
+        };
+        match self.contact_damping {
+            0.0 => p,
+            c => p + v * c,
         }
     }
 }
@@ -55,16 +64,16 @@ impl OneSided {
 impl Element for OneSided {
     #[inline]
     fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
-        from_force(q, v, |q, _| self.force(q))
+        from_force(q, v, |q, v| self.force(q, v))
     }
 
     fn trace<'t>(
         &self,
         q: Symbol<'t>,
-        _v: Symbol<'t>,
+        v: Symbol<'t>,
         _phase: Symbol<'t>,
     ) -> Result<Symbol<'t>, String> {
-        Ok(self.force(q))
+        Ok(self.force(q, v))
     }
 
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>)) {
@@ -73,6 +82,12 @@ impl Element for OneSided {
             index: None,
             dimension: Dimension::DISPLACEMENT,
             value: &mut self.gap,
+        });
+        visit(Parameter {
+            name: "contact_damping",
+            index: None,
+            dimension: Dimension::DAMPING,
+            value: &mut self.contact_damping,
         });
     }
 
@@ -100,10 +115,23 @@ impl Element for OneSided {
     }
 
     fn depends_on_velocity(&self) -> bool {
-        false
+        self.contact_damping != 0.0
+    }
+
+    fn is_passive(&self) -> bool {
+        true
+    }
+
+    fn is_discontinuous(&self) -> bool {
+        self.contact_damping != 0.0
+    }
+
+    fn cautions(&self) -> Vec<String> {
+        contact_caution(self.contact_damping)
     }
 
     fn validate(&self) -> Result<(), InvalidParameter> {
-        super::not_negative("gap", self.gap)
+        super::not_negative("gap", self.gap)?;
+        super::not_negative("contact_damping", self.contact_damping)
     }
 }

@@ -20,6 +20,10 @@ pub enum ParameterKind {
     /// A map from names to numbers or quantities of any dimension: the law decides what they mean. It reads SI values; with
     /// nondimensional systems bare numbers only.
     Map,
+    /// `true` or `false`.
+    Switch,
+    /// A list of maps with these parameters.
+    Records(&'static [ParameterInfo]),
 }
 
 /// Range of a parameter, of every number of a list or a map.
@@ -38,7 +42,7 @@ pub enum ParameterRange {
 }
 
 /// Description of one parameter.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ParameterInfo {
     /// Name, as in YAML.
     pub name: &'static str,

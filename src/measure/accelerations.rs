@@ -132,6 +132,17 @@ impl Accelerometer {
         let bodies = 0..anchor.bodies.len();
         bodies
             .map(|body| {
+                // Forces with a memory and those of stops are not sampled here.
+                let is_unknown = |(_, action): (f64, Action<'_>)| match action {
+                    Action::Force(k) => {
+                        let law = &system.mounts()[k].element;
+                        law.memory_count() > 0 || law.least_impact().is_some()
+                    }
+                    _ => false,
+                };
+                if anchor.actions(body).any(is_unknown) {
+                    return f64::NAN;
+                }
                 let rounding = ROUNDING * self.accelerate(&motion, body);
                 let largest = self.acceleration.iter().fold(0.0_f64, |m, a| m.max(*a));
                 if largest <= NOISE * rounding {
@@ -162,7 +173,7 @@ impl Accelerometer {
         self.v.resize(n * count, 0.0);
         match orbit {
             Orbit::Segments(orbit) => {
-                let mut state = vec![0.0; 2 * n];
+                let mut state = vec![0.0; system.state_size()];
                 for j in 0..count {
                     orbit.state(j as f64 * width, &mut state);
                     for i in 0..n {

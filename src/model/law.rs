@@ -164,8 +164,18 @@ fn in_si(
         })
     };
     let value = match parameter.kind {
+        ParameterKind::Number if node.is_null() && parameter.default == Some("null") => {
+            return Some(node.clone());
+        }
         ParameterKind::Number => return converted(node, path, mistakes),
-        ParameterKind::Text => return Some(node.clone()),
+        ParameterKind::Text | ParameterKind::Switch => return Some(node.clone()),
+        _ if node.is_null() => return Some(node.clone()),
+        ParameterKind::Records(fields) => Value::List(
+            entries(node, path, mistakes)
+                .into_iter()
+                .filter_map(|(path, node)| record(node, &path, fields, units, mistakes))
+                .collect(),
+        ),
         ParameterKind::Choice(words) => {
             mistakes.note(word(node, path, words))?;
             return Some(node.clone());
@@ -190,6 +200,36 @@ fn in_si(
     };
     let location = node.location.clone();
     Some(Node { value, location })
+}
+
+/// One map of a list, with every number in SI units.
+fn record(
+    node: &Node,
+    path: &str,
+    parameters: &[ParameterInfo],
+    units: LawUnits,
+    mistakes: &mut Mistakes,
+) -> Option<Node> {
+    let names: Vec<&str> = parameters.iter().map(|p| p.name).collect();
+    let fields = Fields::known(node, path, &names, mistakes)?;
+    let mut map = IndexMap::new();
+    for (key, entry) in fields.entries() {
+        let parameter = parameters.iter().find(|p| p.name == key)?;
+        let node = in_si(
+            &entry.node,
+            &fields.path_of(key),
+            parameter,
+            units,
+            mistakes,
+        )?;
+        let key_location = entry.key_location.clone();
+        map.insert(key.to_owned(), Entry { key_location, node });
+    }
+    missing(&fields, path, parameters, mistakes);
+    Some(Node {
+        value: Value::Map(map),
+        location: node.location.clone(),
+    })
 }
 
 /// A parameter that the law itself refuses, at the value that the user wrote or at a place within it.

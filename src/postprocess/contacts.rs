@@ -1,6 +1,7 @@
 //! Contacts of one connection along an orbit: how long, how often, how fast, on which flank.
 
 use crate::numeric::nonzeros::sparse_dot;
+use crate::solve::integrate::SwitchKind;
 use crate::solve::orbit::Crossing;
 use crate::system::System;
 use std::f64::consts::TAU;
@@ -66,6 +67,14 @@ impl Contacts {
             }
             return contacts;
         }
+        for impact in crossings.iter().filter(|c| c.kind == SwitchKind::Impact) {
+            contacts.hit(impact, nu);
+        }
+        let stays = |c: &&Crossing| c.kind != SwitchKind::Impact;
+        let crossings: Vec<&Crossing> = crossings.iter().filter(stays).collect();
+        if crossings.is_empty() {
+            return contacts;
+        }
         // What a stretch of a motion that is not periodic begins with is not what it ends with.
         if let Some(side) = contacts.side(crossings[0].from) {
             side.share += crossings[0].tau / TAU;
@@ -77,15 +86,22 @@ impl Contacts {
                 continue;
             };
             side.share += (end - crossing.tau) / TAU;
-            if crossing.from == 0 {
-                side.impacts += 1.0 / nu;
-                let speed = crossing.velocity.abs();
-                contacts.speed_max = contacts.speed_max.max(speed);
-                contacts.speed_sum += speed / nu;
-                contacts.speed_square_sum += speed * speed / nu;
+            if crossing.from == 0 && crossing.kind == SwitchKind::Breakpoint {
+                contacts.hit(crossing, nu);
             }
         }
         contacts
+    }
+
+    /// Counts a contact that is made.
+    fn hit(&mut self, crossing: &Crossing, nu: f64) {
+        if let Some(side) = self.side(crossing.to) {
+            side.impacts += 1.0 / nu;
+        }
+        let speed = crossing.velocity.abs();
+        self.speed_max = self.speed_max.max(speed);
+        self.speed_sum += speed / nu;
+        self.speed_square_sum += speed * speed / nu;
     }
 
     fn side(&mut self, flank: i8) -> Option<&mut FlankContacts> {

@@ -7,6 +7,7 @@ use crate::numeric::fourier::Fourier;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
 use crate::solve::galerkin::jumps::{self, Edge};
+use crate::solve::galerkin::march;
 use crate::solve::orbit::{Deformation, FourierOrbit, Orbit};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
@@ -44,6 +45,8 @@ pub struct Measures {
     pub force_std: f64,
     /// Whether the contact pulls somewhere: f against the flank it rests on.
     pub pulls: bool,
+    /// Work done on the connection per excitation period: what it loses.
+    pub loss: f64,
 }
 
 impl Measures {
@@ -54,6 +57,7 @@ impl Measures {
             &mut self.force_min,
             &mut self.force_max,
             &mut self.force_std,
+            &mut self.loss,
         ] {
             *force *= factor;
         }
@@ -156,7 +160,16 @@ impl Meter {
             force_max: extreme(1.0),
             force_std: variance.sqrt(),
             pulls: self.pulls(system, e),
+            loss: self.loss(revolutions),
         }
+    }
+
+    /// Work per excitation period: the Fourier coefficients of force and rate.
+    fn loss(&self, revolutions: f64) -> f64 {
+        let mut slope = vec![0.0; self.coefficients.len()];
+        trigonometric::differentiate(&self.coefficients, &mut slope);
+        let products = slope.iter().zip(&self.force_coefficients).skip(1);
+        0.5 * products.map(|(v, f)| v * f).sum::<f64>() * TAU / revolutions
     }
 
     /// Samples of deformation, rate, force and slope; coefficients of deformation and force.
@@ -192,9 +205,22 @@ impl Meter {
             df_dq: &mut self.slope,
             df_dv: &mut self.damping,
         };
-        mount
-            .element
-            .eval_many(&self.deformation, &self.rate, &self.phase, out);
+        if mount.element.memory_count() == 0 {
+            mount
+                .element
+                .eval_many(&self.deformation, &self.rate, &self.phase, out);
+        } else {
+            let series = deformation.series();
+            let tracks = march::tracks(system, e, &series, &march::at_rest(system));
+            let samples = out.f.len();
+            for j in 0..samples {
+                let tau = TAU * j as f64 / samples as f64;
+                let here = || tracks.iter().filter_map(|t| t.at(tau));
+                out.df_dq[j] = here().map(|s| s.slope).sum();
+                let offset: f64 = here().map(|s| s.offset).sum();
+                (out.f[j], out.df_dv[j]) = (out.df_dq[j] * self.deformation[j] + offset, 0.0);
+            }
+        }
         self.vary(mount, orbit.subharmonic);
         self.fourier
             .to_coefficients(&self.force, &mut self.force_coefficients);
@@ -242,6 +268,9 @@ impl Meter {
                     if f > m.1 { (j, f) } else { m }
                 },
             );
+        if mount.element.memory_count() > 0 {
+            return largest;
+        }
         let at_extrema = extrema.iter().map(|x| force(x.0)).fold(largest, f64::max);
         if !mount.element.depends_on_velocity() && mount.stiffness_variation.is_none() {
             return at_extrema;

@@ -3,7 +3,10 @@
 use super::contacts::Contacts;
 use super::effective_stiffness;
 use super::measures::{Measures, is_clearance};
+use crate::element::Element;
+use crate::numeric::bernstein::evaluate;
 use crate::numeric::quadrature::unit_nodes;
+use crate::solve::integrate::{Switch, SwitchKind};
 use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, StretchDeformation};
 use crate::system::{Mount, System};
@@ -20,6 +23,7 @@ struct Sums {
     f: f64,
     fx: f64,
     ff: f64,
+    fv: f64,
     slope: f64,
     damping: f64,
     low: f64,
@@ -42,6 +46,8 @@ struct Piece<'a> {
     mount: &'a Mount,
     /// Om / width: d/dT for one d/dx.
     rate: f64,
+    /// Coefficients of what the law remembers.
+    memory: Vec<&'a [f64]>,
 }
 
 impl Piece<'_> {
@@ -50,22 +56,30 @@ impl Piece<'_> {
         let (q, slope) = self.deformation.at(x);
         let phase = self.deformation.phase(x);
         let v = slope * self.rate;
-        let r = self.mount.respond(q, v, phase);
+        let r = match self.memory.is_empty() {
+            true => self.mount.respond_with([q, v], phase, &[]),
+            false => {
+                let memory: Vec<f64> = self.memory.iter().map(|c| evaluate(c, x).0).collect();
+                self.mount.respond_with([q, v], phase, &memory)
+            }
+        };
         [q, v, r.f, r.df_dq, r.df_dv]
     }
 }
 
 /// Measures of every connection.
 pub(super) fn measure(system: &System, orbit: &SegmentOrbit) -> Vec<Measures> {
-    (0..system.element_count())
-        .map(|e| connection(system, orbit, e))
-        .collect()
+    let all = (0..system.element_count()).map(|e| connection(system, orbit, e));
+    let mut list: Vec<Measures> = all.collect();
+    carry(system, &mut list);
+    list
 }
 
 fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
     let mount = &system.mounts()[e];
     let pulls_possible =
         mount.element.depends_on_velocity() && is_clearance(mount.element.as_ref());
+    let n = system.dof();
     let mut sums = Sums {
         low: f64::INFINITY,
         high: f64::NEG_INFINITY,
@@ -78,6 +92,10 @@ fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
             deformation: orbit.deformation(system, e, stretch),
             mount,
             rate: orbit.omega / stretch.width,
+            memory: system
+                .memory_of(e)
+                .map(|m| stretch.coordinate(n + m))
+                .collect(),
         };
         let share = stretch.width / TAU;
         if sums.low > sums.high {
@@ -94,6 +112,7 @@ fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
             sums.f += weight * f;
             sums.fx += weight * f * x;
             sums.ff += weight * f * f;
+            sums.fv += weight * f * v;
             sums.slope += weight * slope;
             sums.damping += weight * damping;
             sums.widen_force(f);
@@ -112,7 +131,16 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
     let scale = sums.low.abs().max(sums.high.abs());
     let mean = sums.origin + sums.x;
     let variance = (sums.xx - sums.x * sums.x).max(0.0);
-    let own = orbit.switches.iter().filter(|s| s.connection == e);
+    let least = match mount_of(system, e).least_impact() {
+        Some(share) => share * sums.vv.sqrt(),
+        None => 0.0,
+    };
+    let counts = |s: &&Switch| {
+        s.connection == e
+            && s.kind != SwitchKind::Memory
+            && (s.kind != SwitchKind::Impact || s.velocity.abs() >= least)
+    };
+    let own = orbit.switches.iter().filter(counts);
     let crossings: Vec<Crossing> = own.map(Crossing::from).collect();
     let moves = sums.high - sums.low > 1e-12 * scale;
     Measures {
@@ -137,5 +165,47 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
         force_max: sums.largest_force,
         force_std: (sums.ff - sums.f * sums.f).max(0.0).sqrt(),
         pulls: sums.pulls,
+        // A period lasts 2 pi / Om.
+        loss: sums.fv * TAU / orbit.omega / (orbit.subharmonic * system.revolutions()) as f64,
+    }
+}
+
+fn mount_of(system: &System, e: usize) -> &dyn Element {
+    system.mounts()[e].element.as_ref()
+}
+
+/// Forces of rigid stops: their mean follows from the balance of what is periodic, the rest is no number.
+///
+/// ```text
+/// sum_stops kappa_e mean f_e = mean Q - sum_others kappa_e mean f_e
+/// ```
+fn carry(system: &System, list: &mut [Measures]) {
+    let stops: Vec<usize> = (0..list.len())
+        .filter(|e| mount_of(system, *e).least_impact().is_some())
+        .collect();
+    if stops.is_empty() {
+        return;
+    }
+    let mut rest = system.mean_load();
+    for (e, m) in list.iter().enumerate().filter(|(e, _)| !stops.contains(e)) {
+        rest.axpy(-m.force_mean, &system.stiffness().column(e), 1.0);
+    }
+    let found = system
+        .stiffness()
+        .select_columns(&stops)
+        .svd(true, true)
+        .solve(&rest, 1e-12);
+    for (k, e) in stops.into_iter().enumerate() {
+        let m = &mut list[e];
+        m.force_mean = found.as_ref().map_or(f64::NAN, |f| f[k]);
+        for force in [
+            &mut m.force_min,
+            &mut m.force_max,
+            &mut m.force_std,
+            &mut m.loss,
+        ] {
+            *force = f64::NAN;
+        }
+        (m.effective_stiffness, m.effective_stiffness_dc) = (None, None);
     }
 }

@@ -100,6 +100,19 @@ fn parameter(p: &ParameterInfo, units: Units) -> Value {
         }
         ParameterKind::Choice(words) => json!({ "description": about, "enum": words }),
         ParameterKind::Text => text(&about),
+        ParameterKind::Switch => json!({ "description": about, "type": "boolean" }),
+        ParameterKind::Records(fields) => {
+            let properties = fields
+                .iter()
+                .map(|f| (f.name.to_string(), parameter(f, units)));
+            let required: Vec<&str> = fields
+                .iter()
+                .filter(|f| f.is_required())
+                .map(|f| f.name)
+                .collect();
+            let one = object("", Value::Object(properties.collect()), &required);
+            json!({ "description": about, "type": "array", "items": one })
+        }
         ParameterKind::Map => {
             json!({ "description": about, "type": "object", "additionalProperties": one("") })
         }

@@ -45,6 +45,8 @@ pub struct BranchPoint {
     pub unknowns: DVector<f64>,
     /// Floquet multipliers by falling modulus; empty when not asked for.
     pub multipliers: Vec<Complex<f64>>,
+    /// Multipliers that are 1 by construction, for each of which the list has a 0.
+    pub neutral: usize,
     /// Stability.
     pub stability: Stability,
     /// How the corrector ended.
@@ -436,6 +438,7 @@ impl Tracer<'_> {
             is_mark: self.is_mark(point.lambda),
             unknowns: point.u.clone(),
             multipliers: survey.multipliers.clone(),
+            neutral: survey.neutral,
             stability,
             newton: point.newton,
             recorded,

@@ -26,10 +26,23 @@ impl ClosedForm {
     }
 
     fn need(self, mount: &Mount) -> Option<&'static str> {
-        if self != ClosedForm::Series
-            && (!mount.element.is_piecewise_affine() || mount.element.depends_on_velocity())
-        {
+        let law = mount.element.as_ref();
+        let has_automaton = law.automata().is_some();
+        if self == ClosedForm::Quadrature && law.least_impact().is_some() {
+            return Some("a law without impacts");
+        }
+        let varies = mount.stiffness_variation.iter().any(|s| !s.is_constant());
+        if self == ClosedForm::Quadrature && law.memory_count() > 0 && varies {
+            return Some("a constant stiffness of a law with memory");
+        }
+        let is_affine = law.is_piecewise_affine() || has_automaton;
+        if self != ClosedForm::Series && (!is_affine || law.depends_on_velocity()) {
             return Some("a piecewise-affine law (and impact_damping 0)");
+        }
+        if law.least_impact().is_some()
+            && matches!(mount.transmission_error, Some(Periodic::Table { .. }))
+        {
+            return Some("a transmission error made of harmonics at a rigid stop, not of a table");
         }
         let error = mount.transmission_error.as_ref();
         match (self, error) {

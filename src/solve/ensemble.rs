@@ -42,7 +42,7 @@ impl Ensemble {
     pub fn new(system: &System, choice: IntegratorChoice) -> Result<Ensemble, SolveError> {
         Ok(Ensemble {
             integrator: choose(system, choice)?,
-            state: vec![0.0; 2 * system.dof()],
+            state: vec![0.0; system.state_size()],
         })
     }
 

@@ -33,7 +33,7 @@ fn nudge(level: f64) -> f64 {
     8.0 * f64::EPSILON * level.abs().max(1e-3)
 }
 
-/// Phi <- S Phi; `phi`: its columns one after the other, 2n values each.
+/// Phi <- S Phi; `phi`: its columns one after the other.
 pub fn saltate(system: &System, connection: usize, jump: f64, rate: f64, phi: &mut [f64]) {
     if jump == 0.0 {
         return;
@@ -41,7 +41,7 @@ pub fn saltate(system: &System, connection: usize, jump: f64, rate: f64, phi: &m
     let n = system.dof();
     let kappa = system.stiffness().column(connection);
     let w = system.element_map().row(connection);
-    for column in phi.chunks_exact_mut(2 * n) {
+    for column in phi.chunks_exact_mut(system.state_size()) {
         let (q, v) = column.split_at_mut(n);
         let strain: f64 = w.iter().zip(q.iter()).map(|(w, q)| w * q).sum();
         for (v, kappa) in v.iter_mut().zip(kappa.iter()) {

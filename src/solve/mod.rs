@@ -29,7 +29,7 @@ use crate::error::SolveError;
 use crate::interrupt;
 
 /// `Err` once somebody asks to stop: what is computed meanwhile is no answer.
-fn uninterrupted() -> Result<(), SolveError> {
+pub(crate) fn uninterrupted() -> Result<(), SolveError> {
     match interrupt::is_requested() {
         true => Err(SolveError::Interrupted),
         false => Ok(()),

@@ -1,6 +1,6 @@
 //! A periodic orbit: deformations, switching instants, extrema.
 
-use super::integrate::Switch;
+use super::integrate::{Switch, SwitchKind};
 use super::segment_orbit::SegmentOrbit;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
@@ -69,6 +69,8 @@ pub struct Crossing {
     pub to: i8,
     /// Rate of the deformation, d/d(omega_c t).
     pub velocity: f64,
+    /// What happens there.
+    pub kind: SwitchKind,
 }
 
 impl From<&Switch> for Crossing {
@@ -79,6 +81,7 @@ impl From<&Switch> for Crossing {
             from: switch.from,
             to: switch.to,
             velocity: switch.velocity,
+            kind: switch.kind,
         }
     }
 }
@@ -263,6 +266,7 @@ impl FourierOrbit {
                 from: flanks[(k + count - 1) % count],
                 to: flanks[k],
                 velocity: self.omega * deformation.at(instants[k])[1],
+                kind: SwitchKind::Breakpoint,
             })
             .collect()
     }

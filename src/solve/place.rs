@@ -31,7 +31,7 @@ impl Place {
     ) -> Result<Place, SolveError> {
         let orbit = problem.orbit(u, lambda)?;
         let system = problem.system_at(lambda)?;
-        let (size, nu) = (2 * system.dof(), system.subharmonic());
+        let (size, nu) = (system.state_size(), system.subharmonic());
         let state = |k: usize| {
             let mut state = DVector::zeros(size);
             orbit.state(TAU * k as f64 / nu as f64, state.as_mut_slice());

@@ -134,6 +134,9 @@ pub struct Survey {
     pub breakpoints: Vec<Vec<f64>>,
     /// Floquet multipliers over one response period, by falling modulus; empty when not asked for, or where they cannot be had.
     pub multipliers: Vec<Complex<f64>>,
+    /// How many more are 1 by construction: numbers that laws remember and never change on this orbit. In the list stands a 0 for
+    /// each, so that its length does not change where a slider begins to slip.
+    pub neutral: usize,
 }
 
 /// A residual whose zeros are periodic orbits: everything that stability and post-processing need.

@@ -1,6 +1,6 @@
 //! A periodic orbit as stretches of polynomials between switching instants.
 
-use super::integrate::{Observer, Segment, Switch};
+use super::integrate::{Observer, Segment, Switch, SwitchKind};
 use crate::numeric::bernstein::{self, evaluate};
 use crate::numeric::periodic::Periodic;
 use crate::numeric::roots::newton_bracketed;
@@ -51,6 +51,9 @@ impl Stretch {
         &self.coefficients[i * self.count..(i + 1) * self.count]
     }
 }
+
+/// Phases this close are one.
+const SAME_INSTANT: f64 = 1e-9;
 
 /// Cells of a stretch in which an extremum is sought where a transmission error forbids the roots of polynomials: of a table.
 const CELLS: usize = 16;
@@ -192,10 +195,30 @@ impl SegmentOrbit {
             }
             before = rises;
         }
+        if system.mounts()[connection].element.least_impact().is_some() {
+            self.press(connection, &mut list);
+        }
         if let Some((tau, value)) = list.first().copied() {
             list.push((tau + TAU, value));
         }
         list
+    }
+
+    /// Lets extrema at impacts on a stop reach beyond it by half the square of the rate: that height passes the level evenly where a
+    /// branch comes to graze.
+    fn press(&self, connection: usize, list: &mut [(f64, f64)]) {
+        let own = (self.switches.iter())
+            .filter(|s| s.connection == connection && s.kind == SwitchKind::Impact);
+        for impact in own {
+            let gap = |tau: f64| {
+                let x = (tau - impact.tau).rem_euclid(TAU);
+                x.min(TAU - x)
+            };
+            let nearest = list.iter_mut().min_by(|a, b| gap(a.0).total_cmp(&gap(b.0)));
+            if let Some(extremum) = nearest.filter(|x| gap(x.0) < SAME_INSTANT) {
+                extremum.1 = impact.level + 0.5 * impact.velocity * impact.velocity.abs();
+            }
+        }
     }
 
     /// An orbit without stretches: an observer of the integration over [0, 2 pi] fills it.
@@ -218,10 +241,15 @@ impl SegmentOrbit {
         Some((stretch, x))
     }
 
-    /// State [q; v] at tau into `state`, 2n values.
+    /// State [q; v] at tau into `state`, 2n values; with room for them the memories behind.
     pub fn state(&self, tau: f64, state: &mut [f64]) {
         if let Some((stretch, x)) = self.stretch_at(tau) {
-            stretch.segment().state(x, self.omega, state);
+            let rows = state.len() - self.dof;
+            let part = Segment {
+                coefficients: &stretch.coefficients[..rows * stretch.count],
+                ..stretch.segment()
+            };
+            part.state(x, self.omega, state);
         }
     }
 

@@ -32,6 +32,8 @@ pub struct Shooting<F: Family> {
     /// Width of the latest difference in the parameter, in widths of the family's.
     width: f64,
     phi: DMatrix<f64>,
+    /// Coordinates and rates: 2n.
+    motion: usize,
 }
 
 /// Where the flow leads in nu excitation periods.
@@ -54,8 +56,9 @@ impl<F: Family> Shooting<F> {
         choice: IntegratorChoice,
     ) -> Result<Shooting<F>, SolveError> {
         let system = family.at(lambda)?;
-        let size = 2 * system.dof();
+        let size = system.state_size();
         jumps::refuse_hidden(system)?;
+        let motion = 2 * system.dof();
         let integrator = choose(system, choice)?;
         let (state, phi) = (vec![0.0; size], DMatrix::identity(size, size));
         Ok(Shooting {
@@ -66,6 +69,7 @@ impl<F: Family> Shooting<F> {
             centre: state.clone(),
             allowance: usize::MAX,
             width: 1.0,
+            motion,
             state,
             phi,
         })
@@ -206,6 +210,13 @@ impl<F: Family> Residual for Shooting<F> {
             column.copy_from_slice(self.phi.column(c).as_slice());
             column[c] -= 1.0;
         }
+        // What is remembered and never changed is data: u keeps it.
+        for row in floquet::kept(&self.phi, self.motion) {
+            for c in 0..u.len() {
+                jacobian.column(c)[row] = if c == row { 1.0 } else { 0.0 };
+            }
+            out.r[row] = 0.0;
+        }
         if !out.has_parameter {
             return Ok(());
         }
@@ -287,14 +298,14 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
         extent: Extent,
     ) -> Result<Survey, SolveError> {
         let mut orbit = self.empty_orbit(lambda)?;
-        let multipliers = match extent {
+        let (multipliers, neutral) = match extent {
             Extent::Motion => {
                 self.map(u.as_slice(), lambda, &mut orbit)?;
-                Vec::new()
+                (Vec::new(), 0)
             }
             Extent::Stability => match self.map_with_variation(u.as_slice(), lambda, &mut orbit)? {
-                IntegrationEnd::Reached => floquet::multipliers(&self.phi),
-                _ => Vec::new(),
+                IntegrationEnd::Reached => floquet::multipliers_and_neutral(&self.phi, self.motion),
+                _ => (Vec::new(), 0),
             },
         };
         let system = self.family.at(lambda)?;
@@ -305,6 +316,7 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
             extrema,
             breakpoints: system.breakpoints(),
             multipliers,
+            neutral,
         })
     }
 }

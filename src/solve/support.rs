@@ -36,7 +36,11 @@ pub fn of(mount: &Mount) -> [Support; 7] {
     let limited = |how: &str| (Reach::Limited, how.to_string());
     let no_transition = "no transition matrix: the force may jump where no breakpoint is known";
     let flow = match ClosedForm::Flow.refusal(mount) {
-        None if is_jumping => yes("jumps located; a joint that sticks on one ends it"),
+        None if law.least_impact().is_some() => {
+            yes("closed form between impacts and in held contact")
+        }
+        None if law.memory_count() > 0 => yes("closed form between switches, memory included"),
+        None if is_jumping => yes("jumps located; a joint that sticks on one is held"),
         None => yes("closed form between switches"),
         Some(reason) => (Reach::No, reason),
     };
@@ -50,6 +54,9 @@ pub fn of(mount: &Mount) -> [Support; 7] {
         Some(reason) => (Reach::No, reason),
     };
     let dopri5 = match (is_hidden, is_jumping) {
+        _ if law.automata().is_some() => {
+            (Reach::No, "knows neither memory nor impacts".to_string())
+        }
         (true, _) => {
             limited("jumps passed under error control, not located; sticking costs many steps")
         }
@@ -57,6 +64,14 @@ pub fn of(mount: &Mount) -> [Support; 7] {
         _ => yes("breakpoints located"),
     };
     let galerkin = match (is_hidden, is_jumping) {
+        _ if law.least_impact().is_some() => (
+            Reach::No,
+            "velocities jump at impacts: Fourier series do not converge".to_string(),
+        ),
+        _ if law.memory_count() > 0 => match ClosedForm::Quadrature.refusal(mount) {
+            None => yes("closed form between the events of the march around the period"),
+            Some(reason) => (Reach::No, reason),
+        },
         (true, _) => limited("samples miss the instants of jumps: the iteration may stall"),
         (_, true) => yes("sampled, with the instants of jumps as roots"),
         _ => yes("sampled"),

@@ -26,7 +26,8 @@ impl System {
         }
     }
 
-    /// Deformations, their rates and the responses of all connections at `state` = [q; v] into `scratch`.
+    /// Deformations, their rates and the responses of all connections at `state` = [q; v; z] into `scratch`; without z every law is on
+    /// its first loading.
     pub fn respond(&self, tau: f64, state: &[f64], scratch: &mut Scratch) {
         self.respond_within(None, tau, state, scratch);
     }
@@ -41,7 +42,8 @@ impl System {
         scratch: &mut Scratch,
     ) {
         let n = self.dof();
-        let (q, v) = state.split_at(n);
+        let (q, rest) = state.split_at(n);
+        let (v, mut memory) = rest.split_at(n);
         let at = self.moment(tau);
         let phase = at.phase;
         for (k, mount) in self.mounts.iter().enumerate() {
@@ -52,6 +54,11 @@ impl System {
             };
             let [x, rate] = mount.deformation(motion, phase, at.frequency);
             let response = match windows {
+                None if !memory.is_empty() => {
+                    let (own, others) = memory.split_at(mount.element.memory_count());
+                    memory = others;
+                    mount.respond_with([x, rate], phase, own)
+                }
                 None => mount.respond(x, rate, phase),
                 Some(windows) => {
                     let inside = x.clamp(windows[k].0, windows[k].1);
@@ -97,7 +104,7 @@ impl System {
                 *a += d * value;
             }
         }
-        let v = &state[self.dof()..];
+        let v = &state[self.dof()..2 * self.dof()];
         for (j, v) in v.iter().enumerate() {
             for (i, g) in self.damping_column(j) {
                 out[*i] -= g * v;

@@ -198,6 +198,7 @@ mod tests {
             half_gap,
             impact_damping: 0.0,
             impact_damping_law: ImpactDampingLaw::Dissipative,
+            contact_damping: 0.0,
         };
         let harmonics = vec![Harmonic {
             order: 1,

@@ -80,6 +80,7 @@ pub struct System {
     omega: f64,
     subharmonic: usize,
     revolutions: usize,
+    memory_count: usize,
     /// W is the identity: deformations are coordinates.
     is_tree: bool,
     course: Option<Course>,
@@ -144,6 +145,7 @@ impl System {
             omega: 1.0,
             subharmonic: 1,
             revolutions: 1,
+            memory_count: 0,
             is_tree: false,
             course: None,
         };
@@ -168,6 +170,7 @@ impl System {
     /// Finds the nonzero entries of the matrices again: due after every change of them.
     fn index(&mut self) {
         let (n, e) = (self.dof(), self.mounts.len());
+        self.memory_count = self.mounts.iter().map(|m| m.element.memory_count()).sum();
         self.is_tree = n == e && self.element_map == DMatrix::identity(n, n);
         self.damping_columns = Nonzeros::of_columns(&self.damping);
         self.stiffness_columns = Nonzeros::of_columns(&self.stiffness);
@@ -177,6 +180,23 @@ impl System {
     /// n, number of relative coordinates.
     pub fn dof(&self) -> usize {
         self.damping.nrows()
+    }
+
+    /// Numbers that all laws remember together.
+    pub fn memory_count(&self) -> usize {
+        self.memory_count
+    }
+
+    /// Numbers of a state [q; v; z].
+    pub fn state_size(&self) -> usize {
+        2 * self.dof() + self.memory_count
+    }
+
+    /// Places of what a law remembers, among the numbers of all.
+    pub fn memory_of(&self, connection: usize) -> std::ops::Range<usize> {
+        let count = |m: &Mount| m.element.memory_count();
+        let begin = self.mounts[..connection].iter().map(count).sum();
+        begin..begin + count(&self.mounts[connection])
     }
 
     /// e, number of connections.
@@ -332,7 +352,34 @@ impl System {
         (copy.mounts.iter_mut())
             .filter(|m| m.element.is_spring())
             .for_each(|m| m.element = law.clone_box());
+        copy.index();
         copy
+    }
+
+    /// The same system with laws that remember nothing: each on its first loading.
+    pub fn at_first_loading(&self) -> System {
+        let mut copy = self.clone();
+        for mount in &mut copy.mounts {
+            if let Some(law) = mount.element.first_loading() {
+                mount.element = law;
+            }
+        }
+        copy.index();
+        copy
+    }
+
+    /// What all laws remember after their first loading up to a state of rest.
+    pub fn memory_at_rest(&self, q: &[f64]) -> Vec<f64> {
+        let mut memory = vec![0.0; self.memory_count];
+        let mut begin = 0;
+        for (k, mount) in self.mounts.iter().enumerate() {
+            let end = begin + mount.element.memory_count();
+            let x: f64 = self.element_map_row(k).iter().map(|(j, w)| w * q[*j]).sum();
+            let x = x - mount.transmission_error.as_ref().map_or(0.0, |e| e.mean());
+            mount.element.project(x, &mut memory[begin..end]);
+            begin = end;
+        }
+        memory
     }
 
     /// Slopes of the laws in full contact, e values: 1, and 0 of those that are no springs.

@@ -39,6 +39,16 @@ impl Mount {
         self.vary(self.element.eval(deformation, rate, phase), phase)
     }
 
+    /// The same in motion, with what the law remembers.
+    #[inline]
+    pub fn respond_with(&self, motion: [f64; 2], phase: f64, memory: &[f64]) -> Response {
+        let [deformation, rate] = motion;
+        self.vary(
+            self.element.respond(deformation, rate, phase, memory),
+            phase,
+        )
+    }
+
     /// Response of the law times the stiffness variation.
     #[inline]
     pub fn vary(&self, response: Response, phase: f64) -> Response {

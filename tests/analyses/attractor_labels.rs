@@ -212,6 +212,7 @@ fn one_damped_coordinate_has_no_tori() {
         half_gap: 0.5,
         impact_damping: 0.1,
         impact_damping_law: law,
+        contact_damping: 0.0,
     };
     let dissipative = impacts(ImpactDampingLaw::Dissipative);
     let literal = impacts(ImpactDampingLaw::Literal);

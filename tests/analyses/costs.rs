@@ -17,6 +17,7 @@ const BACKLASH: Backlash = Backlash {
     half_gap: 1.0,
     impact_damping: 0.0,
     impact_damping_law: ImpactDampingLaw::Dissipative,
+    contact_damping: 0.0,
 };
 
 gearlash::register_element! {

@@ -11,6 +11,7 @@ fn backlash(half_gap: f64) -> Backlash {
         half_gap,
         impact_damping: 0.0,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     }
 }
 
@@ -89,6 +90,7 @@ fn a_mean_that_carries_a_force() {
     let stop = OneSided {
         gap: 0.5,
         side: Side::Positive,
+        contact_damping: 0.0,
     };
     assert!((mean_for_force(&stop, 0.2, 0.0).unwrap() - 0.3).abs() < 1e-6);
     assert_eq!(mean_for_force(&stop, 0.2, -0.1), None);

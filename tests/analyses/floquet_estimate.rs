@@ -123,6 +123,7 @@ fn impact_damping_adds_its_mean() {
         half_gap: 1.0,
         impact_damping: 0.3,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     };
     let system = one_mass(0.1, Mount::new(Box::new(law)));
     let orbit = FourierOrbit {

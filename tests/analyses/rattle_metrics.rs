@@ -121,6 +121,7 @@ fn a_bouncing_mass() {
     let law = OneSided {
         gap: 0.0,
         side: Side::Positive,
+        contact_damping: 0.0,
     };
     let mut system = one_mass(kappa, Mount::new(Box::new(law)), g);
     system.set_excitation_frequency(TAU / period);

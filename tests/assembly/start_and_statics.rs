@@ -167,6 +167,7 @@ fn a_load_beyond_the_harmonics_is_refused() {
         half_gap: 1.0,
         impact_damping: 0.0,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     };
     let system = System::new(
         one.clone(),

@@ -31,7 +31,11 @@ impl Random {
 const GAP: f64 = 1e-3;
 
 fn one_sided(side: Side) -> Box<dyn Element> {
-    Box::new(OneSided { gap: GAP, side })
+    Box::new(OneSided {
+        gap: GAP,
+        side,
+        contact_damping: 0.0,
+    })
 }
 
 /// A law with the deformation at which it carries a force f (over K), in closed form; `None` where it never does.

@@ -13,7 +13,7 @@ reduced:
 analyses:
 ";
 
-/// A load below the preload: the joint sticks to its middle, which the force cannot say.
+/// A load below the preload: the joint rests on its middle, where DOPRI5 chatters.
 const STICKING: &str = "\
 schema: 1
 reduced:
@@ -115,15 +115,12 @@ fn a_collapse_of_the_step() {
 
 #[test]
 fn chatter() {
-    for integrator in ["exact", "dopri5"] {
-        for analysis in [HISTORY, MAP] {
-            let analysis =
-                analysis.replace("at: 0.1", &format!("integrator: {integrator}, at: 0.1"));
-            ends_early(
-                &format!("{STICKING}{analysis}"),
-                "too many switches in one period (chatter)",
-            );
-        }
+    for analysis in [HISTORY, MAP] {
+        let analysis = analysis.replace("at: 0.1", "integrator: dopri5, at: 0.1");
+        ends_early(
+            &format!("{STICKING}{analysis}"),
+            "too many switches in one period (chatter)",
+        );
     }
 }
 

@@ -15,6 +15,7 @@ mod folders;
 mod hostile_input;
 mod laws_in_models;
 mod long_trains;
+mod memory;
 mod messages;
 mod output_files;
 mod page;

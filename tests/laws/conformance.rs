@@ -19,6 +19,7 @@ fn laws_with_unusual_parameters() {
         half_gap,
         impact_damping,
         impact_damping_law,
+        contact_damping: 0.0,
     };
     let laws: Vec<Box<dyn Element>> = vec![
         Box::new(Linear {}),
@@ -31,10 +32,12 @@ fn laws_with_unusual_parameters() {
         Box::new(OneSided {
             gap: 0.0,
             side: Side::Positive,
+            contact_damping: 0.0,
         }),
         Box::new(OneSided {
             gap: 0.8,
             side: Side::Negative,
+            contact_damping: 0.0,
         }),
         Box::new(PiecewiseLinear {
             breakpoints: vec![],

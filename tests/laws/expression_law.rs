@@ -258,6 +258,7 @@ fn formulas_equal_the_laws_they_spell_out() {
                 half_gap: b,
                 impact_damping: 0.0,
                 impact_damping_law: dissipative,
+                contact_damping: 0.0,
             }),
             law("sign(q)*max(abs(q) - b, 0)", &[("b", b)]),
         ),
@@ -266,6 +267,7 @@ fn formulas_equal_the_laws_they_spell_out() {
                 half_gap: b,
                 impact_damping: beta,
                 impact_damping_law: dissipative,
+                contact_damping: 0.0,
             }),
             law(
                 "if(q > b, (q - b)*(1 + beta*v), if(q < -b, (q + b)*(1 - beta*v), 0))",
@@ -286,6 +288,7 @@ fn formulas_equal_the_laws_they_spell_out() {
             Box::new(OneSided {
                 gap: b,
                 side: Side::Negative,
+                contact_damping: 0.0,
             }),
             law("min(q + b, 0)", &[("b", b)]),
         ),

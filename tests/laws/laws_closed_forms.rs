@@ -187,26 +187,27 @@ fn transition_matrices_across_jumps_equal_differences() {
     assert!(gap < 1e-8, "exact flow against DOPRI5: {gap:e}");
 }
 
-/// A joint pressed against its preload sticks: the integrators say so instead of going on for ever.
+/// A joint pressed against its preload rests on its flank: the exact flow holds it there, DOPRI5 ends with chatter.
 #[test]
-fn a_sticking_joint_ends_as_chatter() {
+fn a_joint_below_its_preload_is_held_by_the_flow() {
     let system = single(0.5, vec![preloaded(0.6, 0.4)], 0.2, 0.0);
     let few_switches = Dopri5Options {
         max_switches: 50,
         ..Default::default()
     };
-    for mut integrator in [
-        Box::new(Exact::new(&system, 50).unwrap()) as Box<dyn Integrator>,
-        Box::new(Dopri5::new(&system, few_switches)),
-    ] {
-        let mut state = [0.0, 0.0];
-        let end = integrator.advance(&system, (0.0, 100.0 * TAU), &mut state, &mut ());
-        assert_eq!(
-            end,
-            IntegrationEnd::TooManySwitches,
-            "{}",
-            integrator.name()
-        );
-        assert!((state[0] - 0.6).abs() < 1e-3);
-    }
+    let long = (0.0, 100.0 * TAU);
+    let mut state = [0.0, 0.0];
+    let mut exact = Exact::new(&system, 10_000).unwrap();
+    assert_eq!(
+        exact.advance(&system, long, &mut state, &mut ()),
+        IntegrationEnd::Reached
+    );
+    assert!(
+        (state[0] - 0.6).abs() < 1e-12 && state[1].abs() < 1e-12,
+        "{state:?}"
+    );
+    let mut state = [0.0, 0.0];
+    let end = Dopri5::new(&system, few_switches).advance(&system, long, &mut state, &mut ());
+    assert_eq!(end, IntegrationEnd::TooManySwitches);
+    assert!((state[0] - 0.6).abs() < 1e-3);
 }

@@ -67,6 +67,7 @@ fn mount(j: usize, draw: &mut dyn FnMut(f64, f64) -> f64) -> Mount {
         3 => Mount::new(Box::new(OneSided {
             gap: draw(0.0, 0.5),
             side: Side::Negative,
+            contact_damping: 0.0,
         })),
         _ => {
             let mut mount = backlash(draw(0.05, 1.0));

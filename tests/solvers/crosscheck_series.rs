@@ -76,6 +76,7 @@ fn law(draw: &mut Draw<'_>) -> Box<dyn Element> {
                 6 => ImpactDampingLaw::Literal,
                 _ => ImpactDampingLaw::Dissipative,
             },
+            contact_damping: 0.0,
         }),
     }
 }

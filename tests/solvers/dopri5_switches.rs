@@ -100,6 +100,7 @@ fn two_crossings_inside_one_step() {
     let stop = Mount::new(Box::new(OneSided {
         gap: 1.0,
         side: Side::Positive,
+        contact_damping: 0.0,
     }));
     let system = single(0.0, stop, -0.1, 0.0);
     let loose = Dopri5Options {
@@ -170,6 +171,7 @@ fn transmission_error_switches_an_idle_mesh() {
     mount.element = Box::new(OneSided {
         gap: 0.4,
         side: Side::Negative,
+        contact_damping: 0.0,
     });
     mount.transmission_error = Some(sine(0.0, 20, 0.5, 0.0));
     // a weak mesh: kappa = 0 keeps the mass at rest
@@ -201,6 +203,7 @@ fn jumps_of_the_transmission_error() {
     let mut mount = Mount::new(Box::new(OneSided {
         gap: 0.4,
         side: Side::Negative,
+        contact_damping: 0.0,
     }));
     mount.transmission_error = Some(Periodic::Rectangular {
         high: 0.5,
@@ -241,10 +244,12 @@ impl Noise {
                 half_gap: gap,
                 impact_damping: 0.3,
                 impact_damping_law: ImpactDampingLaw::Dissipative,
+                contact_damping: 0.0,
             }),
             1 => Box::new(OneSided {
                 gap,
                 side: Side::Negative,
+                contact_damping: 0.0,
             }),
             2 => Box::new(PiecewiseLinear {
                 breakpoints: vec![-0.3, 0.0, 0.1, 0.4],

@@ -35,6 +35,7 @@ fn systems() -> Vec<(System, IntegratorChoice)> {
         half_gap: 0.4,
         impact_damping: 0.1,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     }) as Box<dyn Element>);
     let mut varying = backlash(0.4);
     varying.stiffness_variation = Some(Periodic::Fourier {

@@ -175,6 +175,7 @@ fn a_graze_is_no_switch_and_a_dip_is_two() {
         Mount::new(Box::new(OneSided {
             gap: 0.5,
             side: Side::Positive,
+            contact_damping: 0.0,
         }))
     };
     let mut system = System::new(

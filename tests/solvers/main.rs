@@ -25,6 +25,8 @@ mod exact_energy;
 mod exact_flow;
 mod exact_grazing;
 mod long_trains;
+mod memory_flow;
+mod memory_series;
 mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;

@@ -32,6 +32,7 @@ fn everything() -> System {
     let one_sided = OneSided {
         gap: 0.1,
         side: Side::Negative,
+        contact_damping: 0.0,
     };
     let staged = PiecewiseLinear {
         breakpoints: vec![-0.4, 0.1, 0.35],
@@ -165,6 +166,7 @@ fn other_laws_are_refused_with_a_reason() {
         half_gap: 0.3,
         impact_damping: 0.2,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     };
     let table = Periodic::Table {
         values: vec![0.9, 1.1, 1.0],

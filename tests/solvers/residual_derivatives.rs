@@ -19,6 +19,7 @@ fn everything() -> System {
         half_gap: 0.3,
         impact_damping: 0.2,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     };
     let mount = |element: Box<dyn Element>| Mount::new(element);
     let mut mounts = vec![
@@ -27,6 +28,7 @@ fn everything() -> System {
         mount(Box::new(OneSided {
             gap: 0.1,
             side: Side::Negative,
+            contact_damping: 0.0,
         })),
     ];
     mounts[0].stiffness_variation = Some(series(
@@ -123,6 +125,7 @@ fn smooth_laws_to_rounding() {
         half_gap: 0.0,
         impact_damping: 0.1,
         impact_damping_law: ImpactDampingLaw::Literal,
+        contact_damping: 0.0,
     });
     let base = everything();
     let (gamma, kappa, w) = (

@@ -13,6 +13,7 @@ pub fn backlash(half_gap: f64) -> Box<dyn Element> {
         half_gap,
         impact_damping: 0.0,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     })
 }
 

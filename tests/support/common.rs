@@ -45,6 +45,7 @@ pub fn backlash(half_gap: f64) -> Mount {
         half_gap,
         impact_damping: 0.0,
         impact_damping_law: ImpactDampingLaw::Dissipative,
+        contact_damping: 0.0,
     };
     Mount::new(Box::new(law))
 }

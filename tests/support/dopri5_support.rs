@@ -115,6 +115,7 @@ pub fn impacting(half_gap: f64, law: ImpactDampingLaw) -> Mount {
         half_gap,
         impact_damping: 0.3,
         impact_damping_law: law,
+        contact_damping: 0.0,
     }))
 }
 

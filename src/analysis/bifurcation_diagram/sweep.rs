@@ -54,7 +54,7 @@ impl Seeds {
     /// The box in nondimensional numbers.
     pub(super) fn states(&self, setting: &Setting<'_>) -> Result<States, Fault> {
         let widths = match &self.reach {
-            Reach::Uniform(width) => vec![*width; 2 * setting.assembly.system.dof()],
+            Reach::Uniform(width) => vec![*width; setting.assembly.system.state_size()],
             Reach::Each(widths) => widths.widths(setting, "seeds.box")?,
         };
         Ok(States {

@@ -232,7 +232,7 @@ impl<'a> Hunt<'a> {
             omega: system.omega(),
             subharmonic: system.subharmonic(),
         };
-        let mut state = DVector::zeros(2 * system.dof());
+        let mut state = DVector::zeros(system.state_size());
         orbit.state(0.0, state.as_mut_slice());
         Ok(state)
     }

@@ -143,6 +143,7 @@ impl Sweep<'_, '_> {
             is_mark,
             unknowns: DVector::from_column_slice(&state),
             multipliers: Vec::new(),
+            neutral: 0,
             stability: Stability::Unknown,
             newton,
             recorded,

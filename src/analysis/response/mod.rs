@@ -11,6 +11,7 @@ mod bandwidth;
 mod confirm;
 mod crossings;
 mod expense;
+mod flow_start;
 mod guarded;
 mod harmonics;
 mod hunt;

@@ -4,6 +4,7 @@ use crate::analysis::Setting;
 use crate::analysis::columns::{connections, integer};
 use crate::measure::Heading;
 use crate::report::{Column, Table};
+use crate::solve::galerkin::march::{self, Stretch};
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 use std::f64::consts::TAU;
@@ -27,7 +28,11 @@ impl OrbitTable {
     /// Appends one orbit: deformations, their rates and forces, at equal steps of tau, the end excluded.
     pub(super) fn add(&mut self, (branch, point): (usize, usize), system: &System, orbit: &Orbit) {
         let e = system.element_count();
-        let (mut state, mut scratch) = (vec![0.0; 2 * system.dof()], system.scratch());
+        let (mut state, mut scratch) = (vec![0.0; system.state_size()], system.scratch());
+        let tracks = match orbit {
+            Orbit::Fourier(series) => march::all_tracks(system, series),
+            Orbit::Segments(_) => Vec::new(),
+        };
         for row in 0..ORBIT_ROWS {
             let tau = TAU * row as f64 / ORBIT_ROWS as f64;
             orbit.state(tau, &mut state);
@@ -36,6 +41,12 @@ impl OrbitTable {
             self.numbers[1].push(point as i64);
             self.series[0].push(tau);
             for k in 0..e {
+                let own = tracks.iter().filter(|t| t.connection == k);
+                let here: Vec<&Stretch> = own.filter_map(|t| t.at(tau)).collect();
+                if !here.is_empty() {
+                    let x = scratch.deformation[k];
+                    scratch.response[k].f = here.iter().map(|s| s.slope * x + s.offset).sum();
+                }
                 self.series[1 + k].push(scratch.deformation[k]);
                 self.series[1 + e + k].push(scratch.rate[k]);
                 self.series[1 + 2 * e + k].push(scratch.response[k].f);

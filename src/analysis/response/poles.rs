@@ -185,7 +185,7 @@ impl Work<'_> {
     fn unknowns(&self, method: Method, lambda: f64) -> Result<usize, Error> {
         let (settings, swept) = (self.settings, self.swept);
         if method == Method::Shooting {
-            return Ok(2 * swept.setting.assembly.system.dof());
+            return Ok(swept.setting.assembly.system.state_size());
         }
         let size = settings.size_with(settings.harmonics.first(), settings.subharmonic);
         Ok(Galerkin::new(swept.family_for(settings.subharmonic)?, lambda, size)?.dim())

@@ -9,7 +9,7 @@ use crate::solve::attractor::{Lengths, MapSize};
 use crate::solve::closed_form::ClosedForm;
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::{Family, FrequencyFamily};
-use crate::solve::galerkin::Galerkin;
+use crate::solve::galerkin::{self, Galerkin};
 use crate::solve::jumps::refuse_hidden;
 use crate::solve::newton::NewtonOptions;
 use crate::system::System;
@@ -239,6 +239,16 @@ impl BranchSettings {
                 );
                 faults.push(Fault::new(key, message));
             }
+        }
+        if self.has_galerkin()
+            && let Err(error) = galerkin::refuse(&setting.assembly.system)
+        {
+            let key = if self.methods.is_some() {
+                "methods"
+            } else {
+                "method"
+            };
+            faults.push(Fault::new(key, setting.name_connection(&error)));
         }
         let needs_flow = is_asked || self.starts.is_some();
         if needs_flow || methods.iter().any(|m| *m != Method::Galerkin) {

@@ -121,7 +121,7 @@ pub(super) struct Work<'a> {
     accuracies: Accuracies,
     pub warnings: Vec<String>,
     /// Deformation of every connection beyond which a branch is unbounded.
-    bounds: Vec<f64>,
+    pub(super) bounds: Vec<f64>,
     /// What random starts led to.
     pub searches: Vec<Search>,
     /// Of the branches of the present method.
@@ -144,12 +144,19 @@ impl<'a> Work<'a> {
                 self.integrate();
                 continue;
             }
-            let first = match &mut first {
-                Some(first) => first,
-                None => first.insert(self.first()?),
-            };
             let number = self.delivered.len();
-            let delivered = self.primary(method, first)?;
+            let system = &self.swept.setting.assembly.system;
+            let mut laws = system.mounts().iter().map(|m| &m.element);
+            let starts_by_flow =
+                method == Method::Shooting && laws.any(|law| law.automata().is_some());
+            let delivered = match &mut first {
+                _ if starts_by_flow => self.settled(method)?,
+                Some(first) => self.primary(method, first)?,
+                None => {
+                    let found = first.insert(self.first()?);
+                    self.primary(method, found)?
+                }
+            };
             self.delivered.push(delivered);
             self.follow_behind_breaks(method)?;
             self.follow_behind_poles(method)?;
@@ -192,6 +199,16 @@ impl<'a> Work<'a> {
         Ok(First { galerkin, found })
     }
 
+    /// The branch from what the motion comes to.
+    fn settled(&mut self, method: Method) -> Result<Delivered, Error> {
+        let mut delivered = Delivered::new(method, self.settings.subharmonic);
+        match self.settle_from_rest()? {
+            Ok(u) => self.follow(Source::Guess(u), &mut delivered)?,
+            Err(message) => delivered.end = Ending::early("no_start", message),
+        }
+        Ok(delivered)
+    }
+
     /// The branch from the first solution.
     fn primary(&mut self, method: Method, first: &mut First<'_>) -> Result<Delivered, Error> {
         let from = self.swept.range.0;
@@ -206,7 +223,7 @@ impl<'a> Work<'a> {
         };
         if method == Method::Shooting {
             let orbit = first.galerkin.orbit(&u, from)?;
-            u = DVector::zeros(2 * first.galerkin.system_at(from)?.dof());
+            u = DVector::zeros(first.galerkin.system_at(from)?.state_size());
             orbit.state(0.0, u.as_mut_slice());
         }
         self.follow(Source::Guess(u), &mut delivered)?;
@@ -429,7 +446,7 @@ pub(super) fn weight(system: &System) -> f64 {
 }
 
 /// Size of every deformation: its largest breakpoint or its value at rest.
-fn sizes(system: &System) -> Vec<f64> {
+pub(super) fn sizes(system: &System) -> Vec<f64> {
     let rest = equilibrium(system).ok();
     let mounts = system.mounts().iter().enumerate();
     let size = |(e, mount): (usize, &Mount)| {

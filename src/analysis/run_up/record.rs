@@ -113,7 +113,7 @@ impl<'a> Record<'a> {
             current: empty,
             kept: VecDeque::new(),
             looked: 0.0,
-            state: vec![0.0; 2 * system.dof()],
+            state: vec![0.0; system.state_size()],
             values: origin.clone(),
             origin,
             windows: Vec::new(),

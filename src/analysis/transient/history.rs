@@ -168,7 +168,7 @@ pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error
         system: &system,
         times: &plan.times,
         next: 0,
-        state: vec![0.0; 2 * system.dof()],
+        state: vec![0.0; system.state_size()],
         reached: 0.0,
     };
     if plan.times.first() == Some(&0.0) {

@@ -67,7 +67,7 @@ impl<'a> Impacts<'a> {
             system,
             list: Vec::new(),
             contacts,
-            state: vec![0.0; 2 * system.dof()],
+            state: vec![0.0; system.state_size()],
             scratch,
         }
     }

@@ -4,7 +4,7 @@ use crate::analysis::{Setting, columns};
 use crate::measure::Heading;
 use crate::report::{Column, Table};
 use crate::solve::integrate::Switch;
-use crate::system::{Scratch, System};
+use crate::system::{Mount, Scratch, System};
 
 /// Collects rows.
 pub struct Rows<'a> {
@@ -13,7 +13,7 @@ pub struct Rows<'a> {
     scratch: Scratch,
     /// Nondimensional times T.
     pub times: Vec<f64>,
-    /// Deformations, rates, forces of the connections, then accelerations of the bodies: one list a column.
+    /// Deformations, rates, forces and memories of the connections, then accelerations of the bodies: one list a column.
     series: Vec<Vec<f64>>,
 }
 
@@ -26,7 +26,7 @@ impl<'a> Rows<'a> {
             system,
             scratch: system.scratch(),
             times: Vec::new(),
-            series: vec![Vec::new(); 3 * system.element_count() + bodies],
+            series: vec![Vec::new(); 3 * system.element_count() + system.memory_count() + bodies],
         }
     }
 
@@ -34,7 +34,16 @@ impl<'a> Rows<'a> {
     pub fn push(&mut self, time: f64, tau: f64, state: &[f64]) {
         self.times.push(time);
         let (setting, system) = (self.setting, self.system);
-        let bodies = (setting.assembly).body_accelerations(system, tau, state, &mut self.scratch);
+        let mut bodies =
+            (setting.assembly).body_accelerations(system, tau, state, &mut self.scratch);
+        let is_stop = |m: &Mount| m.element.least_impact().is_some();
+        if let Some(list) = bodies
+            .as_mut()
+            .filter(|_| system.mounts().iter().any(is_stop))
+        {
+            // Impacts and held contacts have no force that is known here.
+            list.iter_mut().for_each(|a| *a = f64::NAN);
+        }
         if bodies.is_none() {
             system.respond(tau, state, &mut self.scratch);
         }
@@ -43,10 +52,12 @@ impl<'a> Rows<'a> {
             rate,
             response,
         } = &self.scratch;
-        let forces = response.iter().map(|r| r.f);
+        let forces = (response.iter().zip(system.mounts()))
+            .map(|(r, m)| if is_stop(m) { f64::NAN } else { r.f });
         let values = (deformation.iter().copied())
             .chain(rate.iter().copied())
             .chain(forces)
+            .chain(state[2 * system.dof()..].iter().copied())
             .chain(bodies.into_iter().flatten());
         for (column, value) in self.series.iter_mut().zip(values) {
             column.push(value);
@@ -72,6 +83,7 @@ impl<'a> Rows<'a> {
 /// Columns besides the time.
 pub fn headings(setting: &Setting<'_>) -> impl Iterator<Item = Heading> {
     let connections = columns::connections(setting).into_iter();
+    let connections = connections.chain(columns::memories(setting));
     connections.chain(columns::accelerations(setting))
 }
 

@@ -125,6 +125,13 @@ impl Residual for Return<'_> {
             column.copy_from_slice(self.phi.column(c).as_slice());
             column[c] -= 1.0;
         }
+        // What is remembered and never changed is data.
+        for row in floquet::kept(&self.phi, 0) {
+            for c in 0..u.len() {
+                jacobian.column(c)[row] = if c == row { 1.0 } else { 0.0 };
+            }
+            out.r[row] = 0.0;
+        }
         Ok(())
     }
 }
@@ -244,7 +251,7 @@ impl<'a> Search<'a> {
         self.budget = self.budget.saturating_sub(cost);
         is_solved.then(|| Solution {
             u,
-            multipliers: floquet::multipliers(&phi),
+            multipliers: floquet::multipliers_and_neutral(&phi, 0).0,
             phi,
         })
     }
@@ -290,7 +297,8 @@ pub(super) fn settled(map: &mut dyn Map, cloud: &Cloud<'_>, longest: usize) -> O
     lags.into_iter().find_map(|lag| {
         let lap = cloud.derivative(start - lag, lag);
         let expands = |phi| {
-            floquet::multipliers(&phi)
+            floquet::multipliers_and_neutral(&phi, 0)
+                .0
                 .first()
                 .is_none_or(|mu| mu.norm() > LAST_LAP)
         };

@@ -54,7 +54,7 @@ pub trait Map {
     }
 }
 
-/// The Poincaré map of a system: one period of the excitation, from phase 0 to phase 0, [q; v].
+/// The Poincaré map of a system: one period of the excitation, from phase 0 to phase 0, [q; v; z].
 ///
 /// Every period is integrated over the same phases, so that the phase does not lose digits with time.
 pub struct Stroboscopic<'a> {
@@ -72,7 +72,7 @@ impl Stroboscopic<'_> {
 
 impl Map for Stroboscopic<'_> {
     fn size(&self) -> usize {
-        2 * self.system.dof()
+        self.system.state_size()
     }
 
     fn advance(&mut self, state: &mut [f64]) -> IntegrationEnd {
@@ -112,6 +112,12 @@ impl Map for Stroboscopic<'_> {
 /// d(q', v')/d(q, v):  trace = -(Gam + sum_e kappa_e W_e df_e/dv)
 /// ```
 pub fn tori(system: &System) -> Tori {
+    // Sliders and impacts take energy without damping, and memories are more dimensions.
+    let is_plain =
+        |mount: &Mount| mount.element.memory_count() == 0 && mount.element.least_impact().is_none();
+    if !system.mounts().iter().all(is_plain) {
+        return Tori::Possible;
+    }
     let is_elastic = |mount: &Mount| !mount.element.depends_on_velocity();
     if system.damping().iter().all(|c| *c == 0.0) && system.mounts().iter().all(is_elastic) {
         return Tori::Conservative;

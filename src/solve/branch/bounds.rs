@@ -38,7 +38,7 @@ impl Tracer<'_> {
         let unseen = |e: &usize| survey.extrema[*e].is_empty();
         let smooth: Vec<usize> = (0..bounds.len()).filter(unseen).collect();
         let instants = INSTANTS * system.subharmonic();
-        let mut state = vec![0.0; 2 * system.dof()];
+        let mut state = vec![0.0; system.state_size()];
         for k in 0..if smooth.is_empty() { 0 } else { instants } {
             let tau = k as f64 * TAU / instants as f64;
             survey.orbit.state(tau, &mut state);

@@ -87,12 +87,16 @@ impl NoEquilibrium {
 ///
 /// Stiffness variation counts with its mean, 1; laws that depend on the phase are read at phase 0. A force that jumps takes
 /// every value in between at its breakpoint: a connection may rest there. Where no load decides (to rounding of the loads), a
-/// connection rests in the middle of its gap. A law that falls may allow several equilibria: the first one on the side to
+/// connection rests in the middle of its gap. A law with memory is on its first loading from 0. A law that falls may allow several equilibria: the first one on the side to
 /// which the load pushes is taken, and none where a law falls.
 ///
 /// # Errors
 /// There is none, or none was found.
 pub fn equilibrium(system: &System) -> Result<Equilibrium, NoEquilibrium> {
+    let mut laws = system.mounts().iter().map(|m| &m.element);
+    if laws.any(|law| law.first_loading().is_some()) {
+        return equilibrium(&system.at_first_loading());
+    }
     let graphs: Vec<Graph> = (system.mounts().iter())
         .map(|m| Graph::of(m.element.as_ref()))
         .collect();

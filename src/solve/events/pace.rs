@@ -60,7 +60,7 @@ impl Pace {
         }
         let sum = 2.0 * (n as f64 * stiffness.abs()).sqrt();
         Pace {
-            states: 2 * n,
+            states: system.state_size(),
             highest: bound.sqrt(),
             damping_ratio: damping / sum.max(f64::MIN_POSITIVE),
         }

@@ -1,6 +1,7 @@
 //! Floquet multipliers from the variational equation along a periodic orbit.
 
 mod leading;
+mod memory;
 mod variation;
 
 use super::jumps;
@@ -58,6 +59,18 @@ impl Floquet {
         match Spectrum::of(system.dof()) {
             Spectrum::All => multipliers(&self.transition(system, orbit, extrema)),
             Spectrum::Leading => Floquet::leading(system, orbit, extrema),
+        }
+    }
+
+    /// The same of a system with memory, and how many more are 1 by construction.
+    pub fn with_memory(
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+    ) -> (Vec<Complex<f64>>, usize) {
+        match memory::transition(system, orbit, extrema) {
+            Some(phi) => multipliers_and_neutral(&phi, 2 * system.dof()),
+            None => (Vec::new(), 0),
         }
     }
 
@@ -123,6 +136,31 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
         return Vec::new();
     }
     by_falling_modulus(eigenvalues(phi).unwrap_or_default())
+}
+
+/// Rows of a transition matrix, behind the first ones, that belong to numbers which stay what they are.
+pub fn kept(phi: &DMatrix<f64>, motion: usize) -> impl Iterator<Item = usize> {
+    let is_kept = move |row: &usize| {
+        let entries = phi.row(*row);
+        let mut entries = entries.iter().enumerate();
+        entries.all(|(column, x)| *x == if column == *row { 1.0 } else { 0.0 })
+    };
+    (motion..phi.nrows()).filter(is_kept)
+}
+
+/// Multipliers of a system with memory, with a 0 in the place of each one that is 1 by construction, and how many these are; `motion`:
+/// coordinates and rates together.
+pub fn multipliers_and_neutral(phi: &DMatrix<f64>, motion: usize) -> (Vec<Complex<f64>>, usize) {
+    let neutral: Vec<usize> = kept(phi, motion).collect();
+    if neutral.is_empty() {
+        return (multipliers(phi), 0);
+    }
+    let others: Vec<usize> = (0..phi.nrows()).filter(|k| !neutral.contains(k)).collect();
+    let mut list = multipliers(&phi.select_rows(&others).select_columns(&others));
+    if !list.is_empty() {
+        list.extend(neutral.iter().map(|_| Complex::new(0.0, 0.0)));
+    }
+    (list, neutral.len())
 }
 
 /// Multipliers by falling modulus, the member of a pair with positive imaginary part first.

@@ -1,6 +1,7 @@
 //! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
 
 use super::connection::{add_column, add_diagonal, add_force, add_jacobian, gather};
+use super::exact::ExactQuadrature;
 use super::hill::{self, Hill};
 use super::jumps::{self, Edge};
 use crate::element::{Response, ResponseSeries};
@@ -38,6 +39,8 @@ pub struct Sampling {
     hill_rate: DMatrix<f64>,
     /// Jumps of the force at hand.
     edges: Vec<Edge>,
+    /// Laws with memory, which are integrated in closed form.
+    memories: Option<ExactQuadrature>,
 }
 
 /// A law without breakpoints and rates, with constant stiffness.
@@ -79,6 +82,7 @@ impl Sampling {
             hill: DMatrix::zeros(c, c),
             hill_rate: DMatrix::zeros(c, c),
             edges: Vec::new(),
+            memories: None,
         }
     }
 
@@ -95,6 +99,9 @@ impl Sampling {
         let variations = mounts.map(|m| m.stiffness_variation.as_ref());
         let weights = |s: &Periodic| s.weights(nu, phase.len(), |s| s);
         self.variation = variations.map(|s| s.map(weights)).collect();
+        if system.memory_count() > 0 {
+            self.memories = ExactQuadrature::of_memories(system, self.c.len() / 2).ok();
+        }
         let count = system.element_count();
         self.affine = (0..count).map(|e| self.affine(system, e)).collect();
     }
@@ -122,6 +129,10 @@ impl Sampling {
     /// Adds (I (x) kappa) c to the residual, its Jacobian (12) and its derivative with respect to omega.
     pub fn add_forces(&mut self, system: &System, u: &DVector<f64>, out: &mut Linearisation) {
         for e in 0..system.element_count() {
+            if let Some(memories) = self.memories.as_mut().filter(|_| remembers(system, e)) {
+                memories.add_force_of(system, e, u, out);
+                continue;
+            }
             gather(system, e, u, self.c.len(), &mut self.a);
             if let Some(affine) = &self.affine[e] {
                 affine.respond(&self.a, &mut self.c);
@@ -226,6 +237,10 @@ impl Sampling {
         self.fourier.to_coefficients(&self.rate, &mut self.c);
         add_column(system, e, &self.c, &mut out.dr_dlambda);
     }
+}
+
+fn remembers(system: &System, e: usize) -> bool {
+    system.mounts()[e].element.memory_count() > 0
 }
 
 impl Affine {

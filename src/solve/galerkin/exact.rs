@@ -9,10 +9,14 @@
 //! Jacobian, for a continuous force does not notice that its switches move. A stiffness variation steps (more jumps) or
 //! multiplies G and H.
 
+mod memories;
+
 use super::connection::{add_diagonal, add_force, add_jacobian, gather};
 use super::hill::Hill;
 use super::jumps::{self, Edge};
+use super::march::March;
 use super::switching::Switching;
+use crate::element::automaton::Automaton;
 use crate::error::SolveError;
 use crate::numeric::corners::Piece;
 use crate::numeric::periodic::{Harmonic, Periodic};
@@ -20,6 +24,7 @@ use crate::solve::affine::AffineLaw;
 use crate::solve::closed_form::ClosedForm;
 use crate::solve::residual::Linearisation;
 use crate::system::System;
+use memories::automata;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::TAU;
@@ -54,6 +59,12 @@ pub struct ExactQuadrature {
     filler: Hill,
     hill: DMatrix<f64>,
     edges: Vec<Edge>,
+    /// Laws with memory: their automata, and what these remember at rest. Whether the others are left to somebody else.
+    automata: Vec<Vec<(Automaton, f64)>>,
+    is_partial: bool,
+    march: March,
+    /// Memories that change with the motion: where they were set, and their factor of force over the stretches where it counts.
+    memories: Vec<(f64, Vec<f64>)>,
 }
 
 impl ExactQuadrature {
@@ -62,8 +73,14 @@ impl ExactQuadrature {
     /// # Errors
     /// [`SolveError::Unsupported`] names the connection that does not allow it.
     pub fn new(system: &System, harmonics: usize) -> Result<ExactQuadrature, SolveError> {
+        let mut this = ExactQuadrature::empty(harmonics);
+        this.prepare(system)?;
+        Ok(this)
+    }
+
+    fn empty(harmonics: usize) -> ExactQuadrature {
         let c = 2 * harmonics + 1;
-        let mut this = ExactQuadrature {
+        ExactQuadrature {
             harmonics,
             laws: Vec::new(),
             variations: Vec::new(),
@@ -79,7 +96,20 @@ impl ExactQuadrature {
             filler: Hill::new(harmonics),
             hill: DMatrix::zeros(c, c),
             edges: Vec::new(),
-        };
+            automata: Vec::new(),
+            is_partial: false,
+            march: March::default(),
+            memories: Vec::new(),
+        }
+    }
+
+    /// The same for the laws with memory alone, whatever the others are.
+    ///
+    /// # Errors
+    /// [`SolveError::Unsupported`] names the connection with memory that does not allow it.
+    pub fn of_memories(system: &System, harmonics: usize) -> Result<ExactQuadrature, SolveError> {
+        let mut this = ExactQuadrature::empty(harmonics);
+        this.is_partial = true;
         this.prepare(system)?;
         Ok(this)
     }
@@ -91,13 +121,15 @@ impl ExactQuadrature {
     pub fn prepare(&mut self, system: &System) -> Result<(), SolveError> {
         let nu = system.subharmonic();
         for (connection, mount) in system.mounts().iter().enumerate() {
-            if let Some(reason) = ClosedForm::Quadrature.refusal(mount) {
+            let is_ours = !self.is_partial || mount.element.memory_count() > 0;
+            if let Some(reason) = ClosedForm::Quadrature.refusal(mount).filter(|_| is_ours) {
                 return Err(SolveError::Unsupported { connection, reason });
             }
         }
         let mounts = system.mounts();
         let laws = mounts.iter().map(|m| AffineLaw::read(m.element.as_ref()));
         self.laws = laws.collect();
+        self.automata = automata(system);
         let variations = mounts.iter().map(|m| m.stiffness_variation.as_ref());
         self.variations = variations.map(|s| Variation::new(s, nu)).collect();
         let errors = mounts.iter().map(|m| m.transmission_error.as_ref());
@@ -123,23 +155,40 @@ impl ExactQuadrature {
     /// Adds (I (x) kappa) c to the residual and its Jacobian (12).
     pub fn add_forces(&mut self, system: &System, u: &DVector<f64>, out: &mut Linearisation) {
         for e in 0..system.element_count() {
-            self.deform(system, e, u);
-            self.transform(system, e);
-            self.vary(e);
-            self.convolve();
-            add_force(system, e, &self.c, out);
-            if self.edges.is_empty() && self.slope[1..].iter().all(|z| *z == Complex::default()) {
-                add_diagonal(system, e, self.slope[0].re, self.c.len(), out);
-                continue;
-            }
-            self.g[0] = self.slope[0].re;
-            for (pair, z) in self.g[1..].chunks_exact_mut(2).zip(&self.slope[1..]) {
-                (pair[0], pair[1]) = (-2.0 * z.im, 2.0 * z.re);
-            }
-            self.filler.fill(&self.g, &mut self.hill);
-            jumps::add_slopes(&self.edges, &mut self.hill);
-            add_jacobian(system, e, &self.hill, out);
+            self.add_force_of(system, e, u, out);
         }
+    }
+
+    /// The same for one connection.
+    pub fn add_force_of(
+        &mut self,
+        system: &System,
+        e: usize,
+        u: &DVector<f64>,
+        out: &mut Linearisation,
+    ) {
+        self.deform(system, e, u);
+        self.memories.clear();
+        match self.automata[e].is_empty() {
+            true => self.transform(system, e),
+            false => self.follow(e),
+        }
+        self.vary(e);
+        self.convolve();
+        add_force(system, e, &self.c, out);
+        let is_constant = self.slope[1..].iter().all(|z| *z == Complex::default());
+        if self.edges.is_empty() && self.memories.is_empty() && is_constant {
+            add_diagonal(system, e, self.slope[0].re, self.c.len(), out);
+            return;
+        }
+        self.g[0] = self.slope[0].re;
+        for (pair, z) in self.g[1..].chunks_exact_mut(2).zip(&self.slope[1..]) {
+            (pair[0], pair[1]) = (-2.0 * z.im, 2.0 * z.re);
+        }
+        self.filler.fill(&self.g, &mut self.hill);
+        jumps::add_slopes(&self.edges, &mut self.hill);
+        self.add_memories();
+        add_jacobian(system, e, &self.hill, out);
     }
 
     /// Coefficients of the deformation W q - e.

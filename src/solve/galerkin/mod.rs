@@ -13,6 +13,8 @@ mod exact;
 mod hill;
 pub mod jumps;
 mod loads;
+pub mod march;
+mod refusal;
 mod switching;
 
 use super::family::Family;
@@ -28,6 +30,7 @@ use crate::system::System;
 use aft::Sampling;
 use exact::ExactQuadrature;
 use nalgebra::DVector;
+pub use refusal::refuse;
 
 /// Size of the Galerkin approximation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -291,9 +294,12 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         let orbit = self.fourier_orbit(u, lambda)?;
         let system = self.family.at(lambda)?;
         let extrema = orbit.extrema(system);
-        let multipliers = match extent {
-            Extent::Motion => Vec::new(),
-            Extent::Stability => self.floquet.multipliers(system, &orbit, &extrema),
+        let (multipliers, neutral) = match extent {
+            Extent::Motion => (Vec::new(), 0),
+            Extent::Stability if system.memory_count() > 0 => {
+                Floquet::with_memory(system, &orbit, &extrema)
+            }
+            Extent::Stability => (self.floquet.multipliers(system, &orbit, &extrema), 0),
         };
         uninterrupted()?;
         let orbit = Orbit::Fourier(orbit);
@@ -302,6 +308,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
             extrema,
             breakpoints: system.breakpoints(),
             multipliers,
+            neutral,
         })
     }
 }

@@ -29,6 +29,8 @@ pub enum IntegrationEnd {
     Interrupted,
     /// The force of a connection has no finite series: a root of a negative number, a division by zero.
     NotAnalytic(Singularity),
+    /// Stops that are closed at once leave the forces between them open, this connection among them.
+    Locked(usize),
 }
 
 /// Where a force has no finite series.
@@ -59,11 +61,14 @@ impl IntegrationEnd {
             IntegrationEnd::NotAnalytic(_) => {
                 "a force is not analytic (division by zero, or root or logarithm of a negative number)"
             }
+            IntegrationEnd::Locked(_) => {
+                "stops that are closed at once hold one motion twice: the forces between them are not determined"
+            }
         }
     }
 }
 
-/// A stretch of time on which every coordinate is one polynomial, to the accuracy of the integrator. It never reaches
+/// A stretch of time on which every coordinate, and what laws remember, is one polynomial, to the accuracy of the integrator. It never reaches
 /// across a breakpoint.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment<'a> {
@@ -71,23 +76,28 @@ pub struct Segment<'a> {
     pub tau: f64,
     /// Its length in tau; x = (tau - begin) / width runs from 0 to 1.
     pub width: f64,
-    /// Coefficients of q_i in powers of x, coordinate by coordinate: `coefficients[i * count + k]` belongs to x^k.
+    /// Coefficients of q_i in powers of x, coordinate by coordinate, then those of the memories: `coefficients[i * count + k]` belongs
+    /// to x^k.
     pub coefficients: &'a [f64],
     /// Coefficients a coordinate: degree + 1.
     pub count: usize,
 }
 
 impl Segment<'_> {
-    /// State [q; v] at x in [0, 1], v = Om dq/dtau.
+    /// State [q; v; z] at x in [0, 1], v = Om dq/dtau.
     pub fn state(&self, x: f64, omega: f64, out: &mut [f64]) {
-        let n = out.len() / 2;
+        let n = out.len() - self.coefficients.len() / self.count;
         for (i, c) in self.coefficients.chunks_exact(self.count).enumerate() {
             let (mut q, mut slope) = (0.0, 0.0);
             for a in c.iter().rev() {
                 slope = slope * x + q;
                 q = q * x + a;
             }
-            (out[i], out[n + i]) = (q, slope * omega / self.width);
+            if i < n {
+                (out[i], out[n + i]) = (q, slope * omega / self.width);
+            } else {
+                out[n + i] = q;
+            }
         }
     }
 }
@@ -107,6 +117,22 @@ pub struct Switch {
     pub to: i8,
     /// Rate of the deformation, d/d(omega_c t): its sign is the direction.
     pub velocity: f64,
+    /// What happens there.
+    pub kind: SwitchKind,
+}
+
+/// What happens at a switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SwitchKind {
+    /// A breakpoint of the law is passed.
+    #[default]
+    Breakpoint,
+    /// A law with memory enters another region: a slider starts to slip, or sticks.
+    Memory,
+    /// A stop reverses the rate.
+    Impact,
+    /// A contact comes to rest on a stop or on a jump of the force, or leaves it.
+    Holding,
 }
 
 /// Who watches an integration.
@@ -151,7 +177,7 @@ pub trait Integrator {
     /// Limits the trial steps of a call.
     fn allow(&mut self, _steps: usize) {}
 
-    /// Advances `state` = [q; v], 2n values, over (tau.0, tau.1] in phases of the response.
+    /// Advances `state` = [q; v; z], z: what laws remember, over (tau.0, tau.1] in phases of the response.
     fn advance(
         &mut self,
         system: &System,
@@ -160,7 +186,7 @@ pub trait Integrator {
         observer: &mut dyn Observer,
     ) -> IntegrationEnd;
 
-    /// The same, and `phi` <- Phi phi with the state-transition matrix Phi in (q, v), 2n x 2n. Rook & Singh (1995), eq. (18).
+    /// The same, and `phi` <- Phi phi with the state-transition matrix Phi in (q, v, z). Rook & Singh (1995), eq. (18).
     fn advance_with_variation(
         &mut self,
         system: &System,
@@ -200,7 +226,7 @@ pub enum IntegratorChoice {
 pub fn series_refusal(mount: &Mount) -> Option<String> {
     let excitation = ClosedForm::Series.refusal(mount);
     excitation.or_else(|| {
-        let law = Law::read(mount.element.as_ref());
+        let law = Law::parts(mount.element.as_ref());
         law.err().map(|reason| format!("no series: {reason}"))
     })
 }
@@ -234,6 +260,13 @@ pub fn choose(
     choice: IntegratorChoice,
 ) -> Result<Box<dyn Integrator + Send>, SolveError> {
     let dopri5 = || Box::new(Dopri5::new(system, Dopri5Options::default()));
+    let has_automaton = |m: &Mount| m.element.automata().is_some();
+    if let (IntegratorChoice::Dopri5, Some(connection)) =
+        (choice, system.mounts().iter().position(has_automaton))
+    {
+        let reason = "DOPRI5 knows neither memory nor impacts: the exact flow does".into();
+        return Err(SolveError::Unsupported { connection, reason });
+    }
     match choice {
         IntegratorChoice::Dopri5 => Ok(dopri5()),
         IntegratorChoice::Exact => {

@@ -3,7 +3,7 @@
 use super::pieces::Pieces;
 use crate::numeric::bernstein::{Direction, first_passage};
 use crate::numeric::periodic::Periodic;
-use crate::solve::integrate::{Observer, Switch};
+use crate::solve::integrate::{Observer, Switch, SwitchKind};
 use crate::solve::jumps;
 use crate::system::{Scratch, System};
 
@@ -274,6 +274,7 @@ impl Regions {
                 if from == 0 && to != 0 {
                     let velocity = at.scratch.rate[k];
                     observer.switch(&Switch {
+                        kind: SwitchKind::Breakpoint,
                         tau: at.tau,
                         connection: k,
                         level,
@@ -322,6 +323,7 @@ impl Regions {
             });
         }
         observer.switch(&Switch {
+            kind: SwitchKind::Breakpoint,
             tau: at.tau,
             connection: k,
             level,

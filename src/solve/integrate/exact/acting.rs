@@ -4,14 +4,14 @@
 //! dx/dT up to k, which the recursion of the motion has at that moment.
 
 use super::forcing::{Instant, Sources};
-use super::laws::{Law, Piece};
+use super::laws::{LawPart, Piece};
 use crate::numeric::taylor::{COUNT, Inputs, Polynomial, convolve};
 use crate::system::System;
 
 /// All connections, and which of them act in this way at the moment.
 #[derive(Debug, Clone)]
 pub struct Acting {
-    /// Numbers of the connections that act, ascending.
+    /// Numbers of the parts that act, ascending.
     pub list: Vec<usize>,
     parts: Vec<Part>,
     variations: Sources,
@@ -19,9 +19,10 @@ pub struct Acting {
     phase: [f64; 3],
 }
 
-/// The series of one connection.
+/// The series of one part of a law.
 #[derive(Debug, Clone)]
 struct Part {
+    connection: usize,
     x: Polynomial,
     /// dx/dT.
     rate: Polynomial,
@@ -38,7 +39,7 @@ struct Part {
 
 impl Acting {
     /// Buffers for every connection of a system.
-    pub fn new(system: &System, laws: &[Law]) -> Acting {
+    pub fn new(system: &System, laws: &[LawPart]) -> Acting {
         let e = system.element_count();
         let mut variations = Sources::new(e);
         for (k, mount) in system.mounts().iter().enumerate() {
@@ -48,19 +49,21 @@ impl Acting {
             }
         }
         let zero = [0.0; COUNT];
-        let part = |(law, mount): (&Law, &crate::system::Mount)| Part {
+        let part = |part: &LawPart| Part {
+            connection: part.connection,
             x: zero,
             rate: zero,
             law: zero,
             force: zero,
             partials: [zero; 2],
-            varies: (mount.stiffness_variation.iter()).any(|s| s.varies_smoothly()),
+            varies: (system.mounts()[part.connection].stiffness_variation.iter())
+                .any(|s| s.varies_smoothly()),
             factor: 1.0,
-            registers: vec![zero; law.registers()],
+            registers: vec![zero; part.law.registers()],
         };
         Acting {
-            list: Vec::with_capacity(e),
-            parts: laws.iter().zip(system.mounts()).map(part).collect(),
+            list: Vec::with_capacity(laws.len()),
+            parts: laws.iter().map(part).collect(),
             variations,
             variation: vec![zero; e],
             phase: [0.0; 3],
@@ -72,7 +75,19 @@ impl Acting {
         self.variations.prepare(frequency, unit, revolutions);
     }
 
-    /// Whether a connection in a region acts; if not, its slope and offset with the stiffness at a phase inside the stretch.
+    /// Connection of a part.
+    #[inline]
+    pub fn connection(&self, part: usize) -> usize {
+        self.parts[part].connection
+    }
+
+    /// The connection of a part with the coefficients of its force.
+    pub fn whole_force(&self, part: usize) -> (usize, &Polynomial) {
+        let part = &self.parts[part];
+        (part.connection, &part.force)
+    }
+
+    /// Whether a part in a region acts; if not, its slope and offset with the stiffness at a phase inside the stretch.
     pub fn admit(&mut self, k: usize, piece: &Piece, factor: f64) -> Option<(f64, f64)> {
         let part = &mut self.parts[k];
         part.factor = factor;
@@ -94,16 +109,10 @@ impl Acting {
         }
     }
 
-    /// Coefficient k of the force of a connection, from those of its deformation and rate.
+    /// Coefficient k of the force of a part, from those of its deformation and rate.
     #[inline]
-    pub fn force(
-        &mut self,
-        connection: usize,
-        piece: &Piece,
-        k: usize,
-        (x, rate): (f64, f64),
-    ) -> f64 {
-        let part = &mut self.parts[connection];
+    pub fn force(&mut self, part: usize, piece: &Piece, k: usize, (x, rate): (f64, f64)) -> f64 {
+        let part = &mut self.parts[part];
         (part.x[k], part.rate[k]) = (x, rate);
         let law = match piece {
             Piece::Affine(a) => a.q * x + a.v * rate + if k == 0 { a.constant } else { 0.0 },
@@ -119,7 +128,7 @@ impl Acting {
         };
         part.law[k] = law;
         part.force[k] = match part.varies {
-            true => convolve(&part.law, &self.variation[connection], k),
+            true => convolve(&part.law, &self.variation[part.connection], k),
             false => part.factor * law,
         };
         part.force[k]
@@ -131,8 +140,8 @@ impl Acting {
             let force = &self.parts[**k].force;
             !force[..count].iter().all(|c| c.is_finite())
         };
-        let connection = *self.list.iter().find(is_faulty)?;
-        Some(self.place(connection))
+        let part = *self.list.iter().find(is_faulty)?;
+        Some(self.place(part))
     }
 
     /// The connection whose force changes fastest, with its deformation and rate.
@@ -145,13 +154,13 @@ impl Acting {
             force[count - 1].abs().max(force[count - 2].abs()) / size
         };
         let largest = |a: &&usize, b: &&usize| growth(a).total_cmp(&growth(b));
-        let connection = *self.list.iter().max_by(largest)?;
-        Some(self.place(connection))
+        let part = *self.list.iter().max_by(largest)?;
+        Some(self.place(part))
     }
 
-    fn place(&self, connection: usize) -> (usize, f64, f64) {
-        let part = &self.parts[connection];
-        (connection, part.x[0], part.rate[0])
+    fn place(&self, part: usize) -> (usize, f64, f64) {
+        let part = &self.parts[part];
+        (part.connection, part.x[0], part.rate[0])
     }
 
     /// Makes the series of the partials of every acting connection from that of its motion.
@@ -179,16 +188,16 @@ impl Acting {
             }
             for partial in &mut part.partials {
                 match part.varies {
-                    true => multiply(partial, &self.variation[*k], count),
+                    true => multiply(partial, &self.variation[part.connection], count),
                     false => partial[..count].iter_mut().for_each(|c| *c *= part.factor),
                 }
             }
         }
     }
 
-    /// s df/dx and s df/dv of a connection, as made by [`Acting::differentiate`].
-    pub fn partials(&self, connection: usize) -> &[Polynomial; 2] {
-        &self.parts[connection].partials
+    /// s df/dx and s df/dv of a part, as made by [`Acting::differentiate`].
+    pub fn partials(&self, part: usize) -> &[Polynomial; 2] {
+        &self.parts[part].partials
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Deviations {
     terms: Vec<f64>,
     /// Deformations and their rates, order by order, of one acting connection behind the other.
     motions: Vec<f64>,
+    /// Rows of the memory, which do not change within a step.
+    memory: Vec<f64>,
     count: usize,
 }
 
@@ -33,6 +35,10 @@ impl Deviations {
     ) -> f64 {
         let (n, columns) = (system.dof(), phi.ncols());
         self.columns = columns;
+        self.memory.clear();
+        for m in 2 * n..phi.nrows() {
+            self.memory.extend(phi.row(m).iter());
+        }
         self.count = series.count;
         self.terms.resize(COUNT * n * columns, 0.0);
         self.motions
@@ -78,20 +84,27 @@ impl Deviations {
         {
             add(&mut next[out(*i)], -value, &known[row(k, *column)]);
         }
+        if k == 0 {
+            for m in &series.memories {
+                let row = m.column * columns..(m.column + 1) * columns;
+                add(&mut next[out(m.row)], -m.value, &self.memory[row]);
+            }
+        }
         let square = series.unit * series.unit;
-        for (place, e) in acting.list.iter().enumerate() {
+        for (place, part) in acting.list.iter().enumerate() {
+            let e = acting.connection(*part);
             let motions = &mut self.motions[place * 2 * COUNT * columns..][..2 * COUNT * columns];
             let (x, rate) = motions.split_at_mut(COUNT * columns);
             let here = k * columns..(k + 1) * columns;
             x[here.clone()].fill(0.0);
             rate[here.clone()].fill(0.0);
-            for (i, w) in system.element_map_row(*e) {
+            for (i, w) in system.element_map_row(e) {
                 add(&mut x[here.clone()], *w, &known[row(k, *i)]);
                 let factor = w * order / series.unit;
                 add(&mut rate[here.clone()], factor, &known[row(k + 1, *i)]);
             }
-            let partials = acting.partials(*e);
-            for (i, kappa) in system.stiffness_column(*e) {
+            let partials = acting.partials(*part);
+            for (i, kappa) in series.column(system, e) {
                 for (partial, motion) in partials.iter().zip([&*x, &*rate]) {
                     let out = &mut next[out(*i)];
                     convolve(out, -square * kappa, partial, motion, k);
@@ -128,8 +141,8 @@ impl Deviations {
     }
 
     /// The transition matrix at theta.
-    pub fn evaluate(&self, phi: &mut DMatrix<f64>, theta: f64, unit: f64) {
-        let (n, columns) = (phi.nrows() / 2, self.columns);
+    pub fn evaluate(&self, phi: &mut DMatrix<f64>, n: usize, (theta, unit): (f64, f64)) {
+        let columns = self.columns;
         for i in 0..n {
             for j in 0..columns {
                 let (mut value, mut slope) = (0.0, 0.0);

@@ -1,18 +1,22 @@
 //! Bounds on the frequencies of a train.
 
-use super::laws::Law;
-use crate::system::{Mount, System};
+use super::laws::LawPart;
+use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 
 /// A bound on the frequencies with the steepest, or with the flattest, part of every law; of laws that are not affine, near their
 /// breakpoints.
-pub fn frequency_bound(system: &System, laws: &[Law], chosen: fn(f64, f64) -> f64) -> f64 {
-    let slope = |(law, mount): (&Law, &Mount)| {
-        let largest = (mount.stiffness_variation.as_ref()).map_or(1.0, |s| s.largest());
-        let (q, v) = law.slopes(chosen);
-        (q * largest, v * largest)
-    };
-    let slopes: Vec<(f64, f64)> = laws.iter().zip(system.mounts()).map(slope).collect();
+pub fn frequency_bound(system: &System, laws: &[LawPart], chosen: fn(f64, f64) -> f64) -> f64 {
+    let mut slopes = vec![(0.0, 0.0); system.element_count()];
+    for part in laws {
+        let variation = system.mounts()[part.connection]
+            .stiffness_variation
+            .as_ref();
+        let largest = variation.map_or(1.0, |s| s.largest());
+        let (q, v) = part.law.slopes(chosen);
+        let sum = &mut slopes[part.connection];
+        *sum = (sum.0 + q * largest, sum.1 + v * largest);
+    }
     let coupled = |slopes: &mut dyn Iterator<Item = f64>| {
         let mut stiffness = system.stiffness().abs();
         for (mut column, slope) in stiffness.column_iter_mut().zip(slopes) {

@@ -1,16 +1,18 @@
 //! The series flow as an integrator, and the ends of its stretches.
 
-use super::laws::Law;
+use super::laws::LawPart;
 use super::{Exact, Motion};
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
-use crate::solve::integrate::{IntegrationEnd, Integrator, Observer, Singularity, Switch};
+use crate::solve::integrate::{
+    IntegrationEnd, Integrator, Observer, Singularity, Switch, SwitchKind,
+};
 use crate::system::System;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Corners of stiffness variations, transmission errors and loads; the begin of a turn where a law reads the phase.
-pub(super) fn kinks(system: &System, laws: &[Law]) -> Vec<f64> {
+pub(super) fn kinks(system: &System, laws: &[LawPart]) -> Vec<f64> {
     let nu = system.subharmonic();
     let mounts = system.mounts().iter();
     let series = mounts.flat_map(|m| [&m.stiffness_variation, &m.transmission_error]);
@@ -20,7 +22,10 @@ pub(super) fn kinks(system: &System, laws: &[Law]) -> Vec<f64> {
     let corners = series
         .filter(|s| !s.is_constant())
         .flat_map(Periodic::kinks);
-    let turns = laws.iter().filter(|law| law.reads_phase()).map(|_| 0.0);
+    let turns = laws
+        .iter()
+        .filter(|part| part.law.reads_phase())
+        .map(|_| 0.0);
     let phases = corners.chain(turns);
     let mut list: Vec<f64> = phases
         .flat_map(|x| (0..nu).map(move |m| (x + TAU * m as f64) / nu as f64))
@@ -58,12 +63,24 @@ impl Integrator for Exact {
 
     fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer) {
         self.prepare(system);
-        self.place(system, tau, state);
-        self.open_series(system, tau, state);
-        for connection in 0..system.element_count() {
+        let (state, memory) = state.split_at(2 * system.dof());
+        let mut memory = memory.to_vec();
+        let placed = self.place(system, tau, state, &mut memory);
+        if placed
+            .and_then(|()| self.open_series(system, tau, state))
+            .is_err()
+        {
+            return;
+        }
+        for part in 0..self.regions.parts().len() {
+            let here = &self.regions.parts()[part];
+            if here.memory.is_some() {
+                continue;
+            }
+            let connection = here.connection;
             let (value, slope) = evaluate(self.series.deformation(connection), 0.0);
             let element = system.mounts()[connection].element.as_ref();
-            let begun = (self.regions).begun(&self.series, (tau, state), connection, value);
+            let begun = (self.regions).begun(&self.series, (tau, state), part, value);
             let Some((level, to)) = begun.filter(|(level, _)| element.flank(*level) == 0) else {
                 continue;
             };
@@ -74,6 +91,7 @@ impl Integrator for Exact {
                 from: 0,
                 to,
                 velocity: slope / self.series.unit,
+                kind: SwitchKind::Breakpoint,
             });
         }
     }

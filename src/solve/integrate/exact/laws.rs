@@ -1,6 +1,7 @@
 //! The laws of a system as the flow sees them: in every region between breakpoints an affine function or a program.
 
 use crate::element::Element;
+use crate::element::automaton::{Automaton, RegionForce, line};
 use crate::element::tape::Tape;
 use crate::error::SolveError;
 use crate::numeric::taylor::{Affine, Program};
@@ -15,8 +16,10 @@ pub struct Law {
     pub breakpoints: Vec<f64>,
     /// Flank in each region, one more than breakpoints.
     pub flanks: Vec<i8>,
-    /// Force in each region.
+    /// Force in each region, without what a memory adds.
     pub pieces: Vec<Piece>,
+    /// How regions are left, where they do not lie between breakpoints.
+    pub automaton: Option<Automaton>,
 }
 
 /// The force in one region.
@@ -38,13 +41,24 @@ pub struct Smooth {
 }
 
 impl Law {
-    /// Follows a law once in each region.
+    /// The parts of a law, each followed once in each region.
     ///
     /// # Errors
     /// Why it has no series.
-    pub fn read(element: &dyn Element) -> Result<Law, String> {
+    pub fn parts(element: &dyn Element) -> Result<Vec<Law>, String> {
+        match element.automata() {
+            Some(list) => Ok(list.into_iter().map(Law::from).collect()),
+            None => Ok(vec![Law::read(element)?]),
+        }
+    }
+
+    fn read(element: &dyn Element) -> Result<Law, String> {
         if element.is_piecewise_affine() && !element.depends_on_velocity() {
-            return Ok(AffineLaw::read(element).into());
+            let law = AffineLaw::read(element);
+            return Ok(match element.is_discontinuous() {
+                true => line(&law.breakpoints, (&law.slopes, &law.offsets), &law.flanks).into(),
+                false => law.into(),
+            });
         }
         if element.has_hidden_jumps() {
             return Err("its force may jump where no breakpoint is known".into());
@@ -60,6 +74,7 @@ impl Law {
             breakpoints,
             flanks,
             pieces,
+            automaton: None,
         };
         law.check_ends()?;
         Ok(law)
@@ -183,6 +198,23 @@ impl From<AffineLaw> for Law {
             pieces: pieces.collect(),
             breakpoints: law.breakpoints,
             flanks: law.flanks,
+            automaton: None,
+        }
+    }
+}
+
+impl From<Automaton> for Law {
+    fn from(automaton: Automaton) -> Law {
+        let piece = |force: &RegionForce| match *force {
+            RegionForce::Affine { constant, q, v, .. } => Affine { constant, q, v },
+            RegionForce::Held { .. } => Affine::default(),
+        };
+        let regions = automaton.regions.iter();
+        Law {
+            breakpoints: Vec::new(),
+            flanks: regions.clone().map(|r| r.contact).collect(),
+            pieces: regions.map(|r| Piece::Affine(piece(&r.force))).collect(),
+            automaton: Some(automaton),
         }
     }
 }
@@ -212,17 +244,39 @@ fn trace(element: &dyn Element, q: f64) -> Result<Piece, String> {
     })
 }
 
-/// The laws of every connection.
+/// A part of the law of a connection.
+#[derive(Debug, Clone)]
+pub struct LawPart {
+    /// Connection.
+    pub connection: usize,
+    /// Place of its memory among those of the system.
+    pub memory: Option<usize>,
+    /// The part.
+    pub law: Law,
+}
+
+/// The laws of every connection, part by part.
 ///
 /// # Errors
 /// A connection whose law or series cannot be expanded, named by its number.
-pub fn read(system: &System) -> Result<Vec<Law>, SolveError> {
-    let law = |(connection, mount)| {
+pub fn read(system: &System) -> Result<Vec<LawPart>, SolveError> {
+    let (mut parts, mut memories) = (Vec::new(), 0);
+    for (connection, mount) in system.mounts().iter().enumerate() {
         let refuse = |reason| SolveError::Unsupported { connection, reason };
         if let Some(reason) = ClosedForm::Series.refusal(mount) {
             return Err(refuse(reason));
         }
-        Law::read(mount.element.as_ref()).map_err(|reason| refuse(format!("no series: {reason}")))
-    };
-    system.mounts().iter().enumerate().map(law).collect()
+        let laws = Law::parts(mount.element.as_ref())
+            .map_err(|reason| refuse(format!("no series: {reason}")))?;
+        for law in laws {
+            let remembers = law.automaton.as_ref().is_some_and(|a| a.has_memory);
+            parts.push(LawPart {
+                connection,
+                memory: remembers.then_some(memories),
+                law,
+            });
+            memories += usize::from(remembers);
+        }
+    }
+    Ok(parts)
 }

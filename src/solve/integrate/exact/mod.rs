@@ -14,21 +14,26 @@ mod deviations;
 mod entries;
 mod forcing;
 mod frequencies;
+mod holding;
+mod impacts;
+mod impulse;
 mod integrator;
 mod laws;
 mod options;
 mod pace;
+mod part;
+mod passing;
+mod recursion;
 mod regions;
+mod resting;
 mod series;
 mod variation;
 
-use super::{IntegrationEnd, Observer, Segment, Switch};
+use super::{IntegrationEnd, Observer, Segment};
 use crate::error::SolveError;
 use crate::interrupt::Watch;
-use crate::numeric::bernstein::{Direction, evaluate};
 use crate::numeric::periodic::Periodic;
 use crate::numeric::taylor::{COUNT, Polynomial};
-use crate::solve::jumps;
 use crate::system::System;
 use acting::Acting;
 use deviations::Deviations;
@@ -64,10 +69,16 @@ pub struct Exact {
     deformation: Vec<f64>,
     /// Regions set aside.
     scratch: Vec<usize>,
+    /// What the laws remember, before it was moved to what their deformations allow.
+    recalled: Vec<f64>,
+    impacts: impacts::Buffers,
 }
 
 /// Steps allowed per unit of time of the series, the reciprocal of the highest frequency.
 const STEPS_PER_UNIT: f64 = 50.0 / TAU;
+
+/// Steps up to this length, in units of time of the series, join switches at one instant.
+const SAME_INSTANT: f64 = 1e-13;
 
 /// What a call moves besides the regions.
 struct Motion<'a> {
@@ -97,19 +108,22 @@ impl Exact {
     /// [`SolveError::Unsupported`] names the connection that has no series.
     pub fn with(system: &System, options: SeriesOptions) -> Result<Exact, SolveError> {
         let laws = laws::read(system)?;
-        let (n, e) = (system.dof(), system.element_count());
+        let (n, m, e) = (system.dof(), system.memory_count(), system.element_count());
         let series = Series::new(system, &laws, &options);
-        let is_closed_form = laws.iter().zip(system.mounts()).all(|(law, mount)| {
-            let varies = (mount.stiffness_variation.iter()).any(Periodic::varies_smoothly);
-            law.is_affine() && !varies
+        let is_closed_form = laws.iter().all(|part| {
+            let variation = system.mounts()[part.connection]
+                .stiffness_variation
+                .as_ref();
+            part.law.is_affine() && !variation.is_some_and(Periodic::varies_smoothly)
         });
         Ok(Exact {
             kinks: kinks(system, &laws),
             corners: Vec::new(),
             acting: Acting::new(system, &laws),
+            scratch: vec![0; laws.len()],
             regions: Regions::new(laws, &series),
             series,
-            variation: Variation::new(n),
+            variation: Variation::new(n, m),
             deviations: Deviations::default(),
             options,
             name: if is_closed_form { "exact" } else { "series" },
@@ -117,9 +131,10 @@ impl Exact {
             allowance: usize::MAX,
             slope: vec![0.0; e],
             offset: vec![0.0; e],
-            segment: vec![[0.0; COUNT]; n],
+            segment: vec![[0.0; COUNT]; n + m],
             deformation: vec![0.0; e],
-            scratch: vec![0; e],
+            recalled: vec![0.0; m],
+            impacts: impacts::Buffers::new(n),
         })
     }
 
@@ -130,13 +145,17 @@ impl Exact {
         mut motion: Motion<'_>,
     ) -> IntegrationEnd {
         let system = motion.system;
+        let (state, memory) = state.split_at_mut(2 * system.dof());
         self.prepare(system);
         // theta = T / h and tau = Om T.
         let per_theta = system.omega() * self.series.unit;
         let (mut tau, mut switches) = (begin, 0);
         let turns = ((end - begin) / TAU).ceil().max(1.0) as usize;
         let allowed = self.options.max_switches.saturating_mul(turns);
-        self.place(system, tau, state);
+        let placed = self.place(system, tau, state, memory);
+        if let Err(end) = placed.and_then(|()| self.begin(tau, state, memory, &mut motion)) {
+            return end;
+        }
         let mut is_stale = true;
         let mut watch = Watch::default();
         let nominal = STEPS_PER_UNIT * (end - begin) / per_theta;
@@ -157,8 +176,8 @@ impl Exact {
                 break;
             }
             if tau >= end {
-                self.arrive(tau, state, &mut motion);
-                return IntegrationEnd::Reached;
+                let arrived = self.arrive(tau, state, memory, &mut motion);
+                return arrived.err().unwrap_or(IntegrationEnd::Reached);
             }
             let stop = match system.course() {
                 None => self.next_stop(tau, end),
@@ -174,7 +193,9 @@ impl Exact {
                 },
             };
             if is_stale || !self.kinks.is_empty() {
-                self.stiffen(system, span.middle);
+                if let Err(end) = self.stiffen(system, span.middle) {
+                    return end;
+                }
             }
             let reach = self.expand(span, state, &motion);
             if let Some(fault) = self.fault(system, tau) {
@@ -205,8 +226,13 @@ impl Exact {
             self.transfer(theta, &mut motion);
             is_stale = crossing.is_some();
             self.effort += usize::from(crossing.is_none());
+            if theta > SAME_INSTANT {
+                self.regions.fly();
+            }
             if let Some(c) = crossing {
-                self.cross((c.connection, c.direction), next, theta, &mut motion);
+                if let Err(end) = self.cross(&c, next, state, &mut motion) {
+                    return end;
+                }
                 switches += 1;
                 if switches > allowed {
                     return IntegrationEnd::TooManySwitches;
@@ -260,7 +286,8 @@ impl Exact {
         if self.acting.list.is_empty() {
             self.variation.advance(&self.series, phi, theta);
         } else {
-            self.deviations.evaluate(phi, theta, self.series.unit);
+            self.deviations
+                .evaluate(phi, motion.system.dof(), (theta, self.series.unit));
         }
     }
 
@@ -276,77 +303,6 @@ impl Exact {
         steepest.map_or(IntegrationEnd::StepTooSmall, |c| {
             not_analytic(system, tau, c)
         })
-    }
-
-    /// Regions at an instant; on a breakpoint that to which the connection moves.
-    fn place(&mut self, system: &System, tau: f64, state: &[f64]) {
-        let q = &state[..system.dof()];
-        let phase = system.moment(tau).phase;
-        for (k, x) in self.deformation.iter_mut().enumerate() {
-            let error = system.mounts()[k].transmission_error.as_ref();
-            *x = if system.is_tree() {
-                q[k]
-            } else {
-                let row = system.element_map().row(k);
-                row.iter().zip(q).map(|(w, q)| w * q).sum()
-            };
-            *x -= error.map_or(0.0, |e| e.value(phase));
-        }
-        if self
-            .regions
-            .place(&self.series, (tau, state), &self.deformation)
-        {
-            self.open_series(system, tau, state);
-            self.regions.leave(&self.series, (tau, state));
-        }
-    }
-
-    /// The series of the motion at an instant, in the regions at hand.
-    fn open_series(&mut self, system: &System, tau: f64, state: &[f64]) {
-        self.stiffen(system, tau);
-        let span = Span::at(tau);
-        let forces = (&mut self.acting, &self.regions);
-        self.series.expand(system, forces, span, state);
-    }
-
-    /// Reports the switches of connections that end on a breakpoint and are about to pass it: the next call starts beyond.
-    fn arrive(&mut self, tau: f64, state: &[f64], motion: &mut Motion<'_>) {
-        let mut after = std::mem::take(&mut self.scratch);
-        self.regions.save(&mut after);
-        self.place(motion.system, tau, state);
-        self.regions.swap(&mut after);
-        for (k, region) in after.iter().enumerate() {
-            while let Some(direction) = self.regions.towards(k, *region) {
-                self.open_series(motion.system, tau, state);
-                self.cross((k, direction), tau, 0.0, motion);
-            }
-        }
-        self.scratch = after;
-    }
-
-    /// A connection passes a breakpoint at theta of the series, which is tau.
-    fn cross(
-        &mut self,
-        (connection, direction): (usize, Direction),
-        tau: f64,
-        theta: f64,
-        motion: &mut Motion<'_>,
-    ) {
-        let rate = evaluate(self.series.deformation(connection), theta).1 / self.series.unit;
-        let (level, from, to) = self.regions.pass(connection, direction);
-        if let Some(phi) = motion.phi.as_deref_mut() {
-            let phase = motion.system.moment(tau).phase;
-            let jump = jumps::size(&motion.system.mounts()[connection], level, rate, phase);
-            jumps::saltate(motion.system, connection, jump, rate, phi.as_mut_slice());
-        }
-        motion.observer.switch(&Switch {
-            tau,
-            connection,
-            level,
-            from,
-            to,
-            velocity: rate,
-        });
     }
 
     /// End of the current stretch of constant stiffness.
@@ -373,16 +329,26 @@ impl Exact {
     }
 
     /// Slopes and offsets of the current regions with the stiffness at a phase; which connections act by series.
-    fn stiffen(&mut self, system: &System, tau: f64) {
+    fn stiffen(&mut self, system: &System, tau: f64) -> Result<(), IntegrationEnd> {
         let phase = system.moment(tau).phase;
         self.acting.list.clear();
-        for (e, mount) in system.mounts().iter().enumerate() {
-            let variation = mount.stiffness_variation.as_ref();
+        self.slope.fill(0.0);
+        self.offset.fill(0.0);
+        for part in 0..self.regions.parts().len() {
+            let e = self.acting.connection(part);
+            let variation = system.mounts()[e].stiffness_variation.as_ref();
             let factor = variation.map_or(1.0, |s| s.value(phase));
-            let line = self.acting.admit(e, self.regions.piece(e), factor);
-            (self.slope[e], self.offset[e]) = line.unwrap_or((0.0, 0.0));
+            let line = self.acting.admit(part, self.regions.piece(part), factor);
+            if let Some((slope, offset)) = line {
+                self.slope[e] += slope;
+                self.offset[e] += offset;
+            }
         }
         self.series.set_laws(&self.slope, &self.offset);
+        match self.regions.has_automata() {
+            true => self.bind(system, phase),
+            false => Ok(()),
+        }
     }
 
     /// Hands the step to the observer, in powers of its own length.
@@ -390,11 +356,31 @@ impl Exact {
         if width <= 0.0 || !observer.wants_segments() {
             return;
         }
-        for (out, block) in self.segment.iter_mut().zip(&self.series.q) {
+        let scaled = |out: &mut Polynomial, block: &Polynomial| {
             let mut power = 1.0;
             for (o, c) in out.iter_mut().zip(block) {
                 *o = c * power;
                 power *= theta;
+            }
+        };
+        let n = self.series.q.len();
+        for (out, block) in self.segment.iter_mut().zip(&self.series.q) {
+            scaled(out, block);
+        }
+        for (k, part) in self.regions.parts().iter().enumerate() {
+            let Some(m) = part.memory else {
+                continue;
+            };
+            let out = &mut self.segment[n + m];
+            match self.regions.follows(k) {
+                Some(offset) => {
+                    scaled(out, self.series.deformation(part.connection));
+                    out[0] += offset;
+                }
+                None => {
+                    *out = [0.0; COUNT];
+                    out[0] = part.z;
+                }
             }
         }
         observer.segment(&Segment {

@@ -1,95 +1,150 @@
-//! In which region of its law every connection is, and where it leaves it.
+//! In which region of its law every part is, and where it leaves it.
 
-use super::laws::{Law, Piece};
+use super::laws::{Law, LawPart, Piece};
+use super::part::{Exits, Part, Watched};
 use super::series::Series;
+use crate::element::automaton::{MemoryRate, RegionForce, Reset};
 use crate::numeric::bernstein::{Direction, first_passage, hull};
 use crate::numeric::taylor::{COUNT, Polynomial};
 use std::cmp::Ordering;
 
 /// Rounding of a deformation in units of what it is made of.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// The first crossing on a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Crossing {
     pub theta: f64,
-    pub connection: usize,
+    pub part: usize,
+    pub watched: Watched,
     pub direction: Direction,
 }
 
-/// Regions of all connections.
+/// What a part has passed.
+#[derive(Debug, Clone, Copy)]
+pub struct Passage {
+    /// Deformation.
+    pub level: f64,
+    /// Flank before.
+    pub from: i8,
+    /// Flank after.
+    pub to: i8,
+}
+
+/// Regions of all parts.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    connections: Vec<Connection>,
+    parts: Vec<Part>,
     /// theta^k of the step.
     powers: Polynomial,
-}
-
-#[derive(Debug, Clone)]
-struct Connection {
-    law: Law,
-    region: usize,
-    /// Sum of the moduli of W in its row.
-    weight: f64,
-    /// Bound on its transmission error and the slope of it.
-    error: f64,
-}
-
-impl Connection {
-    /// Distance from a level that rounding bridges, for a state of a size at a phase of the response.
-    fn tolerance(&self, level: f64, size: f64, tau: f64) -> f64 {
-        ROUNDING * (level.abs() + self.weight * size + self.error * (1.0 + tau.abs()))
-    }
+    /// Whether some part has an automaton, and whether some part can be held.
+    has_automata: bool,
+    has_contacts: bool,
 }
 
 /// Largest coordinate or, in units of time of the series, rate.
-fn size(series: &Series, state: &[f64]) -> f64 {
+pub(super) fn size(series: &Series, state: &[f64]) -> f64 {
     let (q, v) = state.split_at(state.len() / 2);
     let rates = v.iter().map(|v| v.abs() * series.unit);
     q.iter().map(|q| q.abs()).chain(rates).fold(0.0, f64::max)
 }
 
 impl Regions {
-    /// Every connection in the lowest region of its law.
-    pub fn new(laws: Vec<Law>, series: &Series) -> Regions {
-        let connection = |(k, law)| {
-            let (weight, error) = series.sizes(k);
-            Connection {
-                law,
-                region: 0,
-                weight,
-                error,
-            }
+    /// Every part in the lowest region of its law.
+    pub fn new(laws: Vec<LawPart>, series: &Series) -> Regions {
+        let part = |part: LawPart| {
+            let sizes = series.sizes(part.connection);
+            Part::new(part, sizes)
         };
+        let parts: Vec<Part> = laws.into_iter().map(part).collect();
         Regions {
-            connections: laws.into_iter().enumerate().map(connection).collect(),
+            has_automata: parts.iter().any(|p| p.law.automaton.is_some()),
+            has_contacts: parts.iter().any(Part::can_be_held),
+            parts,
             powers: [0.0; COUNT],
         }
     }
 
-    /// The force of a connection in its region.
+    /// All parts.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// Whether some part has an automaton.
+    pub fn has_automata(&self) -> bool {
+        self.has_automata
+    }
+
+    /// Whether some part can be held.
+    pub fn has_contacts(&self) -> bool {
+        self.has_contacts
+    }
+
+    /// Whether some part has regions between breakpoints.
+    pub fn has_lines(&self) -> bool {
+        let has_breakpoints = |p: &Part| p.law.automaton.is_none() && p.law.pieces.len() > 1;
+        self.parts.iter().any(has_breakpoints)
+    }
+
+    /// The force of a part in its region.
     #[inline]
-    pub fn piece(&self, connection: usize) -> &Piece {
-        let Connection { law, region, .. } = &self.connections[connection];
-        &law.pieces[*region]
+    pub fn piece(&self, part: usize) -> &Piece {
+        self.parts[part].piece()
     }
 
-    /// Moves a connection into the next region: the breakpoint passed, the flanks before and after.
-    pub fn pass(&mut self, connection: usize, direction: Direction) -> (f64, i8, i8) {
-        let Connection { law, region, .. } = &mut self.connections[connection];
-        let before = *region;
-        let level = match direction {
-            Direction::Up => law.breakpoints[before],
-            Direction::Down => law.breakpoints[before - 1],
-        };
-        *region = match direction {
-            Direction::Up => before + 1,
-            Direction::Down => before - 1,
-        };
-        (level, law.flanks[before], law.flanks[*region])
+    /// What happens where a part passes a guard.
+    pub fn reset(&self, crossing: &Crossing) -> Reset {
+        let part = &self.parts[crossing.part];
+        part.guard(crossing.watched, crossing.direction)
+            .map_or(Reset::None, |g| g.reset)
     }
 
-    /// The earliest crossing of any connection within a step from a state.
+    /// Moves a part over a guard into the next region.
+    pub fn pass(&mut self, crossing: &Crossing, deformation: f64) -> Passage {
+        let part = &mut self.parts[crossing.part];
+        let before = part.region;
+        let flank = |law: &Law, region: usize| law.flanks[region];
+        let (next, level) = match part.guard(crossing.watched, crossing.direction) {
+            Some(guard) => {
+                let level = match (crossing.watched, crossing.direction) {
+                    (Watched::Level, Direction::Up) => part.exits.high,
+                    (Watched::Level, Direction::Down) => part.exits.low,
+                    _ => deformation,
+                };
+                (guard.to, level)
+            }
+            None => match crossing.direction {
+                Direction::Up => (before + 1, part.law.breakpoints[before]),
+                Direction::Down => (before - 1, part.law.breakpoints[before - 1]),
+            },
+        };
+        part.settle(deformation);
+        part.enter(next);
+        Passage {
+            level,
+            from: flank(&part.law, before),
+            to: flank(&part.law, next),
+        }
+    }
+
+    /// Puts a part into a region.
+    pub fn enter(&mut self, part: usize, region: usize) {
+        self.parts[part].enter(region);
+    }
+
+    /// Notes that parts on the levels of stops move away from them, or that no part does any more.
+    pub fn rebound(&mut self, part: usize, direction: Option<Direction>) {
+        self.parts[part].rebounds = direction;
+    }
+
+    /// Forgets rebounds: the motion has left the levels.
+    pub fn fly(&mut self) {
+        if self.has_automata {
+            self.parts.iter_mut().for_each(|p| p.rebounds = None);
+        }
+    }
+
+    /// The earliest crossing of any part within a step from a state.
     pub fn first_crossing(
         &mut self,
         series: &Series,
@@ -99,12 +154,25 @@ impl Regions {
         fill_powers(&mut self.powers, step);
         let size = size(series, state);
         let mut first: Option<Crossing> = None;
-        for (k, connection) in self.connections.iter().enumerate() {
-            let (low, high) = connection.law.borders(connection.region);
-            if low.is_infinite() && high.is_infinite() {
+        for (k, part) in self.parts.iter().enumerate() {
+            let Exits { low, high, .. } = part.exits;
+            if part.is_plain && low.is_infinite() && high.is_infinite() {
                 continue;
             }
-            let mut polynomial = *series.deformation(k);
+            let mut earliest = |x: f64, watched: Watched, direction: Direction| {
+                if first.is_none_or(|f| x * step < f.theta) {
+                    first = Some(Crossing {
+                        theta: x * step,
+                        part: k,
+                        watched,
+                        direction,
+                    });
+                }
+            };
+            if !part.is_plain {
+                part.watch(series, &self.powers, size, &mut earliest);
+            }
+            let mut polynomial = *series.deformation(part.connection);
             for (c, power) in polynomial.iter_mut().zip(&self.powers) {
                 *c *= power;
             }
@@ -114,7 +182,13 @@ impl Regions {
                 if level.is_infinite() {
                     continue;
                 }
-                let tolerance = connection.tolerance(level, size, tau);
+                if part.rebounds == Some(direction) {
+                    if let Some(x) = return_to_level(&polynomial, direction) {
+                        earliest(x, Watched::Level, direction);
+                    }
+                    continue;
+                }
+                let tolerance = part.tolerance(level, size, tau);
                 let is_far = match direction {
                     Direction::Down => least > level - tolerance,
                     Direction::Up => largest < level + tolerance,
@@ -125,20 +199,14 @@ impl Regions {
                 let Some(x) = first_passage(&polynomial, level, direction, tolerance) else {
                     continue;
                 };
-                if first.is_none_or(|f| x * step < f.theta) {
-                    first = Some(Crossing {
-                        theta: x * step,
-                        connection: k,
-                        direction,
-                    });
-                }
+                earliest(x, Watched::Level, direction);
             }
         }
         first
     }
 
-    /// Puts every connection into the region of its deformation, on a breakpoint into the one below. Returns whether one of
-    /// them stands on a breakpoint: [`Regions::leave`] decides there.
+    /// Puts every part into the region of its deformation, on a breakpoint into the one below. Returns whether one of
+    /// them stands where it may leave: [`Regions::leave`] decides there.
     pub fn place(
         &mut self,
         series: &Series,
@@ -147,50 +215,74 @@ impl Regions {
     ) -> bool {
         let size = size(series, state);
         let mut stands = false;
-        for (connection, x) in self.connections.iter_mut().zip(deformation) {
-            connection.region = 0;
-            for level in &connection.law.breakpoints {
-                let tolerance = connection.tolerance(*level, size, tau);
-                connection.region += usize::from(x - level > tolerance);
+        for part in &mut self.parts {
+            let x = deformation[part.connection];
+            if part.law.automaton.is_some() {
+                part.place(x, |p, level| p.tolerance(level, size, tau));
+                let Exits { low, high, .. } = part.exits;
+                for level in [low, high] {
+                    stands |= (x - level).abs() <= part.tolerance(level, size, tau);
+                }
+                continue;
+            }
+            let mut region = 0;
+            for level in &part.law.breakpoints {
+                let tolerance = part.tolerance(*level, size, tau);
+                region += usize::from(x - level > tolerance);
                 stands |= (x - level).abs() <= tolerance;
             }
+            part.enter(region);
         }
         stands
     }
 
-    /// Moves connections that stand on a breakpoint and are about to rise into the region above.
+    /// Moves parts that stand on the border of their region and are about to leave it, where nothing else happens there.
     pub fn leave(&mut self, series: &Series, (tau, state): (f64, &[f64])) {
         let size = size(series, state);
-        for (k, connection) in self.connections.iter_mut().enumerate() {
-            let polynomial = series.deformation(k);
-            loop {
-                let (_, level) = connection.law.borders(connection.region);
-                if level.is_infinite() {
+        for part in &mut self.parts {
+            let polynomial = series.deformation(part.connection);
+            for _ in 0..part.law.pieces.len() {
+                let Exits { low, high, .. } = part.exits;
+                // A motion on a breakpoint has been put below it.
+                let ends = [(high, Direction::Up), (low, Direction::Down)];
+                let count = if part.law.automaton.is_some() { 2 } else { 1 };
+                let leaves = |(level, direction): &(f64, Direction)| {
+                    let tolerance = part.tolerance(*level, size, tau);
+                    level.is_finite()
+                        && (polynomial[0] - level).abs() <= tolerance
+                        && departs(polynomial, tolerance, *direction)
+                };
+                let Some((_, direction)) = ends.into_iter().take(count).find(leaves) else {
                     break;
+                };
+                match part.guard(Watched::Level, direction).copied() {
+                    None => part.enter(part.region + 1),
+                    Some(guard) if guard.reset == Reset::None => {
+                        part.settle(polynomial[0]);
+                        part.enter(guard.to);
+                    }
+                    Some(guard) if matches!(guard.reset, Reset::Jump { .. }) => {
+                        part.enter(guard.to);
+                    }
+                    Some(_) => break,
                 }
-                let tolerance = connection.tolerance(level, size, tau);
-                let stands = (polynomial[0] - level).abs() <= tolerance;
-                if !(stands && rises(polynomial, tolerance)) {
-                    break;
-                }
-                connection.region += 1;
             }
         }
     }
 
-    /// The breakpoint on which a connection stands and the flank of its region, if it is one in contact.
+    /// The breakpoint on which a part stands and the flank of its region, if it is one in contact.
     pub fn begun(
         &self,
         series: &Series,
         (tau, state): (f64, &[f64]),
-        connection: usize,
+        part: usize,
         deformation: f64,
     ) -> Option<(f64, i8)> {
-        let connection = &self.connections[connection];
-        let flank = connection.law.flanks[connection.region];
-        let (low, high) = connection.law.borders(connection.region);
+        let part = &self.parts[part];
+        let flank = part.law.flanks[part.region];
+        let Exits { low, high, .. } = part.exits;
         let stands = |level: &f64| {
-            let tolerance = connection.tolerance(*level, size(series, state), tau);
+            let tolerance = part.tolerance(*level, size(series, state), tau);
             (deformation - level).abs() <= tolerance
         };
         let level = [low, high].into_iter().filter(|x| x.is_finite());
@@ -198,42 +290,100 @@ impl Regions {
         (flank != 0).then_some((level, flank))
     }
 
-    /// Copies the region of every connection.
+    /// Copies the region of every part.
     pub fn save(&self, list: &mut [usize]) {
-        let regions = self.connections.iter().map(|c| c.region);
+        let regions = self.parts.iter().map(|p| p.region);
         list.iter_mut().zip(regions).for_each(|(l, r)| *l = r);
     }
 
-    /// Exchanges the region of every connection.
+    /// Takes back the region of every part; `list` becomes the ones that were left.
     pub fn swap(&mut self, list: &mut [usize]) {
-        let regions = self.connections.iter_mut().map(|c| &mut c.region);
-        list.iter_mut()
-            .zip(regions)
-            .for_each(|(l, r)| std::mem::swap(l, r));
+        for (l, part) in list.iter_mut().zip(&mut self.parts) {
+            let here = part.region;
+            if here != *l {
+                part.enter(*l);
+            }
+            *l = here;
+        }
     }
 
-    /// Which way a connection has to pass to come into a region.
-    pub fn towards(&self, connection: usize, region: usize) -> Option<Direction> {
-        match region.cmp(&self.connections[connection].region) {
+    /// Which way a part between breakpoints has to pass to come into a region.
+    pub fn towards(&self, part: usize, region: usize) -> Option<Direction> {
+        let part = &self.parts[part];
+        if part.law.automaton.is_some() {
+            return None;
+        }
+        match region.cmp(&part.region) {
             Ordering::Less => Some(Direction::Down),
             Ordering::Equal => None,
             Ordering::Greater => Some(Direction::Up),
         }
     }
+
+    /// Takes over the memory of every part.
+    pub fn remember(&mut self, memory: &[f64]) {
+        for part in &mut self.parts {
+            if let Some(m) = part.memory {
+                part.z = memory[m];
+            }
+        }
+    }
+
+    /// Writes the memory of every part at deformations.
+    pub fn recall(&self, deformation: impl Fn(usize) -> f64, memory: &mut [f64]) {
+        for part in &self.parts {
+            if let Some(m) = part.memory {
+                memory[m] = part.memory_at(deformation(part.connection));
+            }
+        }
+    }
+
+    /// Parts that are held, with their connection and level.
+    pub fn held(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let parts = self.parts.iter().enumerate();
+        parts.filter_map(|(k, p)| Some((k, p.connection, p.held_level()?)))
+    }
+
+    /// Offset of the memory from the deformation, of a part that follows it.
+    pub fn follows(&self, part: usize) -> Option<f64> {
+        match self.parts[part].memory_rate()? {
+            MemoryRate::Follows { offset } => Some(offset),
+            MemoryRate::Kept => None,
+        }
+    }
+
+    /// df/dz of a part in its region.
+    pub fn memory_gain(&self, part: usize) -> f64 {
+        let part = &self.parts[part];
+        let region = part.law.automaton.as_ref().map(|a| &a.regions[part.region]);
+        match region.map(|r| r.force) {
+            Some(RegionForce::Affine { z, .. }) => z,
+            _ => 0.0,
+        }
+    }
 }
 
-/// Whether a polynomial that starts on a level leaves the tolerance upwards: the sign of the term that does it first (at rest
+/// Where a polynomial that starts on its level and moves away from it comes back: the level does not count any more, so that the
+/// shortest flights keep their digits.
+fn return_to_level(polynomial: &Polynomial, direction: Direction) -> Option<f64> {
+    let slope: [f64; COUNT] =
+        std::array::from_fn(|k| polynomial.get(k + 1).copied().unwrap_or(0.0));
+    let size = slope.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+    first_passage(&slope, 0.0, direction, ROUNDING * size)
+}
+
+/// Whether a polynomial that starts on a level leaves the tolerance in a direction: the sign of the term that does it first (at rest
 /// in the origin the tolerance is 0, and that is the lowest one).
-fn rises(polynomial: &Polynomial, tolerance: f64) -> bool {
+pub(super) fn departs(polynomial: &Polynomial, tolerance: f64, direction: Direction) -> bool {
     let terms = polynomial.iter().enumerate().skip(1);
     let terms = terms.filter(|(_, c)| **c != 0.0);
     let leaving = terms.map(|(k, c)| ((tolerance / c.abs()).powf(1.0 / k as f64), *c));
     let first = leaving.min_by(|a, b| a.0.total_cmp(&b.0));
-    first.is_some_and(|(_, c)| c > 0.0)
+    first.is_some_and(|(_, c)| c * direction.sign() > 0.0)
 }
 
 /// Whether a polynomial that starts on this side of a level keeps away from it: (p(x) - p(0)) / x has one sign.
-fn goes_away(polynomial: &Polynomial, level: f64, direction: Direction) -> bool {
+pub(super) fn goes_away(polynomial: &Polynomial, level: f64, direction: Direction) -> bool {
     let slope: [f64; COUNT - 1] = std::array::from_fn(|k| polynomial[k + 1]);
     let (least, largest) = hull(&slope);
     match direction {

@@ -2,11 +2,12 @@
 
 use super::SeriesOptions;
 use super::acting::Acting;
-use super::decay::{Ending, reach_of_closed_form, reach_within};
-use super::entries::{Entry, couple, dense, entries};
+use super::decay::{reach_of_closed_form, reach_within};
+use super::entries::{Entry, couple, entries};
 use super::forcing::{Instant, Place, Sources};
 use super::frequencies::frequency_bound;
-use super::laws::Law;
+use super::holding::Holding;
+use super::laws::LawPart;
 use super::pace::Pace;
 use super::regions::Regions;
 use crate::numeric::bernstein::evaluate;
@@ -22,14 +23,14 @@ pub struct Series {
     /// h Gam.
     pub damping: Vec<Entry>,
     /// h^2 kappa.
-    stiffness: Vec<Entry>,
+    pub(super) stiffness: Vec<Entry>,
     map: Vec<Entry>,
     loads: Sources,
     /// Transmission errors; `None` when W is the identity and there are none.
     errors: Option<Sources>,
     /// Excitation frequency for which the loads were prepared.
     frequency: f64,
-    load: Vec<Polynomial>,
+    pub(super) load: Vec<Polynomial>,
     error: Vec<Polynomial>,
     /// Coefficients of the coordinates.
     pub q: Vec<Polynomial>,
@@ -43,10 +44,14 @@ pub struct Series {
     constant: Vec<f64>,
     slope: Vec<f64>,
     /// Error of a step allowed where the force is no constant multiple of the deformation, relative to the motion.
-    tolerance: f64,
+    pub(super) tolerance: f64,
     /// Coefficients at most there.
-    terms: usize,
+    pub(super) terms: usize,
     pace: Pace,
+    /// What keeps deformations at their levels; `None` where nothing does.
+    pub(super) holding: Option<Holding>,
+    /// h^2 kappa df/dz of the parts that keep a memory: coordinate, place of the memory, value.
+    pub memories: Vec<Entry>,
     /// Coefficients that the last expansion has; zeros behind.
     pub count: usize,
 }
@@ -78,7 +83,7 @@ impl Span {
 
 impl Series {
     /// Tables of a system. The unit of time is the reciprocal of a bound on its highest frequency.
-    pub fn new(system: &System, laws: &[Law], options: &SeriesOptions) -> Series {
+    pub fn new(system: &System, laws: &[LawPart], options: &SeriesOptions) -> Series {
         let (n, e) = (system.dof(), system.element_count());
         let highest = frequency_bound(system, laws, f64::max);
         let unit = if highest > 0.0 { 1.0 / highest } else { 1.0 };
@@ -112,6 +117,8 @@ impl Series {
         let slowest = unit * frequency_bound(system, laws, f64::min);
         Series {
             pace: Pace::new(system, unit, slowest),
+            holding: None,
+            memories: Vec::new(),
             unit,
             damping: entries(system.damping(), unit),
             stiffness,
@@ -161,6 +168,9 @@ impl Series {
 
     /// Takes over the slope and offset of every law.
     pub fn set_laws(&mut self, slope: &[f64], offset: &[f64]) {
+        if let Some(holding) = self.holding.take() {
+            (self.damping, self.coupled) = holding.free;
+        }
         self.coupled.iter_mut().for_each(|c| c.value = 0.0);
         for link in &self.links {
             self.coupled[link.row].value += link.value * slope[link.column];
@@ -171,6 +181,60 @@ impl Series {
             self.constant[s.row] -= s.value * offset[s.column];
         }
         self.pace.read(&self.coupled);
+    }
+
+    /// Adds what a memory does to a coordinate.
+    pub fn add_memory(&mut self, row: usize, column: usize, value: f64) {
+        self.memories.push(Entry { row, column, value });
+    }
+
+    /// Keeps connections at their levels, until the laws change; whether that is possible.
+    pub fn hold(&mut self, system: &System, connections: &[usize]) -> bool {
+        let Some(mut holding) = Holding::new(system, connections) else {
+            return false;
+        };
+        let free = (&self.damping, &self.coupled);
+        let projected = (holding.project(free.0), holding.project(free.1));
+        holding.project_memories(&mut self.memories);
+        let free = (
+            std::mem::replace(&mut self.damping, projected.0),
+            std::mem::replace(&mut self.coupled, projected.1),
+        );
+        holding.free = free;
+        self.holding = Some(holding);
+        true
+    }
+
+    /// What keeps deformations at their levels.
+    pub fn holding(&self) -> Option<&Holding> {
+        self.holding.as_ref()
+    }
+
+    /// Coefficients of the force that holds a connection.
+    pub fn holding_force(&self, connection: usize) -> Option<&Polynomial> {
+        self.holding.as_ref()?.force(connection)
+    }
+
+    /// The coordinates that the force of a connection drives, and how.
+    #[inline]
+    pub fn column<'a>(&'a self, system: &'a System, connection: usize) -> &'a [(usize, f64)] {
+        match &self.holding {
+            None => system.stiffness_column(connection),
+            Some(holding) => holding.column(connection),
+        }
+    }
+
+    /// d^2 q / dT^2 at theta.
+    pub fn acceleration(&self, theta: f64, out: &mut [f64]) {
+        let factor = 1.0 / (self.unit * self.unit);
+        for (a, q) in out.iter_mut().zip(&self.q) {
+            *a = factor * second_derivative(q, theta);
+        }
+    }
+
+    /// d^2 / dT^2 of a deformation at theta.
+    pub fn deformation_acceleration(&self, connection: usize, theta: f64) -> f64 {
+        second_derivative(self.deformation(connection), theta) / (self.unit * self.unit)
     }
 
     /// Unit of time that suits the current regions, in units of the series: above 1 where a stiff contact is open.
@@ -200,6 +264,10 @@ impl Series {
                 add(&mut self.load[s.row], factor, &self.error[s.column]);
             }
         }
+        if let Some(holding) = &mut self.holding {
+            let errors = self.errors.is_some().then_some(self.error.as_slice());
+            holding.project_loads(&mut self.load, errors);
+        }
         if acting.list.is_empty() {
             self.count = COUNT;
             self.recur(state);
@@ -215,6 +283,10 @@ impl Series {
             for w in &self.map {
                 add(&mut self.deformation[w.row], w.value, &self.q[w.column]);
             }
+        }
+        if let Some(holding) = &mut self.holding {
+            let forces = acting.list.iter().map(|p| acting.whole_force(*p));
+            holding.close(&self.q, self.unit, forces);
         }
     }
 
@@ -246,124 +318,9 @@ impl Series {
         }
     }
 
-    fn recur(&mut self, state: &[f64]) {
-        match state.len() / 2 {
-            1 => self.recur_small::<1>(state),
-            2 => self.recur_small::<2>(state),
-            3 => self.recur_small::<3>(state),
-            4 => self.recur_small::<4>(state),
-            _ => self.recur_sparse(state),
-        }
-    }
-
-    /// The recursion for N coordinates in arrays that the compiler can unroll.
-    fn recur_small<const N: usize>(&mut self, state: &[f64]) {
-        let damping = dense::<N>(&self.damping);
-        let stiffness = dense::<N>(&self.coupled);
-        let load: &[Polynomial; N] = self.load.first_chunk().expect("one a coordinate");
-        let q: &mut [Polynomial; N] = self.q.first_chunk_mut().expect("one a coordinate");
-        // q_k and (k + 1) q_{k+1}
-        let (mut now, mut rate) = ([0.0; N], [0.0; N]);
-        for i in 0..N {
-            (now[i], rate[i]) = (state[i], state[N + i] * self.unit);
-            (q[i][0], q[i][1]) = (now[i], rate[i]);
-        }
-        for k in 0..COUNT - 2 {
-            let mut next = [0.0; N];
-            for i in 0..N {
-                // The damping last: the other terms do not wait for the step before.
-                let mut sum = load[i][k];
-                for j in 0..N {
-                    sum -= stiffness[i][j] * now[j];
-                }
-                sum *= RECIPROCAL[k + 1];
-                for j in 0..N {
-                    sum -= damping[i][j] * RECIPROCAL[k + 1] * rate[j];
-                }
-                next[i] = sum;
-                q[i][k + 2] = sum * RECIPROCAL[k + 2];
-            }
-            for i in 0..N {
-                now[i] = q[i][k + 1];
-            }
-            rate = next;
-        }
-    }
-
-    fn recur_sparse(&mut self, state: &[f64]) {
-        let q = &mut self.q;
-        let n = q.len();
-        for (i, q) in q.iter_mut().enumerate() {
-            (q[0], q[1]) = (state[i], state[n + i] * self.unit);
-        }
-        for k in 0..COUNT - 2 {
-            let order = (k + 1) as f64;
-            for (q, load) in q.iter_mut().zip(&self.load) {
-                q[k + 2] = load[k];
-            }
-            for d in &self.damping {
-                q[d.row][k + 2] -= d.value * order * q[d.column][k + 1];
-            }
-            for c in &self.coupled {
-                q[c.row][k + 2] -= c.value * q[c.column][k];
-            }
-            for q in q.iter_mut() {
-                q[k + 2] *= RECIPROCAL[k + 1] * RECIPROCAL[k + 2];
-            }
-        }
-    }
-
-    /// The recursion with forces that are made beside it; it ends where the terms no longer count in the time that remains.
-    fn recur_acting(
-        &mut self,
-        system: &System,
-        (acting, regions): (&mut Acting, &Regions),
-        span: Span,
-        state: &[f64],
-    ) {
-        let n = self.q.len();
-        for (i, q) in self.q.iter_mut().enumerate() {
-            (q[0], q[1]) = (state[i], state[n + i] * self.unit);
-        }
-        let square = self.unit * self.unit;
-        let mut ending = Ending::new(span.remaining, self.tolerance);
-        for k in 0..self.terms - 2 {
-            let order = (k + 1) as f64;
-            for (q, load) in self.q.iter_mut().zip(&self.load) {
-                q[k + 2] = load[k];
-            }
-            for d in &self.damping {
-                self.q[d.row][k + 2] -= d.value * order * self.q[d.column][k + 1];
-            }
-            for c in &self.coupled {
-                self.q[c.row][k + 2] -= c.value * self.q[c.column][k];
-            }
-            for place in 0..acting.list.len() {
-                let e = acting.list[place];
-                let motion = self.motion(system, e, k);
-                let force = square * acting.force(e, regions.piece(e), k, motion);
-                for (i, kappa) in system.stiffness_column(e) {
-                    self.q[*i][k + 2] -= kappa * force;
-                }
-            }
-            let mut largest = 0.0_f64;
-            for q in &mut self.q {
-                q[k + 2] *= RECIPROCAL[k + 1] * RECIPROCAL[k + 2];
-                largest = largest.max(q[k + 2].abs());
-            }
-            if ending.is_reached(k, &self.q, largest) && k + 3 >= span.least {
-                self.count = k + 3;
-                break;
-            }
-        }
-        for q in &mut self.q {
-            q[self.count..].fill(0.0);
-        }
-    }
-
     /// Coefficient k of a deformation W q - e and of its rate.
     #[inline]
-    fn motion(&self, system: &System, e: usize, k: usize) -> (f64, f64) {
+    pub(super) fn motion(&self, system: &System, e: usize, k: usize) -> (f64, f64) {
         let (mut x, mut next) = (0.0, 0.0);
         for (i, w) in system.element_map_row(e) {
             x += w * self.q[*i][k];
@@ -411,22 +368,18 @@ impl Series {
     }
 }
 
+/// c''(theta).
+fn second_derivative(c: &Polynomial, theta: f64) -> f64 {
+    let terms = c.iter().enumerate().skip(2).rev();
+    terms.fold(0.0, |sum, (k, c)| sum * theta + (k * (k - 1)) as f64 * c)
+}
+
 fn add(sum: &mut Polynomial, factor: f64, part: &Polynomial) {
     for k in 0..COUNT {
         sum[k] += factor * part[k];
     }
 }
 
-/// 1 / k.
-const RECIPROCAL: Polynomial = {
-    let mut list = [0.0; COUNT];
-    let mut k = 1;
-    while k < COUNT {
-        list[k] = 1.0 / k as f64;
-        k += 1;
-    }
-    list
-};
 /// Phases this close to the end of a turn are its end.
 const TURN: f64 = 1e-9;
 /// Coefficients at least.

@@ -49,13 +49,17 @@ pub struct Variation {
     next: Vec<f64>,
     value: Vec<f64>,
     slope: Vec<f64>,
+    /// Rows of the memory, which do not change within a step.
+    memory: Vec<f64>,
 }
 
 impl Variation {
-    /// For 2n columns of 2n values.
-    pub fn new(dof: usize) -> Variation {
-        let zero = vec![0.0; 2 * dof * dof];
+    /// For 2n columns, and one more for every number that laws remember.
+    pub fn new(dof: usize, memory: usize) -> Variation {
+        let columns = 2 * dof + memory;
+        let zero = vec![0.0; dof * columns];
         Variation {
+            memory: vec![0.0; memory * columns],
             now: zero.clone(),
             rate: zero.clone(),
             next: zero.clone(),
@@ -66,11 +70,12 @@ impl Variation {
 
     /// Phi <- exp(A theta) Phi with the stiffness of the series' current regions.
     ///
-    ///     (k + 1) r_{k+2} = -theta (h Gam r_{k+1} + h^2 kappa s W a_k),   a_k = theta r_k / k
+    ///     (k + 1) r_{k+2} = -theta (h Gam r_{k+1} + h^2 kappa s W a_k + [k = 0] h^2 kappa df/dz z),   a_k = theta r_k / k
     ///
     /// a_k: terms of the coordinates, r_k: terms of their rates.
     pub fn advance(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
         match phi.nrows() {
+            _ if !self.memory.is_empty() => self.sparse(series, phi, theta),
             2 => small::<1, 2>(series, phi, theta),
             4 => small::<2, 4>(series, phi, theta),
             6 => small::<3, 6>(series, phi, theta),
@@ -81,8 +86,11 @@ impl Variation {
 
     fn sparse(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
         let columns = phi.ncols();
-        let n = phi.nrows() / 2;
+        let n = series.q.len();
         for (j, column) in phi.column_iter().enumerate() {
+            for (m, z) in column.iter().skip(2 * n).enumerate() {
+                self.memory[m * columns + j] = *z;
+            }
             for i in 0..n {
                 self.now[i * columns + j] = column[i];
                 self.rate[i * columns + j] = column[n + i] * series.unit;
@@ -118,6 +126,12 @@ impl Variation {
                     factor * value,
                     &self.now[row(*column)],
                 );
+            }
+            if k == 0 {
+                for m in &series.memories {
+                    let z = &self.memory[row(m.column)];
+                    add(&mut self.next[row(m.row)], factor * m.value, z);
+                }
             }
             add(&mut self.slope, 1.0, &self.next);
             add(&mut self.value, theta / (k + 2) as f64, &self.next);

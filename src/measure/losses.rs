@@ -1,0 +1,22 @@
+//! Energy that connections with a memory lose.
+
+use super::{Heading, Measure, Solved, Units};
+
+/// `energy_lost.c`: work done on a connection per excitation period, of those that remember something.
+#[derive(Debug)]
+pub struct Losses {
+    /// The connections.
+    pub connections: Vec<usize>,
+}
+
+impl Measure for Losses {
+    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+        let names = units.connections();
+        let one = |e: &usize| units.energy(format!("energy_lost.{}", names[*e]), *e);
+        self.connections.iter().map(one).collect()
+    }
+
+    fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
+        out.extend(self.connections.iter().map(|e| at.connections[*e].loss));
+    }
+}

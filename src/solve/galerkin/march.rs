@@ -1,0 +1,312 @@
+//! Laws with memory on a trigonometric polynomial: their automata followed around the period, from extremum to extremum.
+//!
+//! Between two extrema the deformation x is monotonic, so that every level is passed once at most and the rate has one sign: in each
+//! of these intervals the regions follow one after the other. After one turn a memory that moves at all is periodic; one that does not
+//! is a given number. On every stretch the force is g x + h; where its offset holds a memory that was set at an extremum of x, it
+//! changes with the value of x there.
+
+use crate::element::automaton::{Automaton, Direction, Guard, MemoryRate, RegionForce, Surface};
+use crate::numeric::roots::newton_bracketed;
+use crate::numeric::trigonometric;
+use crate::solve::orbit::FourierOrbit;
+use crate::system::System;
+use std::f64::consts::TAU;
+
+/// Cells per harmonic in which extrema are sought.
+const CELLS_PER_HARMONIC: usize = 16;
+
+/// Part of a period in one region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// Its begin; not reduced to one period.
+    pub begin: f64,
+    /// Its end.
+    pub end: f64,
+    /// df/dx.
+    pub slope: f64,
+    /// Force at x = 0.
+    pub offset: f64,
+    /// df/dz.
+    pub gain: f64,
+    /// Where the memory was set; `None` where it is a given number.
+    pub set_at: Option<f64>,
+    /// Whether the memory follows the deformation.
+    pub follows: bool,
+}
+
+/// What is known at one instant of the march.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct State {
+    region: usize,
+    z: f64,
+    set_at: Option<f64>,
+}
+
+/// Follows automata; owns its buffers.
+#[derive(Debug, Default)]
+pub struct March {
+    derivative: Vec<f64>,
+    slopes: Vec<f64>,
+    /// Extrema in the order of time, the first one repeated a period later.
+    extrema: Vec<(f64, f64)>,
+    stretches: Vec<Stretch>,
+}
+
+impl March {
+    /// Finds the extrema of a polynomial with coefficients mean, sin 1, cos 1, ..
+    pub fn prepare(&mut self, x: &[f64]) {
+        let cells = (CELLS_PER_HARMONIC * (x.len() / 2))
+            .next_power_of_two()
+            .max(64);
+        self.derivative.resize(x.len(), 0.0);
+        self.slopes.resize(cells, 0.0);
+        trigonometric::differentiate(x, &mut self.derivative);
+        trigonometric::sample_derivative(x, &mut self.slopes);
+        self.extrema.clear();
+        let tau = |j: usize| j as f64 * TAU / cells as f64;
+        for j in 0..cells {
+            let (here, next) = (self.slopes[j], self.slopes[(j + 1) % cells]);
+            if (here > 0.0) == (next > 0.0) {
+                continue;
+            }
+            let slope = |t: f64| {
+                let [_, first, second] = trigonometric::evaluate(x, t);
+                (first, second)
+            };
+            let t = newton_bracketed(slope, (tau(j), here), tau(j + 1));
+            self.extrema.push((t, trigonometric::evaluate(x, t)[0]));
+        }
+        if let Some((t, value)) = self.extrema.first().copied() {
+            self.extrema.push((t + TAU, value));
+        }
+    }
+
+    /// The stretches of a period, for the polynomial last prepared; `given`: the memory before.
+    pub fn follow(&mut self, automaton: &Automaton, x: &[f64], given: f64) -> &[Stretch] {
+        self.stretches.clear();
+        let (begin, first) = self.extrema.first().copied().unwrap_or((0.0, x[0]));
+        let mut state = start(automaton, (begin, first), given);
+        if self.extrema.is_empty() {
+            self.record(automaton, &state, (0.0, TAU));
+            return &self.stretches;
+        }
+        // The first turn forgets, or shakes down; a second one that ends as it began is periodic.
+        for _ in 0..MOST_TURNS {
+            let before = state;
+            self.stretches.clear();
+            state = self.turn(automaton, x, state);
+            if is_same(&before, &state) {
+                break;
+            }
+        }
+        &self.stretches
+    }
+
+    /// Once around the period.
+    fn turn(&mut self, automaton: &Automaton, x: &[f64], mut state: State) -> State {
+        for i in 0..self.extrema.len() - 1 {
+            let (from, to) = (self.extrema[i], self.extrema[i + 1]);
+            let direction = if to.1 > from.1 {
+                Direction::Up
+            } else {
+                Direction::Down
+            };
+            let turns = |g: &&Guard| g.surface == Surface::Rate && g.direction == direction;
+            if let Some(guard) = automaton.regions[state.region].guards.iter().find(turns) {
+                state = settled(automaton, &state, from.1, Some(from.0));
+                state.region = guard.to;
+            }
+            state = self.stride(automaton, x, (from, to), state);
+        }
+        state
+    }
+
+    /// From one extremum to the next.
+    fn stride(
+        &mut self,
+        automaton: &Automaton,
+        x: &[f64],
+        (from, to): ((f64, f64), (f64, f64)),
+        mut state: State,
+    ) -> State {
+        let sign = if to.1 > from.1 { 1.0 } else { -1.0 };
+        let (mut begin, mut here) = from;
+        for _ in 0..=2 * automaton.regions.len() {
+            let Some((level, guard)) = next_level(automaton, &state, sign) else {
+                break;
+            };
+            if sign * (to.1 - level) <= 0.0 {
+                break;
+            }
+            let end = match sign * (level - here) > 0.0 {
+                false => begin,
+                true => {
+                    let gap = |t: f64| {
+                        let [value, slope, _] = trigonometric::evaluate(x, t);
+                        (value - level, slope)
+                    };
+                    newton_bracketed(gap, (begin, here - level), to.0)
+                }
+            };
+            self.record(automaton, &state, (begin, end));
+            state = settled(automaton, &state, level, None);
+            state.region = guard.to;
+            (begin, here) = (end, if end > begin { level } else { here });
+        }
+        self.record(automaton, &state, (begin, to.0));
+        state
+    }
+
+    fn record(&mut self, automaton: &Automaton, state: &State, (begin, end): (f64, f64)) {
+        if end <= begin {
+            return;
+        }
+        let region = &automaton.regions[state.region];
+        let RegionForce::Affine { constant, q, z, .. } = region.force else {
+            return;
+        };
+        self.stretches.push(Stretch {
+            begin,
+            end,
+            slope: q,
+            offset: constant + z * state.z,
+            gain: z,
+            set_at: state.set_at,
+            follows: region.memory != MemoryRate::Kept,
+        });
+    }
+}
+
+/// Turns at most.
+const MOST_TURNS: usize = 6;
+/// Difference of memories that counts as none.
+const SAME: f64 = 1e-13;
+
+fn is_same(a: &State, b: &State) -> bool {
+    let follows = |s: &State| (s.region, s.z, s.set_at.map(|t| t.rem_euclid(TAU)));
+    let ((r, y, s), (q, z, t)) = (follows(a), follows(b));
+    let near = match (s, t) {
+        (Some(s), Some(t)) => (s - t).abs() < 1e-9,
+        (s, t) => s.is_none() && t.is_none(),
+    };
+    r == q && near && (y - z).abs() <= SAME * (1.0 + y.abs())
+}
+
+/// The region that holds a deformation with a memory, moved where it does not fit.
+fn start(automaton: &Automaton, (tau, x): (f64, f64), given: f64) -> State {
+    let contains = |k: &usize| {
+        let region = &automaton.regions[*k];
+        let is_home =
+            region.memory == MemoryRate::Kept && matches!(region.force, RegionForce::Affine { .. });
+        is_home
+            && region
+                .guards
+                .iter()
+                .all(|g| match (g.surface, g.direction) {
+                    (Surface::Deformation { level, gain: 0.0 }, Direction::Up) => x <= level,
+                    (Surface::Deformation { level, gain: 0.0 }, Direction::Down) => x >= level,
+                    _ => true,
+                })
+    };
+    let region = (0..automaton.regions.len()).find(contains).unwrap_or(0);
+    let mut state = State {
+        region,
+        z: given,
+        set_at: None,
+    };
+    for guard in &automaton.regions[region].guards {
+        let Surface::Deformation { level, gain } = guard.surface else {
+            continue;
+        };
+        let beyond = x - level - gain * state.z;
+        if gain != 0.0 && guard.direction.sign() * beyond > 0.0 {
+            state.z = (x - level) / gain;
+            state.set_at = Some(tau);
+        }
+    }
+    state
+}
+
+/// The memory taken over at a deformation, at an extremum of it or on a level.
+fn settled(automaton: &Automaton, state: &State, x: f64, extremum: Option<f64>) -> State {
+    match automaton.regions[state.region].memory {
+        MemoryRate::Kept => *state,
+        MemoryRate::Follows { offset } => State {
+            z: x + offset,
+            set_at: extremum,
+            ..*state
+        },
+    }
+}
+
+/// The first level that a region is left through in a direction.
+fn next_level<'a>(automaton: &'a Automaton, state: &State, sign: f64) -> Option<(f64, &'a Guard)> {
+    let guards = automaton.regions[state.region].guards.iter();
+    let levels = guards.filter_map(|g| match g.surface {
+        Surface::Deformation { level, gain } if g.direction.sign() == sign => {
+            Some((level + gain * state.z, g))
+        }
+        _ => None,
+    });
+    levels.min_by(|a, b| (sign * a.0).total_cmp(&(sign * b.0)))
+}
+
+/// The stretches of one automaton along an orbit.
+#[derive(Debug, Clone)]
+pub struct Track {
+    /// Connection.
+    pub connection: usize,
+    /// Place of its memory among those of the system.
+    pub memory: Option<usize>,
+    /// In the order of time.
+    pub stretches: Vec<Stretch>,
+}
+
+impl Track {
+    /// The stretch at an instant.
+    pub fn at(&self, tau: f64) -> Option<&Stretch> {
+        let first = self.stretches.first()?.begin;
+        let tau = first + (tau - first).rem_euclid(TAU);
+        let after = self.stretches.partition_point(|s| s.end <= tau);
+        self.stretches.get(after).or(self.stretches.last())
+    }
+}
+
+/// All automata of a connection on the series of its deformation.
+pub fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
+    let automata = system.mounts()[connection].element.automata();
+    let mut march = March::default();
+    march.prepare(x);
+    let mut places = system.memory_of(connection);
+    let track = |automaton: &Automaton| {
+        let memory = automaton.has_memory.then(|| places.next()).flatten();
+        let z = memory.map_or(0.0, |m| given[m]);
+        Track {
+            connection,
+            memory,
+            stretches: march.follow(automaton, x, z).to_vec(),
+        }
+    };
+    automata.unwrap_or_default().iter().map(track).collect()
+}
+
+/// All automata of laws with memory along an orbit.
+pub fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
+    let given = at_rest(system);
+    let remembers = |e: &usize| system.mounts()[*e].element.memory_count() > 0;
+    let connections = (0..system.element_count()).filter(remembers);
+    connections
+        .flat_map(|e| {
+            let x = orbit.deformation(system, e).series();
+            tracks(system, e, &x, &given)
+        })
+        .collect()
+}
+
+/// What all laws remember in the static equilibrium; zeros where there is none.
+pub fn at_rest(system: &System) -> Vec<f64> {
+    match crate::solve::equilibrium::equilibrium(system) {
+        Ok(rest) => system.memory_at_rest(rest.q.as_slice()),
+        Err(_) => vec![0.0; system.memory_count()],
+    }
+}

@@ -1,0 +1,286 @@
+//! One part of a law: the region it is in, and what it watches there.
+
+use super::laws::{Law, LawPart, Piece};
+use super::regions::{ROUNDING, goes_away};
+use super::series::Series;
+use crate::element::automaton::{Guard, MemoryRate, Region, RegionForce, Surface};
+use crate::numeric::bernstein::{Direction, first_passage, hull};
+use crate::numeric::taylor::{Affine, COUNT, Polynomial};
+
+/// What a guard watches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Watched {
+    /// A level of the deformation.
+    Level,
+    /// Rate 0.
+    Rate,
+    /// A force in held contact.
+    Force,
+}
+
+/// Where a part leaves its region; infinite where it does not.
+#[derive(Debug, Clone, Copy)]
+pub struct Exits {
+    /// Deformations.
+    pub low: f64,
+    pub high: f64,
+    /// Numbers of the guards that stand there.
+    down: Option<usize>,
+    up: Option<usize>,
+    /// Way in which rate 0 is passed.
+    pub rate: Option<Direction>,
+    /// Holding forces.
+    pub weak: f64,
+    pub strong: f64,
+}
+
+const NOWHERE: Exits = Exits {
+    low: f64::NEG_INFINITY,
+    high: f64::INFINITY,
+    down: None,
+    up: None,
+    rate: None,
+    weak: f64::NEG_INFINITY,
+    strong: f64::INFINITY,
+};
+
+/// A part of the law of a connection.
+#[derive(Debug, Clone)]
+pub struct Part {
+    pub connection: usize,
+    pub law: Law,
+    pub region: usize,
+    /// Place of its memory in the state, and the memory where it is kept.
+    pub memory: Option<usize>,
+    pub z: f64,
+    pub exits: Exits,
+    /// Whether it watches levels of the deformation alone.
+    pub is_plain: bool,
+    /// The stop from which it has just rebounded.
+    pub rebounds: Option<Direction>,
+    /// Force in the region with what the memory adds.
+    remembered: Option<Piece>,
+    /// Sum of the moduli of W in its row.
+    weight: f64,
+    /// Bound on its transmission error and the slope of it.
+    error: f64,
+}
+
+impl Part {
+    pub fn new(part: LawPart, (weight, error): (f64, f64)) -> Part {
+        let mut part = Part {
+            connection: part.connection,
+            law: part.law,
+            region: 0,
+            memory: part.memory,
+            z: 0.0,
+            exits: NOWHERE,
+            is_plain: true,
+            rebounds: None,
+            remembered: None,
+            weight,
+            error,
+        };
+        part.enter(0);
+        part
+    }
+
+    /// Distance from a level that rounding bridges, for a state of a size at a phase of the response.
+    pub fn tolerance(&self, level: f64, size: f64, tau: f64) -> f64 {
+        ROUNDING * (level.abs() + self.weight * size + self.error * (1.0 + tau.abs()))
+    }
+
+    /// The force in its region.
+    #[inline]
+    pub fn piece(&self) -> &Piece {
+        match &self.remembered {
+            Some(piece) => piece,
+            None => &self.law.pieces[self.region],
+        }
+    }
+
+    fn of_automaton(&self) -> Option<&Region> {
+        let automaton = self.law.automaton.as_ref()?;
+        Some(&automaton.regions[self.region])
+    }
+
+    /// What happens to its memory.
+    pub fn memory_rate(&self) -> Option<MemoryRate> {
+        self.memory?;
+        Some(self.of_automaton()?.memory)
+    }
+
+    /// Whether it has a region in which it is held.
+    pub fn can_be_held(&self) -> bool {
+        let held = |r: &Region| matches!(r.force, RegionForce::Held { .. });
+        let automaton = self.law.automaton.as_ref();
+        automaton.is_some_and(|a| a.regions.iter().any(held))
+    }
+
+    /// Level at which it is held.
+    pub fn held_level(&self) -> Option<f64> {
+        match self.of_automaton()?.force {
+            RegionForce::Held { level } => Some(level),
+            RegionForce::Affine { .. } => None,
+        }
+    }
+
+    /// The memory at a deformation.
+    pub fn memory_at(&self, deformation: f64) -> f64 {
+        match self.memory_rate() {
+            Some(MemoryRate::Follows { offset }) => deformation + offset,
+            _ => self.z,
+        }
+    }
+
+    /// Takes over the memory at a deformation: it is kept from there on.
+    pub fn settle(&mut self, deformation: f64) {
+        self.z = self.memory_at(deformation);
+    }
+
+    /// The guard of its region that watches something in a direction.
+    pub fn guard(&self, watched: Watched, direction: Direction) -> Option<&Guard> {
+        let guards = &self.of_automaton()?.guards;
+        match (watched, direction) {
+            (Watched::Level, Direction::Up) => return guards.get(self.exits.up?),
+            (Watched::Level, Direction::Down) => return guards.get(self.exits.down?),
+            _ => {}
+        }
+        guards.iter().find(|g| {
+            let kind = match g.surface {
+                Surface::Deformation { .. } => Watched::Level,
+                Surface::Rate => Watched::Rate,
+                Surface::HoldingForce(_) => Watched::Force,
+            };
+            kind == watched && g.direction == direction
+        })
+    }
+
+    /// Enters a region.
+    pub fn enter(&mut self, region: usize) {
+        self.region = region;
+        self.rebounds = None;
+        self.exits = NOWHERE;
+        self.remembered = None;
+        self.is_plain = true;
+        let Some(automaton) = &self.law.automaton else {
+            (self.exits.low, self.exits.high) = self.law.borders(region);
+            return;
+        };
+        let region = &automaton.regions[region];
+        for (number, guard) in region.guards.iter().enumerate() {
+            let exits = &mut self.exits;
+            match (guard.surface, guard.direction) {
+                (Surface::Deformation { level, gain }, direction) => {
+                    let level = level + gain * self.z;
+                    match direction {
+                        Direction::Up if level < exits.high => {
+                            (exits.high, exits.up) = (level, Some(number));
+                        }
+                        Direction::Down if level > exits.low => {
+                            (exits.low, exits.down) = (level, Some(number));
+                        }
+                        _ => {}
+                    }
+                }
+                (Surface::Rate, direction) => exits.rate = Some(direction),
+                (Surface::HoldingForce(force), Direction::Up) => exits.strong = force,
+                (Surface::HoldingForce(force), Direction::Down) => exits.weak = force,
+            }
+        }
+        let watches_force = self.exits.weak.is_finite() || self.exits.strong.is_finite();
+        self.is_plain = self.exits.rate.is_none() && !watches_force;
+        if let RegionForce::Affine { constant, q, v, z } = region.force
+            && z != 0.0
+        {
+            self.remembered = Some(Piece::Affine(Affine {
+                constant: constant + z * self.z,
+                q,
+                v,
+            }));
+        }
+    }
+
+    /// Puts a part with automaton into the region of a deformation, on a fixed border into the one below; `tolerance`: rounding of
+    /// a level.
+    pub fn place(&mut self, deformation: f64, tolerance: impl Fn(&Part, f64) -> f64) {
+        let Some(automaton) = &self.law.automaton else {
+            return;
+        };
+        let contains = |region: &Region| {
+            let is_home = region.memory == MemoryRate::Kept
+                && matches!(region.force, RegionForce::Affine { .. });
+            is_home
+                && region
+                    .guards
+                    .iter()
+                    .all(|g| match (g.surface, g.direction) {
+                        (Surface::Deformation { level, gain: 0.0 }, Direction::Up) => {
+                            deformation - level <= tolerance(self, level)
+                        }
+                        (Surface::Deformation { level, gain: 0.0 }, Direction::Down) => {
+                            level - deformation <= tolerance(self, level)
+                        }
+                        _ => true,
+                    })
+        };
+        let homes = automaton.regions.iter().position(contains);
+        // Beyond a stop: the caller moves the deformation back.
+        self.enter(homes.unwrap_or(0));
+    }
+
+    /// Reports the first passage of rate 0, or of a holding force, within a step.
+    pub fn watch(
+        &self,
+        series: &Series,
+        powers: &Polynomial,
+        size: f64,
+        earliest: &mut dyn FnMut(f64, Watched, Direction),
+    ) {
+        if let Some(direction) = self.exits.rate {
+            let mut rate = [0.0; COUNT];
+            let deformation = series.deformation(self.connection);
+            for k in 1..COUNT {
+                rate[k - 1] = k as f64 * deformation[k] * powers[k - 1];
+            }
+            let tolerance = ROUNDING * self.weight.max(f64::MIN_POSITIVE) * size;
+            if let Some(x) = passage(&rate, 0.0, direction, tolerance) {
+                earliest(x, Watched::Rate, direction);
+            }
+        }
+        let ends = [
+            (self.exits.weak, Direction::Down),
+            (self.exits.strong, Direction::Up),
+        ];
+        for (force, direction) in ends.into_iter().filter(|(f, _)| f.is_finite()) {
+            let Some(holding) = series.holding_force(self.connection) else {
+                continue;
+            };
+            let mut polynomial = *holding;
+            for (c, power) in polynomial.iter_mut().zip(powers) {
+                *c *= power;
+            }
+            let largest = polynomial.iter().fold(force.abs(), |m, c| m.max(c.abs()));
+            if let Some(x) = passage(&polynomial, force, direction, ROUNDING * largest) {
+                earliest(x, Watched::Force, direction);
+            }
+        }
+    }
+}
+
+fn passage(
+    polynomial: &Polynomial,
+    level: f64,
+    direction: Direction,
+    tolerance: f64,
+) -> Option<f64> {
+    let (least, largest) = hull(polynomial);
+    let is_far = match direction {
+        Direction::Down => least > level - tolerance,
+        Direction::Up => largest < level + tolerance,
+    };
+    if is_far || goes_away(polynomial, level, direction) {
+        return None;
+    }
+    first_passage(polynomial, level, direction, tolerance)
+}

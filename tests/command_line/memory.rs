@@ -1,0 +1,110 @@
+//! Laws with memory and rigid stops through the real binary: what is refused and why, and what the tables hold.
+
+use crate::program::Place;
+
+fn model(element: &str, analysis: &str) -> String {
+    format!(
+        "schema: 1\nreduced:\n  stiffness: [[1, 0.5]]\n  damping: {{matrix: [[0.06]]}}\n  elements:\n    base: {{type: linear}}\n    \
+         law: {element}\n  element_map: [[1], [1]]\n  loads: {{mean: [0.2], harmonics: [{{order: 1, cos: [0.25], sin: [0]}}]}}\nanalyses:\n  \
+         it: {analysis}\n"
+    )
+}
+
+const HISTORY: &str = "{type: time_history, at: 0.9, periods: 2, samples_per_period: 8}";
+
+#[test]
+fn mistakes_are_named_at_their_place() {
+    for (element, parts) in [
+        (
+            "{type: jenkins, slip_force: -0.1}",
+            &["slip_force", ">= 0"][..],
+        ),
+        ("{type: jenkins}", &["slip_force"]),
+        (
+            "{type: rigid_stop, half_gap: 1, restitution: 1.2}",
+            &["restitution", "0 (plastic) to 1 (elastic)"],
+        ),
+        (
+            "{type: rigid_stop, half_gap: 1, side: positive, restitution: 0.5}",
+            &["write `gap` with `side`"],
+        ),
+        ("{type: rigid_stop, half_gap: 1}", &["restitution"]),
+        (
+            "{type: clutch, stages: [{to: 0.5, stiffness: 0.1}, {to: 0.4, stiffness: 1}]}",
+            &["stages.1", "stages ascend"],
+        ),
+        (
+            "{type: clutch, stages: [{to: 0.5, stifness: 0.1}, {stiffness: 1}]}",
+            &["stages.0", "stifness"],
+        ),
+        (
+            "{type: clutch, drive: [{stiffness: 1}]}",
+            &["drive and coast"],
+        ),
+    ] {
+        let place = Place::with(&model(element, HISTORY));
+        let ended = place.run(&["check", "m.yaml"]).ends_with(2);
+        for part in parts {
+            let told = format!("{}{}", ended.out, ended.err);
+            assert!(told.contains(part), "{element}: {part} in {told}");
+        }
+    }
+}
+
+#[test]
+fn galerkin_refuses_a_stop_and_takes_a_slider() {
+    let response = "{type: frequency_response, from: 1.2, to: 1.1, max_points: 4}";
+    let stop = model(
+        "{type: rigid_stop, half_gap: 0.5, restitution: 0.6}",
+        response,
+    );
+    let place = Place::with(&stop);
+    place
+        .run(&["run", "m.yaml", "--out", "out"])
+        .ends_with(2)
+        .says(&["law: the velocity jumps at its impacts", "shooting"]);
+    let slider = model("{type: jenkins, slip_force: 0.6}", response);
+    let place = Place::with(&slider);
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    assert!(place.column("out/it.csv", "energy_lost.law")[0] > 0.0);
+}
+
+#[test]
+fn initial_memory_is_read_and_wrong_lengths_are_named() {
+    let slider = "{type: jenkins, slip_force: 0.6}";
+    let with = |memory: &str| {
+        HISTORY.replace(
+            "at: 0.9",
+            &format!("at: 0.9, initial: {{q: [0.1], v: [0], memory: {memory}}}"),
+        )
+    };
+    let place = Place::with(&model(slider, &with("[0.25]")));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    assert_eq!(place.column("out/it.csv", "z.law")[0], 0.25);
+    let place = Place::with(&model(slider, &with("[0.25, 0.1]")));
+    let ended = place.run(&["check", "m.yaml"]).ends_with(2);
+    assert!(format!("{}{}", ended.out, ended.err).contains("z.law"));
+}
+
+#[test]
+fn shooting_tells_neutral_multipliers_and_what_impacts_do() {
+    let response = "{type: frequency_response, method: shooting, from: 0.4, to: 0.41, tables: all, max_points: 3}";
+    let place = Place::with(&model("{type: jenkins, slip_force: 0.6}", response));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    assert_eq!(place.column("out/it.csv", "neutral")[0], 1.0);
+    assert_eq!(place.column("out/it.csv", "stable")[0], 1.0);
+    assert!(place.column("out/it.csv", "multiplier_modulus")[0] < 1.0);
+    assert_eq!(place.column("out/it.multipliers.csv", "re.1")[0], 1.0);
+    let response = response.replace("0.4, to: 0.41", "0.9, to: 0.91");
+    let stop = "{type: rigid_stop, gap: 0.5, side: positive, restitution: 0.7}";
+    let place = Place::with(&model(stop, &response));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    assert_eq!(place.column("out/it.csv", "impacts.law")[0], 1.0);
+    // The mean of everything that pushes is the load: 0.2 = mean of the spring + 0.5 mean of the stop.
+    let [base, law] =
+        ["force_mean.base", "force_mean.law"].map(|c| place.column("out/it.csv", c)[0]);
+    assert!(
+        (base + 0.5 * law - 0.2).abs() < 1e-12 && law > 0.0,
+        "{base} {law}"
+    );
+}
