@@ -1,17 +1,19 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
+mod figure;
+
 use super::cost::{Cost, Period};
 use super::flow::{self, Motion};
 use super::poincare_map::REPORTED;
 use super::transient::{self, History, Impacts, Rows, SpeedProfile, switch_table};
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::{Error, did_you_mean};
-use crate::measure::Heading;
 use crate::quantity::Quantity;
-use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table, Values};
+use crate::report::{Report, Table, Values};
 use crate::solve::attractor::Stop;
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
 use crate::system::System;
+use figure::figure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -74,8 +76,6 @@ const PERIODS: usize = 10;
 const POINTS: usize = 2001;
 /// Rows written at most.
 const MAX_ROWS: usize = 50_000_000;
-/// Connections drawn at most.
-const MAX_CURVES: usize = 4;
 
 #[typetag::serde(name = "time_history")]
 impl Analysis for TimeHistory {
@@ -434,66 +434,5 @@ impl Observer for Record<'_> {
         if let Some(impacts) = &mut self.impacts {
             impacts.switch(time, switch);
         }
-    }
-}
-
-/// Deformations against time, and force against deformation where there is a memory.
-fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
-    let time = columns::time(setting);
-    let names = &setting.assembly.connections;
-    let panel = |(quantity, name): (Heading, &String)| Panel {
-        x_label: time.axis(),
-        y_label: quantity.axis(),
-        x_range: None,
-        x_frequency: None,
-        curves: vec![Curve {
-            table: String::new(),
-            x: time.name.clone(),
-            y: quantity.name,
-            label: name.clone(),
-            style: CurveStyle::Line,
-            only: None,
-        }],
-    };
-    let quantities = columns::connections(setting);
-    let loops = (0..names.len()).filter(|e| {
-        let mounts = setting.assembly.system.mounts();
-        mounts[*e].element.memory_count() > 0
-    });
-    let is_there = |panel: &Panel| {
-        let mut curves = panel.curves.iter();
-        curves.all(|c| [&c.x, &c.y].iter().all(|name| main.column(name).is_some()))
-    };
-    let loops = loops.map(|e| force_loop(setting, e)).filter(is_there);
-    Figure {
-        title: String::new(),
-        panels: (quantities.into_iter().zip(names))
-            .filter(|(quantity, _)| main.column(&quantity.name).is_some())
-            .take(MAX_CURVES)
-            .map(panel)
-            .chain(loops.take(MAX_CURVES))
-            .collect(),
-    }
-}
-
-/// Force against deformation of a connection.
-fn force_loop(setting: &Setting<'_>, connection: usize) -> Panel {
-    let count = setting.assembly.connections.len();
-    let mut headings = columns::connections(setting);
-    let force = headings.swap_remove(2 * count + connection);
-    let deformation = headings.swap_remove(connection);
-    Panel {
-        x_label: deformation.axis(),
-        y_label: force.axis(),
-        x_range: None,
-        x_frequency: None,
-        curves: vec![Curve {
-            table: String::new(),
-            x: deformation.name,
-            y: force.name,
-            label: setting.assembly.connections[connection].clone(),
-            style: CurveStyle::Line,
-            only: None,
-        }],
     }
 }

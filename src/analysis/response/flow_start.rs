@@ -1,5 +1,8 @@
 //! The first periodic solution where there is no Galerkin method: what the motion from rest comes to.
 
+use super::Method;
+use super::report::{Delivered, Ending};
+use super::source::Source;
 use super::trace::{Work, sizes};
 use crate::analysis::flow;
 use crate::error::Error;
@@ -14,6 +17,23 @@ const TRANSIENT: usize = 400;
 const SETTLED: f64 = 1e-9;
 
 impl Work<'_> {
+    /// Whether a branch begins where the motion from rest leads.
+    pub(super) fn starts_by_flow(&self, method: Method) -> bool {
+        let system = &self.swept.setting.assembly.system;
+        let mut laws = system.mounts().iter().map(|m| &m.element);
+        method == Method::Shooting && laws.any(|law| law.automata().is_some())
+    }
+
+    /// The branch from what the motion comes to.
+    pub(super) fn settled(&mut self, method: Method) -> Result<Delivered, Error> {
+        let mut delivered = Delivered::new(method, self.settings.subharmonic);
+        match self.settle_from_rest()? {
+            Ok(u) => self.follow(Source::Guess(u), &mut delivered)?,
+            Err(message) => delivered.end = Ending::early("no_start", message),
+        }
+        Ok(delivered)
+    }
+
     /// A state near a periodic solution at the beginning of the range, or why there is none; sets the bounds of the branch.
     pub(super) fn settle_from_rest(&mut self) -> Result<Result<DVector<f64>, String>, Error> {
         let (settings, swept) = (self.settings, self.swept);

@@ -145,10 +145,7 @@ impl<'a> Work<'a> {
                 continue;
             }
             let number = self.delivered.len();
-            let system = &self.swept.setting.assembly.system;
-            let mut laws = system.mounts().iter().map(|m| &m.element);
-            let starts_by_flow =
-                method == Method::Shooting && laws.any(|law| law.automata().is_some());
+            let starts_by_flow = self.starts_by_flow(method);
             let delivered = match &mut first {
                 _ if starts_by_flow => self.settled(method)?,
                 Some(first) => self.primary(method, first)?,
@@ -197,16 +194,6 @@ impl<'a> Work<'a> {
             *size = settings.bound * size.max(1.0);
         }
         Ok(First { galerkin, found })
-    }
-
-    /// The branch from what the motion comes to.
-    fn settled(&mut self, method: Method) -> Result<Delivered, Error> {
-        let mut delivered = Delivered::new(method, self.settings.subharmonic);
-        match self.settle_from_rest()? {
-            Ok(u) => self.follow(Source::Guess(u), &mut delivered)?,
-            Err(message) => delivered.end = Ending::early("no_start", message),
-        }
-        Ok(delivered)
     }
 
     /// The branch from the first solution.

@@ -1,0 +1,69 @@
+//! Figure of a time history.
+
+use crate::analysis::{Setting, columns};
+use crate::measure::Heading;
+use crate::report::{Curve, CurveStyle, Figure, Panel, Table};
+
+/// Connections drawn at most.
+const MAX_CURVES: usize = 4;
+
+/// Deformations against time, and force against deformation where there is a memory.
+pub(super) fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
+    let time = columns::time(setting);
+    let names = &setting.assembly.connections;
+    let panel = |(quantity, name): (Heading, &String)| Panel {
+        x_label: time.axis(),
+        y_label: quantity.axis(),
+        x_range: None,
+        x_frequency: None,
+        curves: vec![Curve {
+            table: String::new(),
+            x: time.name.clone(),
+            y: quantity.name,
+            label: name.clone(),
+            style: CurveStyle::Line,
+            only: None,
+        }],
+    };
+    let quantities = columns::connections(setting);
+    let loops = (0..names.len()).filter(|e| {
+        let mounts = setting.assembly.system.mounts();
+        mounts[*e].element.memory_count() > 0
+    });
+    let is_there = |panel: &Panel| {
+        let mut curves = panel.curves.iter();
+        curves.all(|c| [&c.x, &c.y].iter().all(|name| main.column(name).is_some()))
+    };
+    let loops = loops.map(|e| force_loop(setting, e)).filter(is_there);
+    Figure {
+        title: String::new(),
+        panels: (quantities.into_iter().zip(names))
+            .filter(|(quantity, _)| main.column(&quantity.name).is_some())
+            .take(MAX_CURVES)
+            .map(panel)
+            .chain(loops.take(MAX_CURVES))
+            .collect(),
+    }
+}
+
+/// Force against deformation of a connection.
+fn force_loop(setting: &Setting<'_>, connection: usize) -> Panel {
+    let count = setting.assembly.connections.len();
+    let mut headings = columns::connections(setting);
+    let force = headings.swap_remove(2 * count + connection);
+    let deformation = headings.swap_remove(connection);
+    Panel {
+        x_label: deformation.axis(),
+        y_label: force.axis(),
+        x_range: None,
+        x_frequency: None,
+        curves: vec![Curve {
+            table: String::new(),
+            x: deformation.name,
+            y: force.name,
+            label: setting.assembly.connections[connection].clone(),
+            style: CurveStyle::Line,
+            only: None,
+        }],
+    }
+}
