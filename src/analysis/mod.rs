@@ -2,6 +2,7 @@
 //!
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
+mod basins;
 mod bifurcation_diagram;
 mod branch_figure;
 mod branch_table;
@@ -28,6 +29,7 @@ mod sections;
 mod time_history;
 mod transient;
 
+pub use basins::Basins;
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
 pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
@@ -192,6 +194,11 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
         "bifurcation_diagram",
         "states at phase 0 of the excitation against a parameter, with Lyapunov exponents",
         BifurcationDiagram::json_schema,
+    ),
+    (
+        "basins",
+        "which initial state ends at which attractor, over a grid of states",
+        Basins::json_schema,
     ),
     (
         "parameter_study",

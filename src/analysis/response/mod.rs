@@ -36,6 +36,7 @@ pub use harmonics::Harmonics;
 pub use keys::{BranchSettings, Method, Orbits, Quadrature};
 pub(super) use keys::{branch_settings, defaults, response_keys};
 pub use starts::Starts;
+pub(super) use orbits::OrbitTable;
 pub(super) use swept::Swept;
 pub use tables::{ResponseTable, Tables};
 pub(super) use trace::{run, tables};

@@ -14,6 +14,7 @@
 //! A record that decides nothing is extended: to twice its length, four times, up to [`LabelOptions::extend`] times. Each decision
 //! rests on the last part, which is as long as everything before it, so that the transient grows with the record.
 
+pub mod basins;
 mod curve;
 mod cycle;
 mod geometry;
@@ -22,6 +23,7 @@ pub mod lyapunov;
 mod map;
 mod record;
 mod scatter;
+mod trap;
 
 pub use curve::Curve;
 pub use cycle::Cycle;
