@@ -168,7 +168,11 @@ fn find(list: &[f64], value: f64) -> Option<usize> {
     let after = list.partition_point(|x| *x < value);
     let near = [after.checked_sub(1), Some(after)];
     let near = near.into_iter().flatten().filter(|k| *k < list.len());
-    near.min_by(|a, b| (list[*a] - value).abs().total_cmp(&(list[*b] - value).abs()))
+    near.min_by(|a, b| {
+        (list[*a] - value)
+            .abs()
+            .total_cmp(&(list[*b] - value).abs())
+    })
 }
 
 /// Words, or whole numbers: a level each, named ones first.

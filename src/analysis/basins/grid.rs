@@ -92,7 +92,10 @@ impl Grid {
         let mut region = vec![(f64::NEG_INFINITY, f64::INFINITY); self.lines.len()];
         for (name, (low, high)) in written {
             let fault = |message: String| Fault::new(format!("box.{name}"), message);
-            let line = self.lines.iter().position(|line| line.heading.name == *name);
+            let line = self
+                .lines
+                .iter()
+                .position(|line| line.heading.name == *name);
             let Some(k) = line else {
                 let known = self.lines.iter().map(|line| line.heading.name.as_str());
                 let hint = did_you_mean(name, known);

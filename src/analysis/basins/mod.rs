@@ -10,8 +10,8 @@ use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
-use crate::solve::attractor::basins::Patience;
 use crate::solve::attractor::LabelOptions;
+use crate::solve::attractor::basins::Patience;
 use crate::solve::integrate::IntegratorChoice;
 use grid::Grid;
 use indexmap::IndexMap;
@@ -124,7 +124,9 @@ impl Analysis for Basins {
         let Ok(grid) = grid else {
             return Err(refused(faults.remove(0)));
         };
-        let region = grid.region(setting, self.region.as_ref()).map_err(refused)?;
+        let region = grid
+            .region(setting, self.region.as_ref())
+            .map_err(refused)?;
         let start = ("initial", &self.initial.clone().unwrap_or_default());
         let motion = flow::Motion::new(setting, &self.at, start, self.integrator);
         let motion = motion.map_err(refused)?;

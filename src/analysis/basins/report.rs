@@ -169,7 +169,10 @@ impl Rows {
         ];
         let headings = coordinates(setting).into_iter().enumerate();
         columns.extend(headings.map(|(i, heading)| {
-            let values = self.states.iter().map(|s| s.get(i).copied().unwrap_or(f64::NAN));
+            let values = self
+                .states
+                .iter()
+                .map(|s| s.get(i).copied().unwrap_or(f64::NAN));
             heading.column(values)
         }));
         columns.push(float("distance", "", self.distance));
@@ -197,7 +200,8 @@ fn rows(ranking: &Ranking<'_>, region: &Region) -> Rows {
         };
         rows.number.push(number as i64);
         rows.share.push(count as f64 / followed);
-        rows.inside.push(inside.get(number).copied().unwrap_or(f64::NAN));
+        rows.inside
+            .push(inside.get(number).copied().unwrap_or(f64::NAN));
         match attractor {
             Some(a) => {
                 let size = ranking.sorting.size();
@@ -316,7 +320,8 @@ fn figure(ranking: &Ranking<'_>) -> Option<Figure> {
     if x.values.len() < 2 || y.values.len() < 2 {
         return None;
     }
-    let label = |(number, a): (usize, &Settled)| (number.to_string(), format!("{number}: {}", a.label));
+    let label =
+        |(number, a): (usize, &Settled)| (number.to_string(), format!("{number}: {}", a.label));
     let mut names: Vec<(String, String)> = ranking.attractors().map(label).collect();
     names.push(("0".into(), "undecided".into()));
     let cells = Curve {

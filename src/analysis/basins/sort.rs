@@ -109,7 +109,13 @@ impl<'a> Sorting<'a> {
                     integrator: integrator.as_mut(),
                 };
                 let mut keep_going = |_: usize| !self.setting.control.is_interrupted();
-                let fate = fate(&mut map, &mut state, &self.known, self.patience, &mut keep_going);
+                let fate = fate(
+                    &mut map,
+                    &mut state,
+                    &self.known,
+                    self.patience,
+                    &mut keep_going,
+                );
                 self.note();
                 fate
             })
@@ -123,7 +129,9 @@ impl<'a> Sorting<'a> {
             let total = self.sorted.len();
             let words = format!("start {done} of {total}");
             let share = done as f64 / total as f64;
-            self.setting.control.progress(self.setting.name, share, &words);
+            self.setting
+                .control
+                .progress(self.setting.name, share, &words);
         }
     }
 

@@ -25,7 +25,12 @@ impl OrbitTable {
     }
 
     /// Appends one orbit: deformations, their rates and forces, at equal steps of tau, the end excluded.
-    pub(in crate::analysis) fn add(&mut self, (branch, point): (usize, usize), system: &System, orbit: &Orbit) {
+    pub(in crate::analysis) fn add(
+        &mut self,
+        (branch, point): (usize, usize),
+        system: &System,
+        orbit: &Orbit,
+    ) {
         let e = system.element_count();
         let (mut state, mut scratch) = (vec![0.0; 2 * system.dof()], system.scratch());
         for row in 0..ORBIT_ROWS {

@@ -142,6 +142,12 @@ pub fn attractor(
     hunt.found
 }
 
+/// The invariant curve on which the points of a record lie, `size` values each; `None` where they show no rotation.
+pub fn rotation(points: &[f64], size: usize) -> Option<Curve> {
+    let stretch = record::Stretch::of(points);
+    curve::invariant_curve(&Cloud::new(&stretch, size))
+}
+
 /// Judges an attractor again with attracting orbits that are known nearby: those of neighbouring values of a parameter, or of other initial
 /// states. Where one of them lies among the points of a record that is not periodic, the motion goes on until it arrives there, or to
 /// the end of the extension: undecided.

@@ -87,7 +87,8 @@ impl Trap {
                 let e = direction * (shell * radius);
                 let mut state = (&self.centre + &e).as_slice().to_vec();
                 let before = self.height(&state);
-                let is_whole = (0..period).all(|_| map.advance(&mut state) == IntegrationEnd::Reached);
+                let is_whole =
+                    (0..period).all(|_| map.advance(&mut state) == IntegrationEnd::Reached);
                 is_whole && self.height(&state) <= before - 0.5 * e.norm_squared()
             })
         })
