@@ -24,9 +24,11 @@ mod parameter_response;
 pub mod parameter_study;
 mod poincare_map;
 pub mod read;
+mod regime_map;
 mod response;
 mod run_up;
 mod sections;
+mod summary;
 mod time_history;
 mod torus;
 mod transient;
@@ -42,6 +44,7 @@ pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
+pub use regime_map::RegimeMap;
 pub use response::{EventState, Method, Orbits, ResponseTable, Tables};
 pub use run_up::RunUp;
 pub use time_history::TimeHistory;
@@ -211,6 +214,11 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
         "bifurcation_curve",
         "curves of bifurcations and grazings in two numbers of the model",
         BifurcationCurve::json_schema,
+    ),
+    (
+        "regime_map",
+        "kinds of attractors and measures over a grid of two numbers of the model",
+        RegimeMap::json_schema,
     ),
     (
         "torus",

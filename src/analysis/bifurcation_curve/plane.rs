@@ -3,7 +3,9 @@
 use super::BifurcationCurve;
 use crate::analysis::parameter::{Parameter, joined, rebuild};
 use crate::analysis::{Fault, Setting};
+use crate::assembly::Assembly;
 use crate::error::SolveError;
+use crate::model::Model;
 use crate::quantity::Quantity;
 use crate::solve::curve::Plane;
 use crate::system::{Line, System};
@@ -127,8 +129,21 @@ impl Axes {
                 }
             }
         }
+        Axes::of(setting, list, keys.at.as_ref(), faults)
+    }
+
+    /// Of two axes and the key `at`, with what was wrong with them before.
+    ///
+    /// # Errors
+    /// All that is wrong with them.
+    pub fn of(
+        setting: &Setting<'_>,
+        list: Vec<Axis>,
+        at: Option<&Quantity>,
+        mut faults: Vec<Fault>,
+    ) -> Result<Axes, Vec<Fault>> {
         let has_frequency = list.iter().any(|a| a.parameter == Parameter::Frequency);
-        let at = match (&keys.at, has_frequency) {
+        let at = match (at, has_frequency) {
             (Some(_), true) => {
                 let message = "the excitation frequency is a parameter; leave `at` out";
                 faults.push(Fault::new("at", message));
@@ -307,8 +322,8 @@ impl<'a> Grounds<'a> {
         listed.map_or_else(|| self.axes.list[k].value(share), |(_, _, value)| *value)
     }
 
-    /// The system of the model, read and assembled.
-    fn built(&mut self, p: [f64; 2]) -> Result<System, SolveError> {
+    /// The model at a place, with its assembly; frequencies are left as they are.
+    pub fn model(&mut self, p: [f64; 2]) -> Result<(Model, Assembly), SolveError> {
         for k in 0..2 {
             let value = Node::number(self.native(k, p[k]));
             if let Parameter::Path(path) = &self.axes.list[k].parameter {
@@ -319,10 +334,14 @@ impl<'a> Grounds<'a> {
             }
         }
         let found = rebuild(&self.root, self.setting.assembly);
-        let (_, assembly) = found.map_err(|list| SolveError::NoSystem {
+        found.map_err(|list| SolveError::NoSystem {
             reason: joined(&list),
-        })?;
-        Ok(assembly.system)
+        })
+    }
+
+    /// The system of the model, read and assembled.
+    fn built(&mut self, p: [f64; 2]) -> Result<System, SolveError> {
+        Ok(self.model(p)?.1.system)
     }
 }
 
