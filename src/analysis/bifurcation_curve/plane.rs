@@ -282,7 +282,7 @@ impl<'a> Grounds<'a> {
     /// Over these axes.
     pub fn new(setting: &'a Setting<'a>, axes: Axes, subharmonic: usize) -> Grounds<'a> {
         let parts = KEPT.into_iter();
-        let parts = parts.filter_map(|key| Some((key, setting.document.get(key)?.clone())));
+        let parts = parts.filter_map(|key| Some((key, setting.model.document().get(key)?.clone())));
         let mut grounds = Grounds {
             setting,
             root: Node::map(parts),
@@ -324,8 +324,8 @@ impl<'a> Grounds<'a> {
 
     /// The model at a place, with its assembly; frequencies are left as they are.
     pub fn model(&mut self, p: [f64; 2]) -> Result<(Model, Assembly), SolveError> {
-        for k in 0..2 {
-            let value = Node::number(self.native(k, p[k]));
+        for (k, share) in p.into_iter().enumerate() {
+            let value = Node::number(self.native(k, share));
             if let Parameter::Path(path) = &self.axes.list[k].parameter {
                 let done = self.root.set(path, value);
                 done.map_err(|mistake| SolveError::NoSystem {

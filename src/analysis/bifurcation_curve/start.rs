@@ -105,7 +105,8 @@ pub(in crate::analysis) fn other(
 ) -> Result<Box<dyn Analysis>, String> {
     let path = format!("analyses.{name}");
     let all = setting
-        .document
+        .model
+        .document()
         .get("analyses")
         .and_then(|node| node.as_map("analyses").ok());
     let entry = all.and_then(|map| map.get(name).map(|entry| (map, &entry.node)));
@@ -223,7 +224,7 @@ fn nearest(
             (Parameter::Frequency, _) => Some(event.omega),
             (Parameter::Path(path), Some((varied, value))) if path == varied => Some(*value),
             (Parameter::Path(path), _) => {
-                let node = setting.document.at(path);
+                let node = setting.model.document().at(path);
                 node.and_then(|node| Quantity::from_node(node, path).ok())
                     .map(|q| q.value)
             }

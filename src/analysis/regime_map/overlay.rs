@@ -16,7 +16,8 @@ pub(super) fn check(
 ) -> Result<(Box<dyn Analysis>, bool), String> {
     let path = format!("analyses.{name}");
     let all = setting
-        .document
+        .model
+        .document()
         .get("analyses")
         .and_then(|node| node.as_map("analyses").ok());
     let Some(entry) = all.and_then(|map| map.get(name)) else {
@@ -55,12 +56,15 @@ pub(super) fn check(
     }
 }
 
+/// Curves that are drawn over the map: their table, number and kind of each, and what is missing.
+pub(super) type Overlay = (Table, Vec<(String, String)>, Vec<String>);
+
 /// Curves with their kinds, in the parameters of the map: `curve, kind, parameter_1, parameter_2`; reasons why some are not whole.
 pub(super) fn tables(
     setting: &Setting<'_>,
     axes: &Axes,
     names: &[String],
-) -> Result<(Table, Vec<(String, String)>, Vec<String>), Error> {
+) -> Result<Overlay, Error> {
     let (mut numbers, mut kinds, mut values) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
     let (mut list, mut reasons) = (Vec::new(), Vec::new());
     for name in names {

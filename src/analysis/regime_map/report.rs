@@ -2,6 +2,7 @@
 
 use super::cells::{Cell, Field, Place};
 use super::measures::Wanted;
+use super::overlay::Overlay;
 use super::{RegimeMap, users_unit};
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::{Axes, Axis};
@@ -14,9 +15,6 @@ use std::f64::consts::PI;
 
 /// Failures told in full.
 const SHOWN: usize = 4;
-
-/// Curves that are drawn over the map: their table, number and kind of each, and what is missing.
-pub(super) type Overlay = (Table, Vec<(String, String)>, Vec<String>);
 
 /// Everything that is delivered.
 pub(super) fn assemble(

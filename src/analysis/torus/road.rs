@@ -26,7 +26,7 @@ impl<'a> Road<'a> {
     /// Along this axis.
     pub fn new(setting: &'a Setting<'a>, axis: Axis, at: f64, subharmonic: usize) -> Road<'a> {
         let parts = KEPT.into_iter();
-        let parts = parts.filter_map(|key| Some((key, setting.document.get(key)?.clone())));
+        let parts = parts.filter_map(|key| Some((key, setting.model.document().get(key)?.clone())));
         let mut road = Road {
             setting,
             root: Node::map(parts),

@@ -176,7 +176,7 @@ impl Settled {
     /// A periodic orbit, from its smallest point on.
     fn orbit(map: &mut dyn Map, cycle: Cycle) -> Settled {
         let size = map.size();
-        let cycle = cycle.from_smallest_point(map);
+        let cycle = cycle.beginning_smallest(map);
         Settled {
             label: Label::Period(cycle.period),
             points: cycle.points.clone(),

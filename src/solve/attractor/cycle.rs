@@ -31,7 +31,7 @@ impl Cycle {
     }
 
     /// The same orbit from its smallest point on, whichever it was found at.
-    pub(super) fn from_smallest_point(&self, map: &mut dyn Map) -> Cycle {
+    pub(super) fn beginning_smallest(&self, map: &mut dyn Map) -> Cycle {
         let size = self.phi.nrows();
         let point = |k: &usize| &self.points[k * size..(k + 1) * size];
         let before = |a: &usize, b: &usize| {

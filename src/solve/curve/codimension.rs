@@ -105,7 +105,7 @@ pub(super) fn in_step(
 ) -> Result<Vec<CurveEvent>, SolveError> {
     let mut list = meetings(problem, path, ends)?;
     for (number, ((kind, a), (_, b))) in ends.0.tests.iter().zip(&ends.1.tests).enumerate() {
-        if !(a * b < 0.0) {
+        if !is_opposite(*a, *b) {
             continue;
         }
         let value = |problem: &mut Defining<'_>, point: &PathPoint| {
@@ -127,13 +127,13 @@ pub(super) fn in_step(
     let place = problem.first_parameter();
     let first = move |point: &PathPoint| point.tangent_u[place];
     let second = |point: &PathPoint| point.tangent_lambda;
-    let slopes: [(Codimension, &dyn Fn(&PathPoint) -> f64); 2] = [
+    let slopes: [(Codimension, Slope<'_>); 2] = [
         (Codimension::TurningFirst, &first),
         (Codimension::TurningSecond, &second),
     ];
     for (kind, slope) in slopes {
         let (a, b) = (slope(path.origin()), slope(path.point()));
-        if !(a * b < 0.0) || a.abs().max(b.abs()) < STILL {
+        if !is_opposite(a, b) || a.abs().max(b.abs()) < STILL {
             continue;
         }
         let value = |_: &mut Defining<'_>, point: &PathPoint| Ok(slope(point));
@@ -151,6 +151,14 @@ pub(super) fn in_step(
     }
     list.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
     Ok(list)
+}
+
+/// A component of the tangent.
+type Slope<'s> = &'s dyn Fn(&PathPoint) -> f64;
+
+/// Whether two known numbers have opposite signs.
+fn is_opposite(a: f64, b: f64) -> bool {
+    a * b < 0.0
 }
 
 /// A root in a step.

@@ -175,7 +175,7 @@ impl<'a> Defining<'a> {
     fn touch(
         &mut self,
         spot: &Spot,
-        mut partials: Option<&mut DMatrix<f64>>,
+        partials: Option<&mut DMatrix<f64>>,
         out: &mut [f64],
     ) -> Result<(), SolveError> {
         let CurveKind::Grazing {
@@ -203,7 +203,7 @@ impl<'a> Defining<'a> {
         };
         out[0] = (scratch.deformation[connection] - level) / self.size;
         out[1] = scratch.rate[connection] / self.size;
-        let Some(partials) = partials.as_deref_mut() else {
+        let Some(partials) = partials else {
             return Ok(());
         };
         // u is in sizes, as the conditions are.

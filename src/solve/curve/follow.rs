@@ -301,7 +301,8 @@ impl Walker<'_> {
                 path.origin().u[place] - border,
                 path.point().u[place] - border,
             );
-            if !(a * b < 0.0) {
+            let is_passed = a * b < 0.0;
+            if !is_passed {
                 continue;
             }
             let value = |x: f64| {

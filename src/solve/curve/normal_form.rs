@@ -195,11 +195,10 @@ impl Defining<'_> {
     }
 }
 
+type Vector = DVector<Complex<f64>>;
+
 /// p and q with A q = mu q, p* A = mu p*, <p, q> = 1, |q| = 1.
-fn eigenvectors(
-    a: &DMatrix<Complex<f64>>,
-    mu: Complex<f64>,
-) -> Option<(DVector<Complex<f64>>, DVector<Complex<f64>>)> {
+fn eigenvectors(a: &DMatrix<Complex<f64>>, mu: Complex<f64>) -> Option<(Vector, Vector)> {
     let n = a.nrows();
     let svd = (a - DMatrix::identity(n, n) * mu).svd(true, true);
     let values = svd.singular_values.iter().enumerate();

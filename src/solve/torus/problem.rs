@@ -168,9 +168,9 @@ impl Residual for TorusProblem<'_> {
                     *end = torus.points[j * n..(j + 1) * n].to_vec();
                     self.image(end, lambda + step)?;
                 }
-                for i in 0..n {
-                    let rise = (ends[1][i] - ends[0][i]) / (2.0 * STEP);
-                    out.dr_dlambda[j * n + i] = rise / self.size;
+                let [low, high] = ends;
+                for (i, (a, b)) in low.iter().zip(&high).enumerate() {
+                    out.dr_dlambda[j * n + i] = (b - a) / (2.0 * STEP * self.size);
                 }
             }
         }
