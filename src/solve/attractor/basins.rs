@@ -53,8 +53,11 @@ pub enum Fate {
 
 /// Points kept of an attractor that is no periodic orbit.
 const KEPT: usize = 2000;
-/// Share of the points of a record that must lie among those of a known attractor.
-const AMONG: f64 = 0.98;
+/// Share of the distances between the halves of a record that are usual: the rest are rarely visited places.
+const USUAL: f64 = 0.98;
+/// Share of the points of a record that must lie among those of a known attractor: rarely visited places are missing in short records, but
+/// the points of another attractor are none of its own.
+const AMONG: f64 = 0.8;
 /// How far apart the points of two records of one attractor may lie, in distances between the halves of one record.
 const APART: f64 = 3.0;
 /// Largest distance between points of the same orbit, relative to the scale.
@@ -213,7 +216,7 @@ impl Settled {
                 .collect();
             let mut gaps: Vec<f64> = odd.map(|p| settled.nearest(&even, p)).collect();
             gaps.sort_by(f64::total_cmp);
-            let rank = (gaps.len() as f64 * AMONG) as usize;
+            let rank = (gaps.len() as f64 * USUAL) as usize;
             settled.reach = APART * gaps.get(rank).or(gaps.last()).copied().unwrap_or(0.0);
         }
         settled

@@ -92,6 +92,8 @@ pub struct CurveEvent {
 const WIDTH: f64 = 1e-13;
 /// Bisections for the place at which a passage comes or goes.
 const BISECTIONS: usize = 42;
+/// Value at a root relative to those at the ends of the step.
+const PLAIN: f64 = 1e-3;
 /// Tangent below which a parameter stands still: no turning point.
 const STILL: f64 = 1e-7;
 /// Distance in steps within which turning points belong to a cusp.
@@ -114,16 +116,19 @@ pub(super) fn in_step(
             Ok(nature.map_or(f64::NAN, |n| n.tests[number].1))
         };
         let found = locate(problem, path, (*a, *b), &value)?;
-        list.extend(
-            found
-                .filter(|e| is_plain(problem, e, *kind))
-                .map(|e| e.into(*kind)),
-        );
+        list.extend(found.filter(Found::is_plain).map(|e| e.into(*kind)));
     }
-    let cusps: Vec<f64> = (list.iter())
-        .filter(|e| e.kind == Codimension::Cusp)
-        .map(|e| e.fraction)
-        .collect();
+    list.extend(turnings(problem, path, &list)?);
+    list.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+    Ok(list)
+}
+
+/// Turning points; of folds, those of both parameters at one place are a cusp.
+fn turnings(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    known: &[CurveEvent],
+) -> Result<Vec<CurveEvent>, SolveError> {
     let place = problem.first_parameter();
     let first = move |point: &PathPoint| point.tangent_u[place];
     let second = |point: &PathPoint| point.tangent_lambda;
@@ -131,25 +136,34 @@ pub(super) fn in_step(
         (Codimension::TurningFirst, &first),
         (Codimension::TurningSecond, &second),
     ];
+    let mut list: Vec<CurveEvent> = Vec::new();
     for (kind, slope) in slopes {
         let (a, b) = (slope(path.origin()), slope(path.point()));
         if !is_opposite(a, b) || a.abs().max(b.abs()) < STILL {
             continue;
         }
         let value = |_: &mut Defining<'_>, point: &PathPoint| Ok(slope(point));
-        let Some(found) = locate(problem, path, (a, b), &value)? else {
-            continue;
-        };
-        if cusps.iter().any(|x| (x - found.fraction).abs() < AT_CUSP) {
-            continue;
-        }
-        let mut event = found.into(kind);
-        if (kind, problem.kind) == (Codimension::TurningSecond, CurveKind::Fold) {
+        let found = locate(problem, path, (a, b), &value)?;
+        list.extend(found.filter(Found::is_plain).map(|e| e.into(kind)));
+    }
+    let is_fold = problem.kind == CurveKind::Fold;
+    let is_cusp = |x: f64| {
+        let cusps = known.iter().filter(|e| e.kind == Codimension::Cusp);
+        cusps.into_iter().any(|e| (x - e.fraction).abs() < AT_CUSP)
+    };
+    if let ([a, b], true) = (list.as_mut_slice(), is_fold)
+        && (a.fraction - b.fraction).abs() < AT_CUSP
+    {
+        a.kind = Codimension::Cusp;
+        list.truncate(1);
+    }
+    let has_own = |e: &CurveEvent| is_fold && is_cusp(e.fraction);
+    list.retain(|e| !has_own(e));
+    for event in &mut list {
+        if is_fold && event.kind == Codimension::TurningSecond {
             event.is_birth = problem.is_birth(&event.spot)?;
         }
-        list.push(event);
     }
-    list.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
     Ok(list)
 }
 
@@ -170,6 +184,11 @@ struct Found {
 }
 
 impl Found {
+    /// Whether a sign change is a root: a pole, or a jump where a passage comes or goes, changes signs too.
+    fn is_plain(&self) -> bool {
+        self.value.abs() <= PLAIN * self.largest
+    }
+
     fn into(self, kind: Codimension) -> CurveEvent {
         CurveEvent {
             kind,
@@ -178,15 +197,6 @@ impl Found {
             is_birth: None,
         }
     }
-}
-
-/// Whether a sign change is a root: a pole, or a jump where a passage comes or goes, changes signs too.
-fn is_plain(_: &Defining<'_>, found: &Found, kind: Codimension) -> bool {
-    let share = match kind {
-        Codimension::GrazingTorus => 1e-5,
-        _ => 1e-3,
-    };
-    found.value.abs() <= share * found.largest
 }
 
 type Value<'v> = &'v dyn Fn(&mut Defining<'_>, &PathPoint) -> Result<f64, SolveError>;

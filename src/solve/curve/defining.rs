@@ -14,6 +14,12 @@ use std::f64::consts::TAU;
 /// equal there.
 const STEP: f64 = 4e-6;
 
+/// Distances from a touching, in sizes, at which derivatives are taken; farther than the steps of the differences reach.
+const APART: [f64; 2] = [6e-5, 1.2e-4];
+
+/// Phi with the slopes of P in both parameters.
+type Side = (DMatrix<f64>, [DVector<f64>; 2]);
+
 /// A place on or near a curve.
 #[derive(Debug, Clone)]
 pub struct Spot {
@@ -223,6 +229,25 @@ impl<'a> Defining<'a> {
         Ok(())
     }
 
+    /// Phi and the slopes of P in both parameters as they are on the untouched side of a grazing, extrapolated from two distances: on
+    /// the other side they have a square root. `None` where there is no image.
+    fn one_sided(&mut self, spot: &Spot) -> Result<Option<Side>, SolveError> {
+        let mut sides = Vec::with_capacity(2);
+        for away in APART {
+            let moved = self.untouched(spot, away)?;
+            if !self.shoot(&moved.u, moved.p)? {
+                return Ok(None);
+            }
+            let phi = self.phi.clone();
+            sides.push((phi, [self.slope(&moved, 0)?, self.slope(&moved, 1)?]));
+        }
+        let ((phi_b, [first_b, second_b]), (phi_a, [first_a, second_a])) =
+            (sides.swap_remove(1), sides.swap_remove(0));
+        let slopes = [first_a * 2.0 - first_b, second_a * 2.0 - second_b];
+        let is_known = slopes.iter().all(|s| s.iter().all(|x| x.is_finite()));
+        Ok(is_known.then(|| (phi_a * 2.0 - phi_b, slopes)))
+    }
+
     /// Residuals on both sides of an unknown, or of p2 behind the last one, over twice the step.
     fn difference(
         &mut self,
@@ -292,8 +317,12 @@ impl Residual for Defining<'_> {
         self.residual(&spot, &mut values)?;
         out.r.copy_from_slice(&values);
         out.magnitude = 1.0;
-        let phi = self.phi.clone();
+        let mut phi = self.phi.clone();
         let is_grazing = matches!(self.kind, CurveKind::Grazing { .. });
+        let mut slopes = None;
+        if is_grazing && let Some(side) = self.one_sided(&spot)? {
+            (phi, slopes) = (side.0, Some(side.1));
+        }
         let mut sides = [vec![0.0; dim], vec![0.0; dim]];
         let mut partials = DMatrix::zeros(2, n + 1);
         if is_grazing {
@@ -314,6 +343,12 @@ impl Residual for Defining<'_> {
             if k < n {
                 for i in 0..n {
                     column[i] = phi[(i, k)] - f64::from(i == k);
+                }
+            }
+            if let (Some(slopes), true) = (&slopes, k == n || k > n + 1) {
+                let which = usize::from(k > n);
+                for i in 0..n {
+                    column[i] = slopes[which][i] / self.size;
                 }
             }
             if is_known {

@@ -48,6 +48,9 @@ pub enum CurveEnd {
     Closed,
     /// A Neimark-Sacker curve at which the pair became real: 1:1 or 1:2.
     Resonance(u8),
+    /// An extremum of this connection touches a breakpoint: behind it the multipliers have infinite slope, and the condition of
+    /// a smooth bifurcation is not met.
+    MeetsGrazing(usize),
     /// The path follower ended.
     Path(PathEnd),
     /// The model ends.
@@ -62,6 +65,7 @@ impl CurveEnd {
             CurveEnd::Closed => "closed",
             CurveEnd::Resonance(1) => "resonance_1_1",
             CurveEnd::Resonance(_) => "resonance_1_2",
+            CurveEnd::MeetsGrazing(_) => "meets_grazing",
             CurveEnd::Path(end) => end.reason(),
             CurveEnd::NoModel(_) => "no_model",
         }
@@ -75,6 +79,9 @@ impl CurveEnd {
             CurveEnd::Resonance(n) => format!(
                 "the pair of multipliers became real at the 1:{n} resonance; beyond it the orbit is a neutral saddle"
             ),
+            CurveEnd::MeetsGrazing(_) => {
+                "the curve meets a grazing, behind which the multipliers have infinite slope".into()
+            }
             CurveEnd::Path(end) => end.message(),
             CurveEnd::NoModel(reason) => format!("the model ends: {reason}"),
         }
@@ -84,7 +91,10 @@ impl CurveEnd {
     pub fn is_complete(&self) -> bool {
         matches!(
             self,
-            CurveEnd::LeftRange | CurveEnd::Closed | CurveEnd::Resonance(_)
+            CurveEnd::LeftRange
+                | CurveEnd::Closed
+                | CurveEnd::Resonance(_)
+                | CurveEnd::MeetsGrazing(_)
         )
     }
 }
@@ -109,6 +119,10 @@ pub(super) const NEWTON: NewtonOptions = NewtonOptions {
 };
 /// Distance, in ranges, from a border within which a point lies on it.
 const ON_BORDER: f64 = 1e-9;
+/// Share of the first step below which a step is a sign of a corner.
+const SHORT: f64 = 2e-3;
+/// Distance of an extremum from a breakpoint, in sizes of the state, at which a curve ends there: while it goes on, and where it has ended.
+const TOUCHING: (f64, f64) = (1e-7, 1e-3);
 /// Width of a location, in steps.
 const WIDTH: f64 = 1e-13;
 
@@ -153,7 +167,10 @@ pub fn follow(
         },
     };
     let end = match walker.walk(problem, &mut path, keep_going) {
-        Err(SolveError::NoSystem { reason }) => CurveEnd::NoModel(reason),
+        Err(SolveError::NoSystem { reason }) => match walker.arm.points.last() {
+            Some(last) if !last.is_inside() => CurveEnd::LeftRange,
+            _ => CurveEnd::NoModel(reason),
+        },
         Err(SolveError::Interrupted) => CurveEnd::Path(PathEnd::Interrupted),
         end => end?,
     };
@@ -190,7 +207,12 @@ impl Walker<'_> {
                 Advance::End(end) => Some(end),
             };
             if let Some(end) = end {
-                return Ok(ended(end));
+                let is_lost = matches!(end, PathEnd::StepTooSmall { .. } | PathEnd::Creeping);
+                let touch = match is_lost {
+                    true => self.touch(problem, TOUCHING.1)?,
+                    false => None,
+                };
+                return Ok(touch.unwrap_or_else(|| ended(end)));
             }
             let last = path.point().clone();
             let spot = problem.spot(&last.u, last.lambda);
@@ -201,10 +223,46 @@ impl Walker<'_> {
             if let Some(end) = is_over {
                 return Ok(end);
             }
+            if path.chord() < SHORT * self.options.step.0
+                && let Some(end) = self.touch(problem, TOUCHING.0)?
+            {
+                return Ok(end);
+            }
             problem.follow_borders(&spot)?;
             // Seen with the borders of the next step.
             nature = problem.nature(&spot)?.unwrap_or(next);
         }
+    }
+
+    /// The end of a curve of bifurcations at a grazing, where its last point is that near to one; with the event.
+    fn touch(
+        &mut self,
+        problem: &mut Defining<'_>,
+        near: f64,
+    ) -> Result<Option<CurveEnd>, SolveError> {
+        let last = self.arm.points.last().map(|p| p.spot.clone());
+        let Some(spot) = last.filter(|_| !matches!(problem.kind, CurveKind::Grazing { .. })) else {
+            return Ok(None);
+        };
+        let nearest = problem.nearest_touch(&spot)?;
+        let Some((_, connection)) = nearest.filter(|(gap, _)| *gap < near * problem.size) else {
+            return Ok(None);
+        };
+        let kind = Codimension::MeetsGrazing { connection };
+        let is_known = |(_, event): &(usize, CurveEvent)| {
+            let gaps = event.spot.p.iter().zip(&spot.p).map(|(a, b)| (a - b).abs());
+            event.kind == kind && gaps.fold(0.0, f64::max) < 1e-3
+        };
+        if !self.arm.events.iter().any(is_known) {
+            let event = CurveEvent {
+                kind,
+                spot,
+                fraction: 1.0,
+                is_birth: None,
+            };
+            self.arm.events.push((self.arm.points.len(), event));
+        }
+        Ok(Some(CurveEnd::MeetsGrazing(connection)))
     }
 
     /// Notes what a step brought; why it was the last one.

@@ -32,7 +32,7 @@ impl Defining<'_> {
     /// What is known of a spot; `None` where there is no image.
     pub(super) fn nature(&mut self, spot: &Spot) -> Result<Option<Nature>, SolveError> {
         let spot = &match self.kind {
-            CurveKind::Grazing { .. } => self.untouched(spot)?,
+            CurveKind::Grazing { .. } => self.untouched(spot, AWAY)?,
             _ => spot.clone(),
         };
         let Some(whole) = self.transition(spot)? else {
@@ -131,8 +131,8 @@ impl Defining<'_> {
         })
     }
 
-    /// A spot at which the touching just fails: the state moved, against the gradient of the touched deformation.
-    fn untouched(&mut self, spot: &Spot) -> Result<Spot, SolveError> {
+    /// A spot at which the touching fails by so many sizes: the state moved, against the gradient of the touched deformation.
+    pub(super) fn untouched(&mut self, spot: &Spot, away: f64) -> Result<Spot, SolveError> {
         let CurveKind::Grazing {
             connection,
             breakpoint,
@@ -159,7 +159,7 @@ impl Defining<'_> {
         let square: f64 = gradient.iter().map(|g| g * g).sum();
         let level = system.mounts()[connection].element.breakpoints()[breakpoint];
         // A maximum is kept below the breakpoint, a minimum above.
-        let gap = level - scratch.deformation[connection] - AWAY * self.size * -rise.signum();
+        let gap = level - scratch.deformation[connection] - away * self.size * -rise.signum();
         let mut moved = spot.clone();
         for (u, g) in moved.u.iter_mut().zip(&gradient) {
             *u += g * gap / square.max(f64::MIN_POSITIVE);

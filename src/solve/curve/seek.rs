@@ -248,6 +248,21 @@ fn touches(
     connection: Option<usize>,
     (p, u): ([f64; 2], &[f64]),
 ) -> Result<Vec<(CurveKind, Spot)>, SolveError> {
+    let spot = |extra: f64| Spot {
+        u: u.to_vec(),
+        p,
+        extra,
+    };
+    let nearest = gaps(shots, connection, (p, u))?.into_iter().take(EXTREMA);
+    Ok(nearest.map(|(_, kind, tau)| (kind, spot(tau))).collect())
+}
+
+/// Distances of all extrema from breakpoints, the least first, each with its grazing and its phase.
+fn gaps(
+    shots: &mut Shots<'_>,
+    connection: Option<usize>,
+    (p, u): ([f64; 2], &[f64]),
+) -> Result<Vec<(f64, CurveKind, f64)>, SolveError> {
     let system = shots.system(p)?.clone();
     let mut orbit = SegmentOrbit::new(system.omega(), system.subharmonic(), system.dof());
     let mut state = u.to_vec();
@@ -271,13 +286,21 @@ fn touches(
         }
     }
     list.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let spot = |extra: f64| Spot {
-        u: u.to_vec(),
-        p,
-        extra,
-    };
-    let nearest = list.into_iter().take(EXTREMA);
-    Ok(nearest.map(|(_, kind, tau)| (kind, spot(tau))).collect())
+    Ok(list)
+}
+
+impl Defining<'_> {
+    /// Least distance of an extremum from a breakpoint of its law, and the connection.
+    pub(super) fn nearest_touch(
+        &mut self,
+        spot: &Spot,
+    ) -> Result<Option<(f64, usize)>, SolveError> {
+        let list = gaps(&mut self.shots, None, (spot.p, &spot.u))?;
+        Ok(list.first().and_then(|(gap, kind, _)| match kind {
+            CurveKind::Grazing { connection, .. } => Some((*gap, *connection)),
+            _ => None,
+        }))
+    }
 }
 
 /// The event to which the corrector leads from a spot at a fixed second parameter, and the flow back.
