@@ -27,6 +27,7 @@ pub mod read;
 mod regime_map;
 mod response;
 mod run_up;
+mod saved;
 mod sections;
 mod summary;
 mod time_history;

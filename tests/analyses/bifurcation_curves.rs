@@ -190,3 +190,28 @@ fn a_start_that_is_no_such_event_ends_early_with_the_reason() {
     assert!(reason.contains("is near a period doubling"), "{reason}");
     assert_eq!(main_table(&report).rows(), 0);
 }
+
+#[test]
+fn a_curve_goes_on_from_a_saved_point() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = format!(
+        "  one: {{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.5, 1.4], [0.03, 0.3]], \
+         start: {{kind: grazing, at: {{frequency: 0.7742, {QA}: 0.204}}}}}}"
+    );
+    let study = load(ONE, &first, folder.path()).unwrap();
+    let settings = gearlash::study::RunSettings {
+        out: folder.path().join("out"),
+        figures: vec![],
+        jobs: 1,
+    };
+    study.run(&settings, &Quiet).unwrap();
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.5, 1.4], [0.03, 0.3]], marks: [0.078], \
+         start: {{results: \"{}\", analysis: one, point: 3, kind: grazing}}}}",
+        settings.out.display()
+    );
+    let report = run(ONE, &analysis);
+    has(&points(&report), (0.93550126145, 0.078), (1e-9, 0.0));
+    let lost = refusal(ONE, &analysis.replace("point: 3", "point: 3000"));
+    assert!(lost.contains("no point 3000 of branch 0"), "{lost}");
+}

@@ -17,6 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 pub(super) use start::other;
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Settings of `bifurcation_curve`.
@@ -110,6 +111,15 @@ pub struct Begin {
     /// Values of both parameters near the event.
     #[serde(default)]
     pub at: Option<IndexMap<String, Quantity>>,
+    /// Folder of results of another run, relative to the working directory, in which `analysis` has the point.
+    #[serde(default)]
+    pub results: Option<PathBuf>,
+    /// Branch or curve of that point; 0 when absent.
+    #[serde(default)]
+    pub branch: usize,
+    /// Number of that point.
+    #[serde(default)]
+    pub point: Option<usize>,
 }
 
 /// Kind of an event.

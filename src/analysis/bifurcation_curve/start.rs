@@ -4,6 +4,7 @@ use super::plane::{Axes, Grounds};
 use super::{Begin, BifurcationCurve, Kind};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::read::parts;
+use crate::analysis::saved::Wanted;
 use crate::analysis::{Analysis, EventState, Fault, Setting, columns, flow};
 use crate::error::{Error, did_you_mean};
 use crate::quantity::Quantity;
@@ -21,7 +22,15 @@ pub(super) fn check(
 ) -> Vec<Fault> {
     let mut faults = Vec::new();
     let fault = |part: &str, message: String| Fault::new(format!("{key}.{part}"), message);
+    if begin.point.is_some() != begin.results.is_some() {
+        let message = "a saved point is a folder of `results`, an `analysis` in it and a `point`";
+        faults.push(Fault::new(key, message));
+    }
     match (&begin.analysis, &begin.at) {
+        _ if begin.results.is_some() => {
+            let found = saved(setting, axes, begin);
+            faults.extend(found.err().map(|message| fault("results", message)));
+        }
         (Some(_), Some(_)) => {
             let message = "a start is an event of an analysis or a guess `at` values, not both";
             faults.push(fault("at", message.into()));
@@ -131,6 +140,51 @@ pub(in crate::analysis) fn other(
     }
 }
 
+/// A point of other results: shares of the parameters and the state. A parameter that the results do not have is as in the model.
+fn saved(
+    setting: &Setting<'_>,
+    axes: &Axes,
+    begin: &Begin,
+) -> Result<([f64; 2], Vec<f64>), String> {
+    let (Some(folder), Some(point)) = (&begin.results, begin.point) else {
+        return Err("no `point`".into());
+    };
+    let Some(analysis) = &begin.analysis else {
+        return Err("no `analysis`".into());
+    };
+    let wanted = Wanted {
+        folder,
+        analysis,
+        branch: begin.branch as i64,
+        point: point as i64,
+    };
+    let row = wanted.read()?;
+    let mut p = [f64::NAN; 2];
+    for (k, axis) in axes.list.iter().enumerate() {
+        let own = match &axis.parameter {
+            _ if row.get("parameter_2").is_some() => {
+                let name = ["parameter_1", "parameter_2"][k];
+                row.get(name).map(|x| x / axis.factor)
+            }
+            Parameter::Frequency => row.get("omega"),
+            Parameter::Path(path) => {
+                let node = setting.model.document().at(path);
+                let written = node.and_then(|node| Quantity::from_node(node, path).ok());
+                written.map(|quantity| quantity.value)
+            }
+        };
+        let value = own.ok_or_else(|| format!("no value of {}", axis.written))?;
+        p[k] = axis.share(value);
+        if !(-1e-9..=1.0 + 1e-9).contains(&p[k]) {
+            return Err(format!(
+                "the point lies outside the range: {}",
+                axis.told(value)
+            ));
+        }
+    }
+    Ok((p, row.state(setting)?))
+}
+
 /// A first point: the defining system there, or why there is none.
 pub(super) fn first<'a>(
     keys: &BifurcationCurve,
@@ -140,6 +194,10 @@ pub(super) fn first<'a>(
 ) -> Result<Result<(Defining<'a>, Spot), String>, Error> {
     let refused = |fault| columns::refused(setting, fault);
     let (p, states, nu) = match &begin.analysis {
+        _ if begin.results.is_some() => match saved(setting, axes, begin) {
+            Ok((p, state)) => (p, vec![state], keys.subharmonic),
+            Err(reason) => return Ok(Err(reason)),
+        },
         None => {
             let p = guess(setting, axes, (key, begin)).map_err(refused)?;
             (p, Vec::new(), keys.subharmonic)
