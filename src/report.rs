@@ -185,6 +185,14 @@ pub enum CurveStyle {
     Crosses,
     /// Small dots, such as a Poincaré map.
     Dots,
+    /// Cells of a grid over the two columns, each coloured by its row: words and whole numbers a colour per value, real numbers
+    /// a scale of colours.
+    Cells {
+        /// Column that decides the colour.
+        value: String,
+        /// Values with what the legend says of them, in the order of their colours; others come behind.
+        names: Vec<(String, String)>,
+    },
     /// Event markers; the column named here holds the kind, one marker shape and legend entry a kind. When the table has
     /// no column `y`, the ordinate is interpolated in the main table, between the points `after_point` and the next one
     /// of the event's `branch`.

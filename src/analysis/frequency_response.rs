@@ -68,6 +68,16 @@ impl Analysis for FrequencyResponse {
         response::run(&settings, &swept, options)
     }
 
+    fn event_states(
+        &self,
+        setting: &Setting<'_>,
+    ) -> Result<Option<Vec<response::EventState>>, Error> {
+        let settings = self.settings();
+        let swept = Swept::frequency(setting, &settings)
+            .map_err(|fault| columns::refused(setting, fault))?;
+        response::event_states(&settings, &swept).map(Some)
+    }
+
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
         let settings = self.settings();
         let swept = Swept::frequency(setting, &settings);

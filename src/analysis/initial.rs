@@ -22,7 +22,7 @@ pub struct Initial {
 
 /// Positions or rates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Position,
     Rate,
     Memory,
@@ -135,7 +135,11 @@ fn numbers(
     }
 }
 
-fn number(
+/// A value of a coordinate or of its rate, nondimensional.
+///
+/// # Errors
+/// A wrong unit.
+pub(super) fn number(
     setting: &Setting<'_>,
     coordinate: usize,
     quantity: &Quantity,

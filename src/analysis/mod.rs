@@ -2,6 +2,8 @@
 //!
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
+mod basins;
+mod bifurcation_curve;
 mod bifurcation_diagram;
 mod branch_figure;
 mod branch_table;
@@ -22,12 +24,18 @@ mod parameter_response;
 pub mod parameter_study;
 mod poincare_map;
 pub mod read;
+mod regime_map;
 mod response;
 mod run_up;
+mod saved;
 mod sections;
+mod summary;
 mod time_history;
+mod torus;
 mod transient;
 
+pub use basins::Basins;
+pub use bifurcation_curve::BifurcationCurve;
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
 pub use effective_frequencies::EffectiveFrequencies;
 pub use frequency_response::FrequencyResponse;
@@ -37,9 +45,11 @@ pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
-pub use response::{Method, Orbits, ResponseTable, Tables};
+pub use regime_map::RegimeMap;
+pub use response::{EventState, Method, Orbits, ResponseTable, Tables};
 pub use run_up::RunUp;
 pub use time_history::TimeHistory;
+pub use torus::Torus;
 pub use transient::SpeedProfile;
 
 use crate::assembly::Assembly;
@@ -79,6 +89,14 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
     /// Whether it takes loads that are functions of time; periodic methods do not.
     fn takes_functions_of_time(&self) -> bool {
         false
+    }
+
+    /// Events of a response with the states at which they happen; `None` where the analysis has none.
+    ///
+    /// # Errors
+    /// As [`Analysis::run`].
+    fn event_states(&self, _setting: &Setting<'_>) -> Result<Option<Vec<EventState>>, Error> {
+        Ok(None)
     }
 
     /// The study that this is, if it is one: its runs are handed out one by one.
@@ -192,6 +210,26 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
         "bifurcation_diagram",
         "states at phase 0 of the excitation against a parameter, with Lyapunov exponents",
         BifurcationDiagram::json_schema,
+    ),
+    (
+        "bifurcation_curve",
+        "curves of bifurcations and grazings in two numbers of the model",
+        BifurcationCurve::json_schema,
+    ),
+    (
+        "regime_map",
+        "kinds of attractors and measures over a grid of two numbers of the model",
+        RegimeMap::json_schema,
+    ),
+    (
+        "torus",
+        "invariant curves of the stroboscopic map against one number of the model",
+        Torus::json_schema,
+    ),
+    (
+        "basins",
+        "which initial state ends at which attractor, over a grid of states",
+        Basins::json_schema,
     ),
     (
         "parameter_study",

@@ -68,6 +68,19 @@ impl Analysis for ParameterResponse {
         Ok(report)
     }
 
+    fn event_states(
+        &self,
+        setting: &Setting<'_>,
+    ) -> Result<Option<Vec<response::EventState>>, Error> {
+        let refused = |fault| columns::refused(setting, fault);
+        let settings = branch_settings!(self);
+        let at = setting.frequency(&self.at);
+        let at = at.map_err(|message| refused(Fault::new("at", message)))?;
+        let path = self.path(setting).map_err(refused)?;
+        let swept = Swept::number(setting, &settings, (&path, &self.parameter), at);
+        response::event_states(&settings, &swept.map_err(refused)?).map(Some)
+    }
+
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
         let settings = branch_settings!(self);
         let path = self.path(setting).unwrap_or_default();

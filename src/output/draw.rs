@@ -21,6 +21,21 @@ pub(super) fn stroke(scene: &mut Scene, d: String, color: &str, width: f64, dash
     })));
 }
 
+/// Adds a path that is filled and not stroked; nothing when it is empty.
+pub(super) fn fill(scene: &mut Scene, d: String, color: &str) {
+    if d.is_empty() {
+        return;
+    }
+    scene.add(Primitive::Path(Box::new(PathData {
+        d,
+        fill: Some(color.into()),
+        stroke: "none".into(),
+        stroke_width: 0.0,
+        opacity: None,
+        stroke_dasharray: None,
+    })));
+}
+
 /// Round dots as strokes of no length: one path however many they are.
 pub(super) fn dots(scene: &mut Scene, points: &[(f64, f64)], color: &str, size: f64) {
     let mut d = String::new();

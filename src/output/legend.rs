@@ -8,6 +8,7 @@ pub(super) enum Sample {
     Stroke(State),
     Cross,
     Dot,
+    Patch(String),
     Event(String),
 }
 
@@ -35,6 +36,13 @@ pub(super) fn entries(panels: &[Vec<Series>]) -> Vec<Entry> {
             }
             Drawing::Crosses => Sample::Cross,
             Drawing::Dots => Sample::Dot,
+            Drawing::Cells(raster) => {
+                for level in raster.legend() {
+                    let sample = Sample::Patch(level.color.clone());
+                    push(&mut curves, sample, NEUTRAL, &level.text);
+                }
+                continue;
+            }
             Drawing::Events(kinds) => {
                 events.extend(visible_kinds(series, kinds));
                 continue;

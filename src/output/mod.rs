@@ -29,6 +29,8 @@ mod orbit_data;
 #[cfg(feature = "figures")]
 mod plot_data;
 #[cfg(feature = "figures")]
+mod raster;
+#[cfg(feature = "figures")]
 mod series;
 
 use std::io::Write;

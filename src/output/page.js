@@ -84,7 +84,31 @@
     };
   }
 
+  // Cells of a grid: a heat map, and an entry of the legend for every kind of cell. Kinds that are numbers lead to orbits.
+  function cellTraces(panel, curve) {
+    const count = curve.levels.length;
+    const words = curve.cells.map((row) => row.map((level) => (level === null ? "" : curve.levels[level][0])));
+    const scale = curve.is_continuous
+      ? curve.levels.map(([, color], k) => [k / (count - 1), color])
+      : curve.levels.flatMap(([, color], k) => [[k / count, color], [(k + 1) / count, color]]);
+    const ends = curve.is_continuous ? [0, count - 1] : [-0.5, count - 0.5];
+    const places = words.map((row) => row.map((word) => (/^\d+/.test(word) ? [parseInt(word, 10), 0] : null)));
+    const map = {
+      type: "heatmap", x: curve.x, y: curve.y, z: curve.cells, text: words, customdata: places, meta: { connection: connection(curve) },
+      zmin: ends[0], zmax: ends[1], colorscale: scale, showscale: false, hoverongaps: false, name: "",
+      hovertemplate: "%{text}<br>" + text(panel.x_label) + " %{x}<br>" + text(panel.y_label) + " %{y}<extra></extra>",
+    };
+    const shown = new Set(curve.cells.flat());
+    const named = curve.is_continuous ? [0, 1, 2, 3, 4].map((k) => Math.floor(k * (count - 1) / 4)) : [...curve.levels.keys()].filter((k) => shown.has(k));
+    const entries = named.map((k) => ({
+      x: [null], y: [null], mode: "markers", hoverinfo: "skip", name: text(curve.levels[k][0]), first: true, meta: {},
+      marker: { symbol: "square", size: 11, color: curve.levels[k][1] },
+    }));
+    return [map, ...entries];
+  }
+
   function curveTraces(data, panel, curve) {
+    if (curve.style === "cells") return cellTraces(panel, curve);
     const all = data.columns[curve.x].map((_, row) => row);
     const name = text(curve.label);
     if (curve.style === "runs") {

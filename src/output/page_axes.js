@@ -22,6 +22,7 @@ const axes = (() => {
     const [low, high] = [Math.min(...panel.x_range), Math.max(...panel.x_range)];
     const list = [];
     for (const curve of panel.curves) {
+      if (curve.style === "cells") continue;
       const x = data.columns[curve.x], y = data.columns[curve.y];
       y.forEach((value, row) => {
         if (value !== null && x[row] !== null && x[row] >= low && x[row] <= high) list.push(value);
@@ -33,6 +34,7 @@ const axes = (() => {
   // Range over the positive ordinates; none where a negative one could not be shown.
   function logRange(data, panel) {
     let least = Infinity;
+    if (panel.curves.some((curve) => curve.style === "cells")) return null;
     for (const value of ordinates(data, panel)) {
       if (value < 0) return null;
       if (value > 0) least = Math.min(least, value);

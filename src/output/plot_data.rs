@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use serde_json::{Map, Value, json};
 
 use super::legend::kind_text;
+use super::raster::Level;
 use super::series::{Drawing, Series, State, floats, resolve};
 use super::svg;
 use crate::error::Error;
@@ -12,6 +13,9 @@ use crate::report::{Figure, FrequencyAxis, FrequencyUnit, Report};
 
 /// Columns shown when the pointer is over a point, where the table has them; the first ones lead to its orbit.
 const HOVER: [&str; 5] = ["branch", "point", "after_point", "omega", "parameter"];
+
+/// Cells on the page along each axis at most.
+const CELLS: usize = 300;
 
 /// What the script of the page draws from.
 pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
@@ -78,6 +82,17 @@ fn curve(
         "style": style(&series.drawing),
         "hover": [],
     });
+    if let Drawing::Cells(raster) = &series.drawing {
+        let raster = raster.thinned(CELLS);
+        let width = raster.x.len().max(1);
+        out["x"] = numbers(&raster.x);
+        out["y"] = numbers(&raster.y);
+        out["cells"] = raster.cells.chunks(width).map(|row| json!(row)).collect();
+        let level = |l: &Level| json!([l.text, l.color]);
+        out["levels"] = raster.levels.iter().map(level).collect();
+        out["is_continuous"] = json!(raster.is_continuous);
+        return Ok(out);
+    }
     if series.drawing == Drawing::Dots {
         let rows = distinct(series);
         let at = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
@@ -115,7 +130,7 @@ fn curve(
             out["runs"] = runs.iter().map(run).collect();
         }
         Drawing::Events(kinds) => out["kinds"] = json!(kinds),
-        Drawing::Crosses | Drawing::Dots => {}
+        Drawing::Crosses | Drawing::Dots | Drawing::Cells(_) => {}
     }
     Ok(out)
 }
@@ -125,6 +140,7 @@ fn style(drawing: &Drawing) -> &'static str {
         Drawing::Runs(_) => "runs",
         Drawing::Crosses => "crosses",
         Drawing::Dots => "dots",
+        Drawing::Cells(_) => "cells",
         Drawing::Events(_) => "events",
     }
 }

@@ -3,15 +3,20 @@
 
 use std::ops::Range;
 
+use super::legend::NEUTRAL;
+use super::raster::Raster;
 use crate::error::{Diagnostic, Error};
 use crate::report::{
-    Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, Report, Table, Values,
+    Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, Panel, Report, Table, Values,
 };
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white.
 pub(super) const PALETTE: [&str; 6] = [
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9",
 ];
+
+/// Index of the colour of dots on cells.
+const ON_CELLS: usize = usize::MAX;
 
 /// Stability of a run of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,6 +42,7 @@ pub(super) enum Drawing {
     Runs(Vec<Run>),
     Crosses,
     Dots,
+    Cells(Raster),
     /// One kind a point.
     Events(Vec<String>),
 }
@@ -58,6 +64,9 @@ pub(super) struct Series<'a> {
 impl Series<'_> {
     /// Colour as `#rrggbb`.
     pub fn color(&self) -> &'static str {
+        if self.color == ON_CELLS {
+            return NEUTRAL;
+        }
         PALETTE[self.color % PALETTE.len()]
     }
 
@@ -93,9 +102,16 @@ pub(super) fn resolve<'a>(
         for curve in &panel.curves {
             let family = family(curve, by_label);
             let color = families.iter().position(|f| *f == family);
-            let events = matches!(curve.style, CurveStyle::Events { .. });
+            let is_colourless = match curve.style {
+                CurveStyle::Events { .. } | CurveStyle::Cells { .. } => true,
+                CurveStyle::Dots if has_cells(panel) => {
+                    list.push(series(report, curve, ON_CELLS)?);
+                    continue;
+                }
+                _ => false,
+            };
             let color = color.unwrap_or_else(|| {
-                if events {
+                if is_colourless {
                     return 0;
                 }
                 families.push(family);
@@ -108,6 +124,11 @@ pub(super) fn resolve<'a>(
         panels.push(list);
     }
     Ok(panels)
+}
+
+fn has_cells(panel: &Panel) -> bool {
+    let is_cells = |curve: &Curve| matches!(curve.style, CurveStyle::Cells { .. });
+    panel.curves.iter().any(is_cells)
 }
 
 /// Name that decides the colour: the connection in `rms.mesh_1`, else the label.
@@ -158,6 +179,11 @@ fn series<'a>(report: &'a Report, curve: &'a Curve, color: usize) -> Result<Seri
     let drawing = match &curve.style {
         CurveStyle::Crosses => Drawing::Crosses,
         CurveStyle::Dots => Drawing::Dots,
+        CurveStyle::Cells { value, names } => {
+            let column = table.column(value);
+            let column = column.ok_or_else(|| misfit(report, format!("column \"{value}\"")))?;
+            Drawing::Cells(Raster::new(&x, &y, &column.values, names))
+        }
         CurveStyle::Line => Drawing::Runs(runs(&x, &y, &[], None)),
         CurveStyle::Branch { branch, stable } => {
             let branch = floats(report, table, branch)?;

@@ -11,8 +11,9 @@ use kuva::render::render::{Primitive, Scene, TextAnchor};
 use kuva::render::render_utils::wrap_text;
 
 use super::axis::{Axis, extent, power_of_ten};
-use super::draw::{TextStyle, crosses, dots, marker, put_text, stroke};
+use super::draw::{TextStyle, crosses, dots, fill, marker, put_text, stroke};
 use super::legend::{self, Entry, SAMPLE_WIDTH, Sample};
+use super::raster::{Raster, edges};
 use super::series::{Drawing, Series, State, resolve};
 use crate::error::Error;
 use crate::report::{Figure, Panel, Report, shown};
@@ -28,6 +29,8 @@ const LEGEND_ROW: f64 = 21.0;
 const LINE_HEIGHT: f64 = 1.3;
 const FONTS: &str = "DejaVu Sans, Verdana, Arial, Helvetica, sans-serif";
 const DASHES: &str = "7 4";
+/// Cells drawn along each axis at most.
+const CELLS: usize = 600;
 
 /// Frame of a panel in pixels, with its axes.
 struct Frame {
@@ -134,6 +137,15 @@ fn title(scene: &mut Scene, text: &str) -> f64 {
 
 /// Axes of a panel, the same on the page.
 pub(super) fn axes(panel: &Panel, list: &[Series]) -> (Axis, Axis) {
+    let cells = list.iter().find_map(|s| match &s.drawing {
+        Drawing::Cells(raster) if !raster.cells.is_empty() => Some(raster),
+        _ => None,
+    });
+    if let Some(raster) = cells {
+        let (x, y) = (edges(&raster.x), edges(&raster.y));
+        let ends = |list: &[f64]| (list[0], list[list.len() - 1]);
+        return (Axis::exact(ends(&x), 7), Axis::exact(ends(&y), 6));
+    }
     let only_dots = list.iter().all(|s| matches!(s.drawing, Drawing::Dots));
     let xs = || list.iter().flat_map(|s| s.points().map(|p| p.0));
     let factor = panel.x_frequency.map_or(1.0, |axis| axis.factor());
@@ -302,8 +314,39 @@ fn draw_series(scene: &mut Scene, frame: &Frame, series: &Series) {
             crosses(scene, &distinct(frame, series, 1.0), series.color());
         }
         Drawing::Dots => dots(scene, &distinct(frame, series, 4.0), series.color(), 2.2),
+        Drawing::Cells(raster) => draw_cells(scene, frame, &raster.thinned(CELLS)),
         Drawing::Events(_) => {}
     }
+}
+
+/// Neighbours of one colour in a row are one rectangle; one path per colour.
+fn draw_cells(scene: &mut Scene, frame: &Frame, raster: &Raster) {
+    let (x, y, width) = (edges(&raster.x), edges(&raster.y), raster.x.len());
+    let mut paths = vec![String::new(); raster.levels.len()];
+    for (j, row) in raster.cells.chunks_exact(width.max(1)).enumerate() {
+        let mut first = 0;
+        while first < width {
+            let same = row[first..].iter().take_while(|c| **c == row[first]);
+            let end = first + same.count();
+            if let Some(level) = row[first] {
+                let (left, bottom) = frame.at(x[first], y[j]);
+                let (right, top) = frame.at(x[end], y[j + 1]);
+                let d = &mut paths[level];
+                let (w, h) = (right - left, bottom - top);
+                let _ = write!(d, "M{left:.2} {top:.2}h{w:.2}v{h:.2}h-{w:.2}Z");
+            }
+            first = end;
+        }
+    }
+    scene.add(Primitive::GroupStart {
+        transform: None,
+        title: None,
+        extra_attrs: Some("shape-rendering=\"crispEdges\"".to_string()),
+    });
+    for (d, level) in paths.into_iter().zip(&raster.levels) {
+        fill(scene, d, &level.color);
+    }
+    scene.add(Primitive::GroupEnd);
 }
 
 fn draw_events(scene: &mut Scene, frame: &Frame, series: &Series) {
@@ -377,6 +420,11 @@ fn draw_legend(scene: &mut Scene, mut entries: Vec<Entry>, left: f64, top: &mut 
             }
             Sample::Cross => crosses(scene, &[(middle, y)], entry.color),
             Sample::Dot => dots(scene, &[(middle, y)], entry.color, 4.0),
+            Sample::Patch(color) => {
+                let (height, width) = (11.0, SAMPLE_WIDTH - 14.0);
+                let d = format!("M{x:.2} {:.2}h{width:.2}v{height:.2}h-{width:.2}Z", y - 5.5);
+                fill(scene, d, color);
+            }
             Sample::Event(kind) => marker(scene, (middle, y), kind),
         }
         let at = (x + SAMPLE_WIDTH, y + 4.7);

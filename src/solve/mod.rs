@@ -8,6 +8,7 @@ pub mod attractor;
 pub mod branch;
 pub mod closed_form;
 pub mod continuation;
+pub mod curve;
 pub mod ensemble;
 pub mod equilibrium;
 pub mod events;
@@ -24,6 +25,7 @@ pub mod segment_orbit;
 pub mod shooting;
 pub mod start;
 pub mod support;
+pub mod torus;
 
 use crate::error::SolveError;
 use crate::interrupt;

@@ -10,17 +10,15 @@ use crate::analysis::Setting;
 use crate::analysis::bifurcation_diagram::Direction;
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::analysis::flow;
+use crate::analysis::summary::{Unmeasured, measured};
 use crate::solve::attractor::{
     Attractor, Cycle, Label, Map, Stop, Stroboscopic, attractor, reconsider,
 };
 use crate::solve::branch::{BranchPoint, Recorder, Stability};
-use crate::solve::integrate::IntegrationEnd;
 use crate::solve::newton::{NewtonOutcome, NewtonStatus};
 use crate::solve::orbit::Orbit;
-use crate::solve::segment_orbit::SegmentOrbit;
 use crate::system::System;
 use nalgebra::DVector;
-use std::f64::consts::TAU;
 
 /// Values closer than this, relative to the range, are one.
 const SAME: f64 = 1e-12;
@@ -166,33 +164,16 @@ impl Sweep<'_, '_> {
     /// The stretch of motion that is measured, as one response period of its system.
     fn measured(
         &self,
-        mut system: System,
+        system: System,
         attractor: &Attractor,
         last: &[f64],
     ) -> Result<(System, Orbit), Reason> {
-        let points = &attractor.record.points;
-        let (periods, mut state) = match (&attractor.cycle, attractor.label) {
-            (Some(cycle), _) => (cycle.period, cycle.points[..last.len()].to_vec()),
-            (None, Label::Period(n)) => (n, last.to_vec()),
-            (None, _) => (points.len() / last.len(), points[..last.len()].to_vec()),
-        };
-        system.set_subharmonic(periods);
         let setting = self.swept.setting;
-        let mut integrator = flow::integrator(setting, &system, self.settings.integrator)
-            .map_err(|fault| ("no_integrator", fault.message))?;
-        let mut orbit = SegmentOrbit::new(system.omega(), periods, system.dof());
-        let width = TAU / periods as f64;
-        for k in 0..periods {
-            if setting.control.is_interrupted() {
-                return Err(reason(setting, Stop::Interrupted));
-            }
-            let span = (k as f64 * width, (k + 1) as f64 * width);
-            let end = integrator.advance(&system, span, &mut state, &mut orbit);
-            if end != IntegrationEnd::Reached {
-                return Err(reason(setting, Stop::of(end, k + 1)));
-            }
-        }
-        Ok((system, Orbit::Segments(orbit)))
+        let found = measured(setting, (system, self.settings.integrator), attractor, last);
+        found.map_err(|why| match why {
+            Unmeasured::Refused(message) => ("no_integrator", message),
+            Unmeasured::Stopped(stop) => reason(setting, stop),
+        })
     }
 }
 

@@ -10,14 +10,14 @@ use crate::system::System;
 use std::f64::consts::TAU;
 
 /// Rows collected so far.
-pub(super) struct OrbitTable {
+pub(in crate::analysis) struct OrbitTable {
     numbers: Vec<Vec<i64>>,
     series: Vec<Vec<f64>>,
 }
 
 impl OrbitTable {
     /// No rows yet.
-    pub(super) fn new(setting: &Setting<'_>) -> OrbitTable {
+    pub(in crate::analysis) fn new(setting: &Setting<'_>) -> OrbitTable {
         let columns = 1 + 3 * setting.assembly.connections.len();
         OrbitTable {
             numbers: vec![Vec::new(); 2],
@@ -26,7 +26,12 @@ impl OrbitTable {
     }
 
     /// Appends one orbit: deformations, their rates and forces, at equal steps of tau, the end excluded.
-    pub(super) fn add(&mut self, (branch, point): (usize, usize), system: &System, orbit: &Orbit) {
+    pub(in crate::analysis) fn add(
+        &mut self,
+        (branch, point): (usize, usize),
+        system: &System,
+        orbit: &Orbit,
+    ) {
         let e = system.element_count();
         let (mut state, mut scratch) = (vec![0.0; system.state_size()], system.scratch());
         let tracks = match orbit {
@@ -55,7 +60,7 @@ impl OrbitTable {
     }
 
     /// The table in the units of the report.
-    pub(super) fn finish(self, setting: &Setting<'_>) -> Table {
+    pub(in crate::analysis) fn finish(self, setting: &Setting<'_>) -> Table {
         orbit_columns(setting, self.numbers, self.series)
     }
 }

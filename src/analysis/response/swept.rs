@@ -297,6 +297,14 @@ impl<'a> Swept<'a> {
         }
     }
 
+    /// Full path of the number that is varied, and its value; `None` where that is the frequency.
+    pub fn number_at(&self, lambda: f64) -> Option<(String, f64)> {
+        match &self.kind {
+            Kind::Frequency { .. } => None,
+            Kind::Number(track) => Some((track.path.clone(), track.value(lambda))),
+        }
+    }
+
     /// Where a branch stands, in words.
     pub fn place(&self, lambda: f64) -> String {
         match &self.kind {

@@ -36,19 +36,7 @@ pub(in crate::analysis) fn run(
     let began = Instant::now();
     let (settings, sampled_for) = settings.resolved(swept);
     let settings = &settings;
-    let mut work = Work {
-        settings,
-        swept,
-        delivered: Vec::new(),
-        orbits: OrbitTable::new(swept.setting),
-        verification: Verification::new(),
-        accuracies: Accuracies::default(),
-        warnings: Vec::new(),
-        bounds: Vec::new(),
-        searches: Vec::new(),
-        crossings: Crossings::default(),
-        arms: Vec::new(),
-    };
+    let mut work = Work::new(settings, swept);
     match work.trace_all() {
         // What was delivered before stands.
         Err(Error::Solve(SolveError::Interrupted)) => work.note_interruption(),
@@ -137,7 +125,25 @@ struct First<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn trace_all(&mut self) -> Result<(), Error> {
+    /// Nothing yet.
+    pub fn new(settings: &'a BranchSettings, swept: &'a Swept<'a>) -> Work<'a> {
+        Work {
+            settings,
+            swept,
+            delivered: Vec::new(),
+            orbits: OrbitTable::new(swept.setting),
+            verification: Verification::new(),
+            accuracies: Accuracies::default(),
+            warnings: Vec::new(),
+            bounds: Vec::new(),
+            searches: Vec::new(),
+            crossings: Crossings::default(),
+            arms: Vec::new(),
+        }
+    }
+
+    /// Method by method.
+    pub(super) fn trace_all(&mut self) -> Result<(), Error> {
         let mut first = None;
         for method in self.settings.methods() {
             if method == Method::Integration {

@@ -25,6 +25,35 @@ pub struct Cycle {
 }
 
 impl Cycle {
+    /// Derivative of the map over the minimal period, from the first point.
+    pub(super) fn derivative(&self) -> &DMatrix<f64> {
+        &self.phi
+    }
+
+    /// The same orbit from its smallest point on, whichever it was found at.
+    pub(super) fn beginning_smallest(&self, map: &mut dyn Map) -> Cycle {
+        let size = self.phi.nrows();
+        let point = |k: &usize| &self.points[k * size..(k + 1) * size];
+        let before = |a: &usize, b: &usize| {
+            let parts = point(a).iter().zip(point(b)).map(|(x, y)| x.total_cmp(y));
+            parts.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+        };
+        let first = (0..self.period).min_by(before).unwrap_or(0);
+        if first == 0 {
+            return self.clone();
+        }
+        let mut cycle = self.clone();
+        cycle.points.rotate_left(first * size);
+        let mut state = cycle.points[..size].to_vec();
+        cycle.phi.fill_with_identity();
+        for _ in 0..cycle.period {
+            if map.advance_with_variation(&mut state, &mut cycle.phi) != IntegrationEnd::Reached {
+                return self.clone();
+            }
+        }
+        cycle
+    }
+
     /// Lyapunov exponents: those of the multipliers.
     pub(super) fn exponents(&self, duration: f64) -> Exponents {
         let span = self.period as f64 * duration;

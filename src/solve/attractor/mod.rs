@@ -14,6 +14,7 @@
 //! A record that decides nothing is extended: to twice its length, four times, up to [`LabelOptions::extend`] times. Each decision
 //! rests on the last part, which is as long as everything before it, so that the transient grows with the record.
 
+pub mod basins;
 mod curve;
 mod cycle;
 mod geometry;
@@ -22,6 +23,7 @@ pub mod lyapunov;
 mod map;
 mod record;
 mod scatter;
+mod trap;
 
 pub use curve::Curve;
 pub use cycle::Cycle;
@@ -138,6 +140,12 @@ pub fn attractor(
         hunt.extend(size.periods, 0);
     }
     hunt.found
+}
+
+/// The invariant curve on which the points of a record lie, `size` values each; `None` where they show no rotation.
+pub fn rotation(points: &[f64], size: usize) -> Option<Curve> {
+    let stretch = record::Stretch::of(points);
+    curve::invariant_curve(&Cloud::new(&stretch, size))
 }
 
 /// Judges an attractor again with attracting orbits that are known nearby: those of neighbouring values of a parameter, or of other initial

@@ -1,0 +1,246 @@
+//! Curves of bifurcations and grazings in two numbers of the model.
+
+mod plane;
+mod report;
+mod start;
+mod trace;
+
+use super::cost::{Cost, Period};
+use super::{Analysis, Fault, Setting, columns, limits};
+use crate::error::Error;
+use crate::quantity::Quantity;
+use crate::report::{Report, Table};
+use crate::solve::integrate::IntegratorChoice;
+use indexmap::IndexMap;
+pub(super) use plane::{Axes, Axis, Grounds, KEPT};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+pub(super) use start::other;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Settings of `bifurcation_curve`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BifurcationCurve {
+    /// The two numbers: `frequency`, or paths of numbers of the model.
+    pub parameters: Vec<String>,
+    /// Range of each: [first, last].
+    pub ranges: Vec<(Quantity, Quantity)>,
+    /// Excitation frequency, where it is not one of the parameters.
+    #[serde(default)]
+    pub at: Option<Quantity>,
+    /// Where the curve begins; a list for several curves.
+    pub start: OneOrMany,
+    /// Values of the second parameter that are solved exactly at every passage.
+    #[serde(default)]
+    pub marks: Vec<Quantity>,
+    /// Excitation periods of the orbit.
+    #[serde(default = "defaults::subharmonic")]
+    pub subharmonic: usize,
+    /// First step, in ranges of the parameters and sizes of the state.
+    #[serde(default = "defaults::step")]
+    pub step: f64,
+    /// Smallest step.
+    #[serde(default = "defaults::min_step")]
+    pub min_step: f64,
+    /// Largest step.
+    #[serde(default = "defaults::max_step")]
+    pub max_step: f64,
+    /// Points at most, each way from a start.
+    #[serde(default = "defaults::max_points")]
+    pub max_points: usize,
+    /// How far beyond the ranges a curve is followed, in ranges: it may come back.
+    #[serde(default = "defaults::margin")]
+    pub margin: f64,
+    /// Which integrator runs.
+    #[serde(default)]
+    pub integrator: IntegratorChoice,
+}
+
+mod defaults {
+    pub fn subharmonic() -> usize {
+        1
+    }
+    pub fn step() -> f64 {
+        0.01
+    }
+    pub fn min_step() -> f64 {
+        1e-7
+    }
+    pub fn max_step() -> f64 {
+        0.05
+    }
+    pub fn max_points() -> usize {
+        5000
+    }
+    pub fn margin() -> f64 {
+        0.3
+    }
+}
+
+/// One start or several.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "a start {analysis, kind, near} or {kind, at}, or a list of them"
+)]
+pub enum OneOrMany {
+    /// One.
+    One(Box<Begin>),
+    /// Several.
+    Many(Vec<Begin>),
+}
+
+/// Where a curve begins: an event of an analysis of this file, or values of both parameters near one.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Begin {
+    /// Name of a `frequency_response` or `parameter_response` of this file.
+    #[serde(default)]
+    pub analysis: Option<String>,
+    /// Kind of the event.
+    pub kind: Kind,
+    /// Value of the parameter of the analysis near which the event lies; the first one of the kind when absent.
+    #[serde(default)]
+    pub near: Option<Quantity>,
+    /// Connection that grazes.
+    #[serde(default)]
+    pub connection: Option<String>,
+    /// Values of both parameters near the event.
+    #[serde(default)]
+    pub at: Option<IndexMap<String, Quantity>>,
+    /// Folder of results of another run, relative to the working directory, in which `analysis` has the point.
+    #[serde(default)]
+    pub results: Option<PathBuf>,
+    /// Branch or curve of that point; 0 when absent.
+    #[serde(default)]
+    pub branch: usize,
+    /// Number of that point.
+    #[serde(default)]
+    pub point: Option<usize>,
+}
+
+/// Kind of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Two orbits meet.
+    Fold,
+    /// Two branches cross.
+    BranchPoint,
+    /// Multiplier -1.
+    PeriodDoubling,
+    /// A complex pair on the unit circle.
+    NeimarkSacker,
+    /// An extremum of a deformation on a breakpoint.
+    Grazing,
+}
+
+impl OneOrMany {
+    /// The starts with their keys.
+    fn list(&self) -> Vec<(String, &Begin)> {
+        match self {
+            OneOrMany::One(begin) => vec![("start".into(), begin)],
+            OneOrMany::Many(list) => (list.iter().enumerate())
+                .map(|(k, begin)| (format!("start.{k}"), begin))
+                .collect(),
+        }
+    }
+}
+
+/// Linear systems per point of a curve, codimension-2 events included.
+const SYSTEMS: f64 = 8.0;
+/// Points of a curve, as a rule.
+const POINTS: f64 = 150.0;
+
+#[typetag::serde(name = "bifurcation_curve")]
+impl Analysis for BifurcationCurve {
+    fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut faults = self.check_steps();
+        match Axes::new(setting, self) {
+            Ok(axes) => {
+                faults.extend(axes.check(setting));
+                faults.extend(axes.marks(setting, self).err().into_iter().flatten());
+                for (key, begin) in self.start.list() {
+                    faults.extend(start::check(setting, &axes, (&key, begin)));
+                }
+                if self.start.list().is_empty() {
+                    faults.push(Fault::new("start", "an empty list: no curve to follow"));
+                }
+            }
+            Err(list) => faults.extend(list),
+        }
+        let system = &setting.assembly.system;
+        faults.extend(super::flow::integrator(setting, system, self.integrator).err());
+        if let Err(error) = crate::solve::jumps::refuse_hidden(system) {
+            faults.push(Fault::new("start", setting.name_connection(&error)));
+        }
+        faults
+    }
+
+    fn cost(&self, setting: &Setting<'_>) -> Cost {
+        let Ok(axes) = Axes::new(setting, self) else {
+            return Cost::default();
+        };
+        let period = Period::of(setting, axes.slowest());
+        let size = 2.0 * setting.assembly.system.dof() as f64;
+        let shots = SYSTEMS * 2.0 * (size + 3.0) * self.subharmonic as f64;
+        let curves = self.start.list().len() as f64;
+        Cost::table(curves * POINTS, 9.0 + size, "max_points")
+            .lasting(curves * POINTS * shots * period.varied, "start")
+    }
+
+    fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
+        let refused = |fault| columns::refused(setting, fault);
+        let began = Instant::now();
+        let axes = Axes::new(setting, self).map_err(|mut list| refused(list.remove(0)))?;
+        let marks = axes.marks(setting, self);
+        let marks = marks.map_err(|mut list| refused(list.remove(0)))?;
+        let curves = trace::all(self, setting, &axes, &marks)?;
+        let mut report = report::assemble(self, setting, (&axes, &marks), &curves);
+        let seconds = began.elapsed().as_secs_f64();
+        (report.summary).insert("timings".into(), json!({ "seconds": seconds }));
+        Ok(report)
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        match Axes::new(setting, self) {
+            Ok(axes) => report::tables(setting, (&axes, &[]), &[]),
+            Err(_) => Vec::new(),
+        }
+    }
+}
+
+impl BifurcationCurve {
+    fn check_steps(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let positive = |key: &str, value: f64| {
+            let is_good = value > 0.0 && value.is_finite();
+            (!is_good).then(|| Fault::new(key, format!("{value} must be > 0")))
+        };
+        faults.extend(positive("step", self.step));
+        faults.extend(positive("min_step", self.min_step));
+        faults.extend(positive("max_step", self.max_step));
+        if faults.is_empty() && !(self.min_step <= self.step && self.step <= self.max_step) {
+            let message = format!(
+                "{} must lie between min_step = {} and max_step = {}",
+                self.step, self.min_step, self.max_step
+            );
+            faults.push(Fault::new("step", message));
+        }
+        if !(0.0..=10.0).contains(&self.margin) {
+            let message = format!("{} must lie between 0 and 10 ranges", self.margin);
+            faults.push(Fault::new("margin", message));
+        }
+        faults.extend(limits::check(
+            "max_points",
+            self.max_points,
+            2,
+            limits::POINTS,
+        ));
+        faults.extend(limits::check("subharmonic", self.subharmonic, 1, 1000));
+        faults
+    }
+}

@@ -1,0 +1,377 @@
+//! The two parameters of a curve, and the systems over them.
+
+use super::BifurcationCurve;
+use crate::analysis::parameter::{Parameter, joined, rebuild};
+use crate::analysis::{Fault, Setting};
+use crate::assembly::Assembly;
+use crate::error::SolveError;
+use crate::model::Model;
+use crate::quantity::Quantity;
+use crate::solve::curve::Plane;
+use crate::system::{Line, System};
+use crate::yaml::Node;
+
+/// One parameter.
+#[derive(Debug, Clone)]
+pub(in crate::analysis) struct Axis {
+    pub parameter: Parameter,
+    /// As the user wrote it.
+    pub written: String,
+    /// Native values at shares 0 and 1: omega/omega_c, or SI base units.
+    pub ends: (f64, f64),
+    /// Unit of reported values, and the factor to them.
+    pub unit: String,
+    pub factor: f64,
+}
+
+impl Axis {
+    /// The native value at a share.
+    pub fn value(&self, share: f64) -> f64 {
+        match share {
+            0.0 => self.ends.0,
+            1.0 => self.ends.1,
+            share => self.ends.0 + share * (self.ends.1 - self.ends.0),
+        }
+    }
+
+    /// The share of a native value.
+    pub fn share(&self, value: f64) -> f64 {
+        (value - self.ends.0) / (self.ends.1 - self.ends.0)
+    }
+
+    /// Text of an axis.
+    pub fn label(&self) -> String {
+        match self.unit.as_str() {
+            "" => self.written.clone(),
+            unit => format!("{} [{unit}]", self.written),
+        }
+    }
+
+    /// A native value in words.
+    pub fn told(&self, value: f64) -> String {
+        let unit = match self.unit.as_str() {
+            "" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        format!("{} = {:.9e}{unit}", self.written, value * self.factor)
+    }
+
+    /// The parameter that a user names, with two of its values.
+    ///
+    /// # Errors
+    /// Message of a name that is none, or of a value that the model refuses, with the number of the value.
+    pub fn read(
+        setting: &Setting<'_>,
+        written: &str,
+        ends: (&Quantity, &Quantity),
+    ) -> Result<Axis, (Option<usize>, String)> {
+        let parameter = Parameter::find(setting, written).map_err(|message| (None, message))?;
+        let value = |k: usize, quantity: &Quantity| {
+            let checked = parameter.check(setting, quantity);
+            let value = checked.and_then(|()| parameter.value(setting, quantity));
+            value.map_err(|message| (Some(k), message))
+        };
+        let values = (value(0, ends.0)?, value(1, ends.1)?);
+        let (unit, factor) = parameter.reported(setting, ends.0);
+        Ok(Axis {
+            parameter,
+            written: written.into(),
+            ends: values,
+            unit,
+            factor,
+        })
+    }
+}
+
+/// Both parameters.
+#[derive(Debug, Clone)]
+pub(in crate::analysis) struct Axes {
+    pub list: [Axis; 2],
+    /// Excitation frequency over omega_c, where it is no parameter.
+    pub at: f64,
+}
+
+/// Share of the range by which a number is moved to see whether it changes anything.
+const NUDGE: f64 = 1e-3 * std::f64::consts::SQRT_2;
+
+impl Axes {
+    /// Reads the keys.
+    ///
+    /// # Errors
+    /// All that is wrong with them.
+    pub fn new(setting: &Setting<'_>, keys: &BifurcationCurve) -> Result<Axes, Vec<Fault>> {
+        let mut faults = Vec::new();
+        for (key, count) in [
+            ("parameters", keys.parameters.len()),
+            ("ranges", keys.ranges.len()),
+        ] {
+            if count != 2 {
+                let message = format!("{count} entries; a curve has two parameters");
+                faults.push(Fault::new(key, message));
+            }
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let mut list = Vec::new();
+        for (k, (written, range)) in keys.parameters.iter().zip(&keys.ranges).enumerate() {
+            match Axis::read(setting, written, (&range.0, &range.1)) {
+                Ok(axis) if axis.ends.0 == axis.ends.1 => {
+                    let message = format!("{} is where the range begins", range.1.text);
+                    faults.push(Fault::new(format!("ranges.{k}.1"), message));
+                }
+                Ok(axis) => list.push(axis),
+                Err((None, message)) => {
+                    faults.push(Fault::new(format!("parameters.{k}"), message));
+                }
+                Err((Some(end), message)) => {
+                    faults.push(Fault::new(format!("ranges.{k}.{end}"), message));
+                }
+            }
+        }
+        Axes::of(setting, list, keys.at.as_ref(), faults)
+    }
+
+    /// Of two axes and the key `at`, with what was wrong with them before.
+    ///
+    /// # Errors
+    /// All that is wrong with them.
+    pub fn of(
+        setting: &Setting<'_>,
+        list: Vec<Axis>,
+        at: Option<&Quantity>,
+        mut faults: Vec<Fault>,
+    ) -> Result<Axes, Vec<Fault>> {
+        let has_frequency = list.iter().any(|a| a.parameter == Parameter::Frequency);
+        let at = match (at, has_frequency) {
+            (Some(_), true) => {
+                let message = "the excitation frequency is a parameter; leave `at` out";
+                faults.push(Fault::new("at", message));
+                1.0
+            }
+            (Some(at), false) => setting.frequency(at).unwrap_or_else(|message| {
+                faults.push(Fault::new("at", message));
+                1.0
+            }),
+            (None, false) if list.len() == 2 => {
+                let message = "missing: the excitation frequency, which is none of the parameters";
+                faults.push(Fault::new("at", message));
+                1.0
+            }
+            (None, _) => 1.0,
+        };
+        match <[Axis; 2]>::try_from(list) {
+            Ok(list) if list[0].parameter == list[1].parameter => {
+                let message = format!(
+                    "`{}` and `{}` are the same number",
+                    list[0].written, list[1].written
+                );
+                faults.push(Fault::new("parameters", message));
+                Err(faults)
+            }
+            Ok(list) if faults.is_empty() => Ok(Axes { list, at }),
+            _ => Err(faults),
+        }
+    }
+
+    /// What is wrong with the plane: corners without a system, numbers that change nothing.
+    pub fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
+        let mut plane = Grounds::new(setting, self.clone(), 1);
+        let mut faults = Vec::new();
+        for corner in [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]] {
+            if let Err(error) = plane.system(corner) {
+                let both = [0, 1].map(|k| self.list[k].told(self.list[k].value(corner[k])));
+                let message = format!("no system at {}: {error}", both.join(", "));
+                return vec![Fault::new("ranges", message)];
+            }
+        }
+        let inside = 0.381_966_011_250_105_1;
+        for k in 0..2 {
+            let mut moved = [inside; 2];
+            moved[k] += NUDGE;
+            let pair = (plane.system([inside; 2]), plane.system(moved));
+            let is_idle = match (&pair, &self.list[k].parameter) {
+                (_, Parameter::Frequency) => false,
+                ((Ok(a), Ok(b)), _) => a.is_alike(b),
+                _ => false,
+            };
+            if is_idle {
+                let message = format!(
+                    "{} changes nothing: the scaled equation is the same at every value",
+                    self.list[k].written
+                );
+                faults.push(Fault::new(format!("parameters.{k}"), message));
+            }
+        }
+        faults
+    }
+
+    /// Native values of the marks.
+    ///
+    /// # Errors
+    /// Marks outside the range, or that the model refuses.
+    pub fn marks(
+        &self,
+        setting: &Setting<'_>,
+        keys: &BifurcationCurve,
+    ) -> Result<Vec<f64>, Vec<Fault>> {
+        let (mut marks, mut faults) = (Vec::new(), Vec::new());
+        let axis = &self.list[1];
+        for (k, written) in keys.marks.iter().enumerate() {
+            let value = axis.parameter.check(setting, written);
+            let value = value.and_then(|()| axis.parameter.value(setting, written));
+            let value = value.and_then(|value| match (0.0..=1.0).contains(&axis.share(value)) {
+                true => Ok(value),
+                false => Err(format!(
+                    "{} lies outside the range of {}",
+                    written.text, axis.written
+                )),
+            });
+            match value {
+                Ok(value) => marks.push(value),
+                Err(message) => faults.push(Fault::new(format!("marks.{k}"), message)),
+            }
+        }
+        match faults.is_empty() {
+            true => Ok(marks),
+            false => Err(faults),
+        }
+    }
+
+    /// Lowest excitation frequency over omega_c.
+    pub fn slowest(&self) -> f64 {
+        let frequency = self
+            .list
+            .iter()
+            .find(|a| a.parameter == Parameter::Frequency);
+        frequency.map_or(self.at, |axis| axis.ends.0.min(axis.ends.1))
+    }
+}
+
+/// The systems over the plane.
+pub(in crate::analysis) struct Grounds<'a> {
+    setting: &'a Setting<'a>,
+    axes: Axes,
+    subharmonic: usize,
+    /// The mechanics of the document.
+    root: Node,
+    /// Where only one number changes the scaled equation, and does so affinely.
+    line: Option<Line>,
+    /// Values met exactly: axis, share, native value.
+    exact: Vec<(usize, f64, f64)>,
+}
+
+/// Keys of the document that make the model.
+pub(in crate::analysis) const KEPT: [&str; 11] = [
+    "schema",
+    "name",
+    "report",
+    "scaling",
+    "bodies",
+    "connections",
+    "damping",
+    "loads",
+    "reduced",
+    "reference",
+    "balance",
+];
+/// Places at which a straight line is held against the model.
+const PROBES: [f64; 3] = [0.061, 0.463, 0.937];
+
+impl<'a> Grounds<'a> {
+    /// Over these axes.
+    pub fn new(setting: &'a Setting<'a>, axes: Axes, subharmonic: usize) -> Grounds<'a> {
+        let parts = KEPT.into_iter();
+        let parts = parts.filter_map(|key| Some((key, setting.model.document().get(key)?.clone())));
+        let mut grounds = Grounds {
+            setting,
+            root: Node::map(parts),
+            axes,
+            subharmonic,
+            line: None,
+            exact: Vec::new(),
+        };
+        grounds.line = grounds.straight();
+        grounds
+    }
+
+    /// The same, with values of the second parameter that are met exactly.
+    pub fn with_marks(mut self, marks: &[f64]) -> Grounds<'a> {
+        let share = |value: &f64| (1, self.axes.list[1].share(*value), *value);
+        self.exact = marks.iter().map(share).collect();
+        self
+    }
+
+    fn straight(&mut self) -> Option<Line> {
+        let k = self.frequency()?;
+        let mut at = |share: f64| {
+            let mut p = [0.5; 2];
+            p[1 - k] = share;
+            self.built(p).ok()
+        };
+        let line = Line::between(&at(0.0)?, &at(1.0)?)?;
+        let passes = |share: f64| at(share).is_some_and(|s| line.passes(share, &s));
+        PROBES.into_iter().all(passes).then_some(line)
+    }
+
+    fn native(&self, k: usize, share: f64) -> f64 {
+        let listed = self
+            .exact
+            .iter()
+            .find(|(own, x, _)| *own == k && *x == share);
+        listed.map_or_else(|| self.axes.list[k].value(share), |(_, _, value)| *value)
+    }
+
+    /// The model at a place, with its assembly; frequencies are left as they are.
+    pub fn model(&mut self, p: [f64; 2]) -> Result<(Model, Assembly), SolveError> {
+        for (k, share) in p.into_iter().enumerate() {
+            let value = Node::number(self.native(k, share));
+            if let Parameter::Path(path) = &self.axes.list[k].parameter {
+                let done = self.root.set(path, value);
+                done.map_err(|mistake| SolveError::NoSystem {
+                    reason: joined(&[mistake]),
+                })?;
+            }
+        }
+        let found = rebuild(&self.root, self.setting.assembly);
+        found.map_err(|list| SolveError::NoSystem {
+            reason: joined(&list),
+        })
+    }
+
+    /// The system of the model, read and assembled.
+    fn built(&mut self, p: [f64; 2]) -> Result<System, SolveError> {
+        Ok(self.model(p)?.1.system)
+    }
+}
+
+impl Plane for Grounds<'_> {
+    fn system(&mut self, p: [f64; 2]) -> Result<System, SolveError> {
+        let frequency = self.reference_frequency(p);
+        if frequency <= 0.0 || frequency.is_nan() {
+            let reason = format!("the frequency would be {frequency}");
+            return Err(SolveError::NoSystem { reason });
+        }
+        let inside = self.frequency().map(|k| p[1 - k]);
+        let mut system = match (&self.line, inside) {
+            (Some(line), Some(share)) if (0.0..=1.0).contains(&share) => line.system(share),
+            _ => self.built(p)?,
+        };
+        system.set_subharmonic(self.subharmonic);
+        system.set_reference_frequency(frequency);
+        Ok(system)
+    }
+
+    fn frequency(&self) -> Option<usize> {
+        let list = self.axes.list.iter();
+        list.map(|a| &a.parameter)
+            .position(|p| *p == Parameter::Frequency)
+    }
+
+    fn reference_frequency(&self, p: [f64; 2]) -> f64 {
+        match self.frequency() {
+            Some(k) => self.native(k, p[k]),
+            None => self.axes.at,
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Curves as tables and as a figure.
+
+use super::BifurcationCurve;
+use super::plane::{Axes, Axis};
+use super::trace::{Piece, Traced};
+use crate::analysis::Setting;
+use crate::analysis::columns::{coordinates, float, frequency_axis, integer, text};
+use crate::analysis::parameter::Parameter;
+use crate::report::{Column, Curve, CurveStyle, Figure, FrequencyUnit, Panel, Report, Table};
+use crate::solve::curve::{Codimension, CurveEvent, CurveKind, CurvePoint};
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+/// Pieces with their numbers and kinds, in the order of the results.
+fn numbered(curves: &[Traced]) -> Vec<(usize, CurveKind, &Piece)> {
+    let pieces = curves.iter().filter_map(|c| Some((c.kind?, &c.pieces)));
+    let pieces = pieces.flat_map(|(kind, list)| list.iter().map(move |piece| (kind, piece)));
+    pieces
+        .enumerate()
+        .map(|(k, (kind, piece))| (k, kind, piece))
+        .collect()
+}
+
+/// Everything that is delivered.
+pub(super) fn assemble(
+    keys: &BifurcationCurve,
+    setting: &Setting<'_>,
+    (axes, marks): (&Axes, &[f64]),
+    curves: &[Traced],
+) -> Report {
+    let mut report = Report {
+        tables: tables(setting, (axes, marks), curves),
+        figure: Some(figure(setting, axes, curves)),
+        ended_early: ended_early(curves),
+        ..Report::default()
+    };
+    let options = serde_json::to_value(keys).unwrap_or(Value::Null);
+    let one = |curve: &Traced| {
+        json!({
+            "kind": curve.kind.map(CurveKind::word),
+            "pieces": curve.pieces.len(),
+            "points": curve.pieces.iter().map(|p| p.points.len()).sum::<usize>(),
+            "integrator": curve.integrator,
+            "ends": curve.ends.iter().map(|end| json!({"reason": end.reason(), "message": end.message()})).collect::<Vec<_>>(),
+            "failure": curve.failure,
+        })
+    };
+    for (key, value) in [
+        ("options", options),
+        ("curves", curves.iter().map(one).collect()),
+    ] {
+        report.summary.insert(key.into(), value);
+    }
+    report
+}
+
+/// What is missing, if anything is.
+fn ended_early(curves: &[Traced]) -> Option<String> {
+    let mut list: Vec<String> = Vec::new();
+    for (k, curve) in curves.iter().enumerate() {
+        list.extend(curve.failure.clone());
+        let early = curve.ends.iter().filter(|end| !end.is_complete());
+        list.extend(early.map(|end| format!("start {k}: {}", end.message())));
+    }
+    (!list.is_empty()).then(|| list.join("; "))
+}
+
+/// Main table and events.
+pub(super) fn tables(
+    setting: &Setting<'_>,
+    (axes, marks): (&Axes, &[f64]),
+    curves: &[Traced],
+) -> Vec<Table> {
+    let pieces = numbered(curves);
+    vec![
+        points(setting, (axes, marks), &pieces),
+        events(setting, axes, &pieces),
+    ]
+}
+
+/// Reported value of a parameter at a share.
+fn reported(axis: &Axis, share: f64) -> f64 {
+    axis.value(share) * axis.factor
+}
+
+fn points(
+    setting: &Setting<'_>,
+    (axes, marks): (&Axes, &[f64]),
+    pieces: &[(usize, CurveKind, &Piece)],
+) -> Table {
+    let rows: Vec<(usize, usize, CurveKind, &CurvePoint)> = (pieces.iter())
+        .flat_map(|(k, kind, piece)| {
+            let list = piece.points.iter().enumerate();
+            list.map(move |(number, point)| (*k, number, *kind, point))
+        })
+        .collect();
+    let of = |f: &dyn Fn(&CurvePoint) -> f64| rows.iter().map(|r| f(r.3)).collect::<Vec<f64>>();
+    let [first, second] = &axes.list;
+    let mark = |point: &CurvePoint| match point.mark {
+        Some(k) => marks[k] * second.factor,
+        None => reported(second, point.spot.p[1]),
+    };
+    let word = |kind: CurveKind| kind.word().to_string();
+    let mut columns = vec![
+        integer("curve", rows.iter().map(|r| r.0 as i64).collect()),
+        integer("point", rows.iter().map(|r| r.1 as i64).collect()),
+        integer(
+            "mark",
+            rows.iter().map(|r| i64::from(r.3.mark.is_some())).collect(),
+        ),
+        text("kind", rows.iter().map(|r| word(r.2)).collect()),
+        float(
+            "parameter_1",
+            &first.unit,
+            of(&|p| reported(first, p.spot.p[0])),
+        ),
+        float("parameter_2", &second.unit, of(&mark)),
+        float("theta", "rad", of(&|p| p.theta)),
+        float("criticality", "", of(&|p| p.criticality)),
+    ];
+    columns.extend(frequency(
+        setting,
+        axes,
+        &of(&|p| p.spot.p[0]),
+        &of(&|p| p.spot.p[1]),
+    ));
+    let states = coordinates(setting).into_iter().enumerate();
+    columns.extend(states.map(|(i, heading)| heading.column(of(&|p| p.spot.u[i]))));
+    Table {
+        name: String::new(),
+        columns,
+    }
+}
+
+/// `frequency_hz` in SI reports, where the frequency is a parameter.
+fn frequency(setting: &Setting<'_>, axes: &Axes, first: &[f64], second: &[f64]) -> Option<Column> {
+    let list = axes.list.iter().zip([first, second]);
+    let mut list = list.filter(|(axis, _)| axis.parameter == Parameter::Frequency);
+    let (axis, shares) = list.next().filter(|_| setting.is_si())?;
+    let values = shares.iter().map(|share| reported(axis, *share) / TAU);
+    Some(float("frequency_hz", "Hz", values.collect()))
+}
+
+fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &Piece)]) -> Table {
+    let rows: Vec<(usize, usize, CurveKind, &CurveEvent)> = (pieces.iter())
+        .flat_map(|(k, kind, piece)| {
+            let list = piece.events.iter();
+            list.map(move |(place, event)| (*k, *place, *kind, event))
+        })
+        .collect();
+    let value = |k: usize| -> Vec<f64> {
+        let axis = &axes.list[k];
+        rows.iter().map(|r| reported(axis, r.3.spot.p[k])).collect()
+    };
+    let names = &setting.assembly.connections;
+    let connection = |event: &CurveEvent, kind: CurveKind| match (event.kind, kind) {
+        (Codimension::MeetsGrazing { connection }, _) => names[connection].clone(),
+        (_, CurveKind::Grazing { connection, .. }) => names[connection].clone(),
+        _ => String::new(),
+    };
+    let meets = |event: &CurveEvent| match event.kind {
+        Codimension::MeetsGrazing { .. } => "grazing",
+        kind => kind.met().unwrap_or_default(),
+    };
+    let meaning = |event: &CurveEvent| match event.is_birth {
+        Some(true) => "isola_birth",
+        Some(false) => "branches_join",
+        None => "",
+    };
+    let word = |event: &CurveEvent| event.kind.word().to_string();
+    let mut columns = vec![
+        text("kind", rows.iter().map(|r| word(r.3)).collect()),
+        float("parameter_1", &axes.list[0].unit, value(0)),
+        float("parameter_2", &axes.list[1].unit, value(1)),
+        integer("curve", rows.iter().map(|r| r.0 as i64).collect()),
+        integer(
+            "after_point",
+            rows.iter().map(|r| r.1.saturating_sub(1) as i64).collect(),
+        ),
+        text(
+            "connection",
+            rows.iter().map(|r| connection(r.3, r.2)).collect(),
+        ),
+        text(
+            "meets",
+            rows.iter().map(|r| meets(r.3).to_string()).collect(),
+        ),
+        text(
+            "meaning",
+            rows.iter().map(|r| meaning(r.3).to_string()).collect(),
+        ),
+    ];
+    let states = coordinates(setting).into_iter().enumerate();
+    columns.extend(states.map(|(i, heading)| heading.column(rows.iter().map(|r| r.3.spot.u[i]))));
+    Table {
+        name: "events".into(),
+        columns,
+    }
+}
+
+/// The second parameter against the first.
+fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Figure {
+    let [first, second] = &axes.list;
+    let line = |(k, kind, _): (usize, CurveKind, &Piece)| Curve {
+        table: String::new(),
+        x: "parameter_1".into(),
+        y: "parameter_2".into(),
+        label: label(setting, kind),
+        style: CurveStyle::Line,
+        only: Some(("curve".into(), k.to_string())),
+    };
+    let mut list: Vec<Curve> = numbered(curves).into_iter().map(line).collect();
+    list.push(Curve {
+        table: "events".into(),
+        x: "parameter_1".into(),
+        y: "parameter_2".into(),
+        label: String::new(),
+        style: CurveStyle::Events {
+            kind: "kind".into(),
+        },
+        only: None,
+    });
+    let x_frequency = match first.parameter {
+        Parameter::Frequency => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
+        Parameter::Path(_) => None,
+    };
+    Figure {
+        title: String::new(),
+        panels: vec![Panel {
+            x_label: first.label(),
+            y_label: second.label(),
+            x_range: None,
+            x_frequency,
+            curves: list,
+        }],
+    }
+}
+
+/// What a curve is called in a legend.
+fn label(setting: &Setting<'_>, kind: CurveKind) -> String {
+    match kind {
+        CurveKind::Grazing { connection, .. } => {
+            format!("grazing of {}", setting.assembly.connections[connection])
+        }
+        CurveKind::NeimarkSacker => "Neimark-Sacker".into(),
+        kind => kind.word().replace('_', " "),
+    }
+}

@@ -1,0 +1,175 @@
+//! Curves followed both ways from their starts.
+
+use super::plane::Axes;
+use super::{BifurcationCurve, start};
+use crate::analysis::Setting;
+use crate::error::Error;
+use crate::interrupt;
+use crate::solve::continuation::Side;
+use crate::solve::curve::{
+    Arm, CurveEnd, CurveEvent, CurveKind, CurveOptions, CurvePoint, Defining, Spot, follow,
+};
+use rayon::prelude::*;
+
+/// A piece of a curve inside the ranges.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    pub points: Vec<CurvePoint>,
+    /// Events with the number of points before them.
+    pub events: Vec<(usize, CurveEvent)>,
+}
+
+/// What became of a start.
+pub(super) struct Traced {
+    pub kind: Option<CurveKind>,
+    pub pieces: Vec<Piece>,
+    /// How the two arms ended: backwards and forwards.
+    pub ends: Vec<CurveEnd>,
+    /// Why there is no curve.
+    pub failure: Option<String>,
+    pub integrator: &'static str,
+}
+
+/// All curves, in the order of their starts.
+pub(super) fn all(
+    keys: &BifurcationCurve,
+    setting: &Setting<'_>,
+    axes: &Axes,
+    marks: &[f64],
+) -> Result<Vec<Traced>, Error> {
+    let flag = interrupt::current();
+    let starts = keys.start.list();
+    let one = |(key, begin): (String, &super::Begin)| {
+        flag.scope(
+            || match start::first(keys, setting, (axes, marks), (&key, begin)) {
+                Ok(Ok(first)) => both_ways(keys, setting, (axes, marks), first),
+                Ok(Err(reason)) => Ok(lost(format!("{key}: {reason}"))),
+                Err(Error::Solve(crate::error::SolveError::Interrupted)) => {
+                    Ok(lost(format!("{key}: interrupted")))
+                }
+                Err(error) => Err(error),
+            },
+        )
+    };
+    starts.into_par_iter().map(one).collect()
+}
+
+fn lost(reason: String) -> Traced {
+    Traced {
+        kind: None,
+        pieces: Vec::new(),
+        ends: Vec::new(),
+        failure: Some(reason),
+        integrator: "",
+    }
+}
+
+fn both_ways(
+    keys: &BifurcationCurve,
+    setting: &Setting<'_>,
+    (axes, marks): (&Axes, &[f64]),
+    (mut problem, spot): (Defining<'_>, Spot),
+) -> Result<Traced, Error> {
+    let options = CurveOptions {
+        step: (keys.step, keys.max_step),
+        min_step: keys.min_step,
+        max_points: keys.max_points,
+        marks: marks.iter().map(|m| axes.list[1].share(*m)).collect(),
+        margin: keys.margin,
+    };
+    let mut keep_going = |points: usize| {
+        let words = format!("{points} points");
+        setting.control.progress(setting.name, 0.0, &words);
+        !setting.control.is_interrupted()
+    };
+    let mut arms: Vec<Arm> = Vec::new();
+    for side in [Side::Backward, Side::Forward] {
+        let found = follow(&mut problem, &spot, side, &options, &mut keep_going);
+        let Some(arm) = found.map_err(Error::Solve)? else {
+            return Ok(lost("the first point cannot be corrected".into()));
+        };
+        let is_closed = arm.end == CurveEnd::Closed;
+        arms.push(arm);
+        if is_closed {
+            break;
+        }
+    }
+    let ends = arms.iter().map(|arm| arm.end.clone()).collect();
+    let kind = Some(problem.kind);
+    let integrator = problem.into_shots().integrator();
+    Ok(Traced {
+        kind,
+        pieces: pieces(arms),
+        ends,
+        failure: None,
+        integrator,
+    })
+}
+
+/// Both arms as one curve, cut where it leaves the ranges.
+fn pieces(mut arms: Vec<Arm>) -> Vec<Piece> {
+    let forward = (arms.len() == 2).then(|| arms.pop()).flatten();
+    let Some(mut backward) = arms.pop() else {
+        return Vec::new();
+    };
+    let count = backward.points.len();
+    if forward.is_some() {
+        backward.points.reverse();
+        for (place, event) in &mut backward.events {
+            *place = count - *place;
+            event.fraction = 1.0 - event.fraction;
+        }
+        backward.events.reverse();
+    }
+    let mut whole = Piece {
+        points: backward.points,
+        events: backward.events,
+    };
+    if let Some(arm) = forward {
+        whole.points.extend(arm.points.into_iter().skip(1));
+        let later = arm
+            .events
+            .into_iter()
+            .map(|(k, event)| (k + count - 1, event));
+        whole.events.extend(later);
+    }
+    cut(whole)
+}
+
+fn cut(whole: Piece) -> Vec<Piece> {
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut events = whole.events.into_iter().peekable();
+    let mut is_open = false;
+    for (k, point) in whole.points.into_iter().enumerate() {
+        // Events before this point belong to the piece that leads to it.
+        while let Some((_, event)) = events.next_if(|(place, _)| *place <= k) {
+            keep(&mut pieces, is_open, event);
+        }
+        if !point.is_inside() {
+            is_open = false;
+            continue;
+        }
+        if !is_open {
+            pieces.push(Piece {
+                points: Vec::new(),
+                events: Vec::new(),
+            });
+            is_open = true;
+        }
+        if let Some(piece) = pieces.last_mut() {
+            piece.points.push(point);
+        }
+    }
+    for (_, event) in events {
+        keep(&mut pieces, is_open, event);
+    }
+    pieces.retain(|piece| !piece.points.is_empty());
+    pieces
+}
+
+fn keep(pieces: &mut [Piece], is_open: bool, event: CurveEvent) {
+    let is_inside = event.spot.p.iter().all(|x| (0.0..=1.0).contains(x));
+    if let Some(piece) = pieces.last_mut().filter(|_| is_open && is_inside) {
+        piece.events.push((piece.points.len(), event));
+    }
+}

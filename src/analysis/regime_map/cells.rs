@@ -1,0 +1,256 @@
+//! The cells of a map, level by level; each depends on its own start alone, so that any number of threads gives the same.
+
+use super::measures::{Wanted, sheet};
+use super::{RegimeMap, Seed};
+use crate::analysis::bifurcation_curve::{Axes, Grounds};
+use crate::analysis::summary::measured;
+use crate::analysis::{Setting, flow};
+use crate::interrupt;
+use crate::measure::Solved;
+use crate::postprocess::measures::Meter;
+use crate::solve::attractor::{Label, Stop, Stroboscopic, attractor};
+use crate::solve::curve::Plane;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// One motion in a cell.
+#[derive(Debug, Clone)]
+pub(super) struct Cell {
+    pub label: Label,
+    /// Wanted measures in nondimensional numbers.
+    pub values: Vec<f64>,
+    /// Last state.
+    end: Vec<f64>,
+    /// Why there is nothing.
+    pub failure: Option<String>,
+}
+
+/// Place of a cell on the finest grid.
+pub(super) type Place = (usize, usize);
+
+/// The cells that are known.
+pub(super) struct Field<'a> {
+    keys: &'a RegimeMap,
+    setting: &'a Setting<'a>,
+    axes: &'a Axes,
+    wanted: &'a Wanted,
+    /// Cells along each axis on the coarsest grid.
+    base: [usize; 2],
+    /// By seed and place.
+    pub cells: BTreeMap<(usize, Place), Cell>,
+    done: AtomicUsize,
+}
+
+impl<'a> Field<'a> {
+    pub fn new(
+        keys: &'a RegimeMap,
+        setting: &'a Setting<'a>,
+        axes: &'a Axes,
+        wanted: &'a Wanted,
+    ) -> Field<'a> {
+        let mut points = keys.parameters.values().map(|v| v.points);
+        Field {
+            keys,
+            setting,
+            axes,
+            wanted,
+            base: [(); 2].map(|()| points.next().unwrap_or(2)),
+            cells: BTreeMap::new(),
+            done: AtomicUsize::new(0),
+        }
+    }
+
+    /// Steps of the finest grid between neighbours on a level.
+    fn stride(&self, level: usize) -> usize {
+        1 << (self.keys.refine - level)
+    }
+
+    /// Share of an axis at a place.
+    pub fn share(&self, axis: usize, place: usize) -> f64 {
+        place as f64 / ((self.base[axis] - 1) * self.stride(0)) as f64
+    }
+
+    /// All levels.
+    pub fn run(&mut self) {
+        let stride = self.stride(0);
+        let all = |axis: usize| (0..self.base[axis]).map(move |k| k * stride);
+        let rows: Vec<Vec<Place>> = all(1).map(|j| all(0).map(|i| (i, j)).collect()).collect();
+        self.complete(&rows);
+        for level in 1..=self.keys.refine {
+            if self.setting.control.is_interrupted() {
+                return;
+            }
+            let new = self.contested(level);
+            let rows: Vec<Vec<Place>> = new.into_iter().map(|place| vec![place]).collect();
+            self.complete(&rows);
+        }
+    }
+
+    /// Places of a level next to which two known neighbours differ.
+    fn contested(&self, level: usize) -> Vec<Place> {
+        let (coarse, step) = (self.stride(level - 1), self.stride(level));
+        let ends = [0, 1].map(|axis| (self.base[axis] - 1) * self.stride(0));
+        let labels = |place: Place| -> Vec<Option<Label>> {
+            let seeds = 0..self.keys.seeds.len();
+            seeds
+                .map(|s| self.cells.get(&(s, place)).map(|c| c.label))
+                .collect()
+        };
+        let mut new = Vec::new();
+        for j in (0..ends[1]).step_by(coarse) {
+            for i in (0..ends[0]).step_by(coarse) {
+                let corners = [
+                    (i, j),
+                    (i + coarse, j),
+                    (i, j + coarse),
+                    (i + coarse, j + coarse),
+                ];
+                let known: Vec<_> = corners
+                    .into_iter()
+                    .filter(|c| self.cells.contains_key(&(0, *c)))
+                    .collect();
+                let is_plain = known.windows(2).all(|w| labels(w[0]) == labels(w[1]));
+                if known.len() < 4 || is_plain {
+                    continue;
+                }
+                for b in (j..=j + coarse).step_by(step) {
+                    for a in (i..=i + coarse).step_by(step) {
+                        new.push((a, b));
+                    }
+                }
+            }
+        }
+        new.retain(|place| !self.cells.contains_key(&(0, *place)));
+        new.sort_unstable_by_key(|(i, j)| (*j, *i));
+        new.dedup();
+        new
+    }
+
+    /// Computes rows of places with all seeds, one row after another on any thread.
+    fn complete(&mut self, rows: &[Vec<Place>]) {
+        let flag = interrupt::current();
+        let total: usize = rows.iter().map(Vec::len).sum();
+        self.done.store(0, Ordering::Relaxed);
+        let one = |row: &Vec<Place>| flag.scope(|| self.row(row, total));
+        let found: Vec<Vec<((usize, Place), Cell)>> = rows.par_iter().map(one).collect();
+        self.cells.extend(found.into_iter().flatten());
+    }
+
+    fn row(&self, row: &[Place], total: usize) -> Vec<((usize, Place), Cell)> {
+        let mut list = Vec::new();
+        let mut grounds = Grounds::new(self.setting, self.axes.clone(), 1);
+        for (number, seed) in self.keys.seeds.iter().enumerate() {
+            let mut order: Vec<Place> = row.to_vec();
+            if *seed == Seed::NeighbourDown {
+                order.reverse();
+            }
+            let mut carried: Option<Vec<f64>> = None;
+            for place in order {
+                if self.setting.control.is_interrupted() {
+                    return list;
+                }
+                let start = match seed {
+                    Seed::Rest => None,
+                    _ => carried.take().or_else(|| self.nearest(number, place)),
+                };
+                let Some(cell) = self.cell(&mut grounds, place, start) else {
+                    return list;
+                };
+                if cell.failure.is_none() {
+                    carried = Some(cell.end.clone());
+                }
+                list.push(((number, place), cell));
+                if number == 0 {
+                    let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+                    let words = format!("cell {done} of {total}");
+                    let share = done as f64 / total as f64;
+                    (self.setting.control).progress(self.setting.name, share, &words);
+                }
+            }
+        }
+        list
+    }
+
+    /// Where the motion of the nearest known cell ended.
+    fn nearest(&self, seed: usize, (i, j): Place) -> Option<Vec<f64>> {
+        let own = self
+            .cells
+            .range((seed, (0, 0))..=(seed, (usize::MAX, usize::MAX)));
+        let gap = |place: &Place| place.0.abs_diff(i) + place.1.abs_diff(j);
+        let usable = own.filter(|(_, cell)| cell.failure.is_none());
+        let nearest = usable.min_by_key(|((_, place), _)| gap(place));
+        nearest.map(|(_, cell)| cell.end.clone())
+    }
+
+    /// One motion; `None` when it was interrupted.
+    fn cell(
+        &self,
+        grounds: &mut Grounds<'_>,
+        place: Place,
+        start: Option<Vec<f64>>,
+    ) -> Option<Cell> {
+        let (setting, keys) = (self.setting, self.keys);
+        let p = [self.share(0, place.0), self.share(1, place.1)];
+        let lost = |reason: String| {
+            Some(Cell {
+                label: Label::Undecided,
+                values: vec![f64::NAN; self.wanted.columns.len()],
+                end: Vec::new(),
+                failure: Some(reason),
+            })
+        };
+        let system = match grounds.system(p) {
+            Ok(system) => system,
+            Err(error) => return lost(error.to_string()),
+        };
+        let mut state = start.unwrap_or_else(|| flow::rest(&system).0);
+        let mut integrator = match flow::integrator(setting, &system, keys.integrator) {
+            Ok(integrator) => integrator,
+            Err(fault) => return lost(fault.message),
+        };
+        let mut map = Stroboscopic {
+            system: &system,
+            integrator: integrator.as_mut(),
+        };
+        let mut keep_going = |_: usize| !setting.control.is_interrupted();
+        let labels = keys.label_keys().options();
+        let found = attractor(&mut map, &mut state, keys.size(), labels, &mut keep_going);
+        match found.record.stop {
+            Some(Stop::Interrupted) => return None,
+            Some(stop) => return lost(flow::tell(stop, setting)),
+            None => {}
+        }
+        let mut cell = Cell {
+            label: found.label,
+            values: vec![f64::NAN; self.wanted.columns.len()],
+            failure: None,
+            end: state.clone(),
+        };
+        if self.wanted.columns.is_empty() {
+            return Some(cell);
+        }
+        let Ok((model, assembly)) = grounds.model(p) else {
+            return Some(cell);
+        };
+        if let Ok((system, orbit)) = measured(setting, (system, keys.integrator), &found, &state) {
+            let mut connections = Meter::new(16).measure(&system, &orbit);
+            let stiffness = assembly.scales.stiffness.iter();
+            let written = &setting.assembly.scales.stiffness;
+            let stiffening: Vec<f64> = stiffness.zip(written).map(|(k, own)| k / own).collect();
+            for (m, factor) in connections.iter_mut().zip(&stiffening) {
+                m.scale_force(*factor);
+            }
+            let solved = Solved {
+                model: &model,
+                assembly: &assembly,
+                system: &system,
+                orbit: &orbit,
+                connections: &connections,
+                stiffening: &stiffening,
+            };
+            cell.values = self.wanted.of(&mut sheet(setting), &solved);
+        }
+        Some(cell)
+    }
+}

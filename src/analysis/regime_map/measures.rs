@@ -1,0 +1,90 @@
+//! The measures of an attractor that are asked for.
+
+use crate::analysis::{Fault, Setting};
+use crate::error::did_you_mean;
+use crate::measure::{
+    Connections, ContactMetrics, EffectiveFrequencies, Heading, Measure, PeakAccelerations, Sheet,
+    Solved,
+};
+
+/// Columns of all measures, and which of them are wanted.
+pub(super) struct Wanted {
+    /// Places among the values of the sheet, with their headings.
+    pub columns: Vec<(usize, Heading)>,
+    /// The column that is drawn; labels when `None`.
+    pub drawn: Option<String>,
+}
+
+/// All measures of an attractor.
+pub(super) fn sheet(setting: &Setting<'_>) -> Sheet {
+    let dof = setting.assembly.system.dof();
+    let accelerations = PeakAccelerations::new(setting.model, setting.assembly);
+    let measures: Vec<Box<dyn Measure>> = vec![
+        Box::new(Connections),
+        Box::new(EffectiveFrequencies { dof }),
+        Box::new(ContactMetrics),
+        Box::new(accelerations),
+    ];
+    Sheet::new(measures)
+}
+
+impl Wanted {
+    /// Reads the keys.
+    ///
+    /// # Errors
+    /// Names that are no column.
+    pub fn new(
+        setting: &Setting<'_>,
+        names: &[String],
+        drawn: Option<&str>,
+    ) -> Result<Wanted, Vec<Fault>> {
+        let headings = sheet(setting).headings(&setting.units());
+        let (mut columns, mut faults) = (Vec::<(usize, Heading)>::new(), Vec::new());
+        for (k, name) in names.iter().enumerate() {
+            let is_own = |h: &Heading| h.name == *name || h.name.starts_with(&format!("{name}."));
+            let own = headings.iter().enumerate().filter(|(_, h)| is_own(h));
+            let own: Vec<(usize, Heading)> = own.map(|(k, h)| (k, h.clone())).collect();
+            if own.is_empty() && name != "label" {
+                let known = headings.iter().map(|h| h.name.as_str());
+                let message = format!(
+                    "`{name}` is no column of a response; {}",
+                    did_you_mean(name, known)
+                );
+                faults.push(Fault::new(format!("measures.{k}"), message));
+            }
+            for column in own {
+                if columns.iter().all(|(place, _)| *place != column.0) {
+                    columns.push(column);
+                }
+            }
+        }
+        let drawn = match drawn {
+            None | Some("label") => None,
+            Some(name) => {
+                let is_own = |(_, h): &&(usize, Heading)| {
+                    h.name == name || h.name.starts_with(&format!("{name}."))
+                };
+                let own = columns.iter().find(is_own).map(|(_, h)| h.name.clone());
+                if own.is_none() {
+                    let message = format!("`{name}` is none of the `measures`");
+                    faults.push(Fault::new("draw", message));
+                }
+                own
+            }
+        };
+        match faults.is_empty() {
+            true => Ok(Wanted { columns, drawn }),
+            false => Err(faults),
+        }
+    }
+
+    /// The wanted values of a solution, in the units of the report.
+    pub fn of(&self, sheet: &mut Sheet, solved: &Solved<'_>) -> Vec<f64> {
+        let mut values = Vec::new();
+        sheet.measure(solved, &mut values);
+        self.columns
+            .iter()
+            .map(|(place, _)| values[*place])
+            .collect()
+    }
+}

@@ -1,0 +1,212 @@
+//! Maps as tables and as pictures.
+
+use super::cells::{Cell, Field, Place};
+use super::measures::Wanted;
+use super::overlay::Overlay;
+use super::{RegimeMap, users_unit};
+use crate::analysis::Setting;
+use crate::analysis::bifurcation_curve::{Axes, Axis};
+use crate::analysis::columns::{float, integer, text};
+use crate::analysis::parameter::Parameter;
+use crate::quantity::Quantity;
+use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values};
+use serde_json::{Value, json};
+use std::f64::consts::PI;
+
+/// Failures told in full.
+const SHOWN: usize = 4;
+
+/// Everything that is delivered.
+pub(super) fn assemble(
+    keys: &RegimeMap,
+    setting: &Setting<'_>,
+    (axes, wanted): (&Axes, &Wanted),
+    (field, (curves, list, reasons)): (&Field<'_>, Overlay),
+) -> Report {
+    let main = main_table(keys, (axes, wanted), field);
+    let mut warnings: Vec<String> = reasons;
+    let lost: Vec<(&Place, &String)> = (field.cells.iter())
+        .filter_map(|((_, place), cell)| Some((place, cell.failure.as_ref()?)))
+        .collect();
+    for (place, reason) in lost.iter().take(SHOWN) {
+        let both = [(0, place.0), (1, place.1)]
+            .map(|(k, i)| axes.list[k].told(axes.list[k].value(field.share(k, i))));
+        warnings.push(format!("{}: {reason}", both.join(", ")));
+    }
+    if lost.len() > SHOWN {
+        warnings.push(format!("{} cells in all could not be computed", lost.len()));
+    }
+    let mut tables = vec![main];
+    let has_curves = !list.is_empty();
+    let units = units(keys, axes);
+    if has_curves {
+        tables.push(with_users_units(curves, &units));
+    }
+    let is_interrupted = setting.control.is_interrupted();
+    let mut report = Report {
+        figure: Some(figure(keys, axes, wanted, &list, &units)),
+        tables,
+        warnings,
+        ended_early: is_interrupted
+            .then(|| format!("interrupted after {} runs", field.cells.len())),
+        ..Report::default()
+    };
+    let options = serde_json::to_value(keys).unwrap_or(Value::Null);
+    for (key, value) in [
+        ("options", options),
+        ("runs", json!(field.cells.len())),
+        ("failures", json!(lost.len())),
+    ] {
+        report.summary.insert(key.into(), value);
+    }
+    report
+}
+
+/// Unit and factor in which each axis is drawn.
+type Units = [(String, f64); 2];
+
+fn units(keys: &RegimeMap, axes: &Axes) -> Units {
+    let written: Vec<&Quantity> = keys.parameters.values().map(|v| &v.from).collect();
+    [0, 1].map(|k| {
+        let axis = &axes.list[k];
+        let own = users_unit(axis, written[k]);
+        own.unwrap_or_else(|| (axis.unit.clone(), 1.0))
+    })
+}
+
+/// `<path>, <path>, seed, label, <measures>`, then the speed and the values in the user's units.
+pub(super) fn main_table(
+    keys: &RegimeMap,
+    (axes, wanted): (&Axes, &Wanted),
+    field: &Field<'_>,
+) -> Table {
+    let mut rows: Vec<(&(usize, Place), &Cell)> = field.cells.iter().collect();
+    rows.sort_by_key(|((seed, (i, j)), _)| (*j, *i, *seed));
+    let value = |k: usize, place: &Place| {
+        let place = if k == 0 { place.0 } else { place.1 };
+        axes.list[k].value(field.share(k, place)) * axes.list[k].factor
+    };
+    let of = |k: usize| {
+        rows.iter()
+            .map(|((_, place), _)| value(k, place))
+            .collect::<Vec<f64>>()
+    };
+    let mut columns: Vec<Column> = (0..2)
+        .map(|k| float(axes.list[k].written.clone(), &axes.list[k].unit, of(k)))
+        .collect();
+    columns.push(integer(
+        "seed",
+        rows.iter().map(|((seed, _), _)| *seed as i64).collect(),
+    ));
+    let label = |cell: &Cell| cell.label.to_string();
+    columns.push(text(
+        "label",
+        rows.iter().map(|(_, cell)| label(cell)).collect(),
+    ));
+    for (n, (_, heading)) in wanted.columns.iter().enumerate() {
+        columns.push(
+            heading
+                .clone()
+                .column(rows.iter().map(|(_, cell)| cell.values[n])),
+        );
+    }
+    for (k, axis) in axes.list.iter().enumerate() {
+        if axis.parameter == Parameter::Frequency && axis.unit == "rad/s" {
+            let rpm = of(k).into_iter().map(|w| w * 30.0 / PI);
+            columns.push(float("speed_rpm", "rpm", rpm.collect()));
+        }
+    }
+    let table = Table {
+        name: String::new(),
+        columns,
+    };
+    let units = units(keys, axes);
+    drawn(table, axes, &units)
+}
+
+/// Adds what the picture is drawn over: `x`, `y`.
+fn drawn(mut table: Table, axes: &Axes, units: &Units) -> Table {
+    for (k, name) in ["x", "y"].into_iter().enumerate() {
+        let own = table
+            .columns
+            .iter()
+            .find(|c| c.name == axes.list[k].written);
+        if let Some(Values::Float(values)) = own.map(|c| &c.values) {
+            let values = values.iter().map(|v| v / units[k].1).collect();
+            table.columns.push(float(name, &units[k].0, values));
+        }
+    }
+    table
+}
+
+/// The same for curves.
+fn with_users_units(mut table: Table, units: &Units) -> Table {
+    for (k, (from, name)) in [("parameter_1", "x"), ("parameter_2", "y")]
+        .into_iter()
+        .enumerate()
+    {
+        if let Some(Values::Float(values)) = table.column(from).map(|c| c.values.clone()) {
+            let values = values.iter().map(|v| v / units[k].1).collect();
+            table.columns.push(float(name, &units[k].0, values));
+        }
+    }
+    table
+}
+
+/// A panel per seed, or one of the drawn measure per seed, with the curves over it.
+fn figure(
+    keys: &RegimeMap,
+    axes: &Axes,
+    wanted: &Wanted,
+    curves: &[(String, String)],
+    units: &Units,
+) -> Figure {
+    let axis = |axis: &Axis, unit: &str| match unit {
+        "" => axis.written.clone(),
+        unit => format!("{} [{unit}]", axis.written),
+    };
+    let names = [
+        "period 1",
+        "period 2",
+        "period 3",
+        "period 4",
+        "quasi-periodic",
+        "chaotic",
+        "undecided",
+    ];
+    let cells = |seed: usize| Curve {
+        table: String::new(),
+        x: "x".into(),
+        y: "y".into(),
+        label: String::new(),
+        style: CurveStyle::Cells {
+            value: wanted.drawn.clone().unwrap_or_else(|| "label".into()),
+            names: match wanted.drawn {
+                None => names.map(|n| (n.to_string(), n.to_string())).to_vec(),
+                Some(_) => Vec::new(),
+            },
+        },
+        only: Some(("seed".into(), seed.to_string())),
+    };
+    let line = |(number, kind): &(String, String)| Curve {
+        table: "curves".into(),
+        x: "x".into(),
+        y: "y".into(),
+        label: kind.replace('_', " "),
+        style: CurveStyle::Line,
+        only: Some(("curve".into(), number.clone())),
+    };
+    let panel = |seed: usize| Panel {
+        x_label: axis(&axes.list[0], &units[0].0),
+        y_label: axis(&axes.list[1], &units[1].0),
+        x_range: None,
+        x_frequency: None,
+        curves: std::iter::once(cells(seed))
+            .chain(curves.iter().map(line))
+            .collect(),
+    };
+    Figure {
+        title: String::new(),
+        panels: (0..keys.seeds.len()).map(panel).collect(),
+    }
+}

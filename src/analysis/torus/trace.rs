@@ -1,0 +1,150 @@
+//! Tori followed both ways from the first one.
+
+use super::{Torus, start};
+use crate::analysis::Setting;
+use crate::analysis::bifurcation_curve::Axis;
+use crate::error::{Error, SolveError};
+use crate::postprocess::measures::Meter;
+use crate::solve::continuation::Side;
+use crate::solve::orbit::Orbit;
+use crate::solve::torus::{TorusEnd, TorusOptions, TorusPoint, TorusProblem, follow};
+use crate::system::System;
+
+/// A torus with its measures.
+pub(super) struct Row {
+    pub point: TorusPoint,
+    /// R.m.s. of every deformation, without the mean.
+    pub rms: Vec<f64>,
+    /// States at phase 0, where they are asked for.
+    pub curve: Vec<f64>,
+    /// Excitation periods per map, and their duration.
+    pub nu: usize,
+}
+
+/// What became of the start.
+pub(super) struct Traced {
+    pub rows: Vec<Row>,
+    pub ends: Vec<TorusEnd>,
+    pub failure: Option<String>,
+    pub integrator: &'static str,
+}
+
+/// Follows tori from the start to both ends of the range.
+pub(super) fn run(
+    keys: &Torus,
+    setting: &Setting<'_>,
+    (axis, at): (&Axis, f64),
+    marks: &[f64],
+) -> Result<Traced, Error> {
+    let options = TorusOptions {
+        step: (keys.step, keys.max_step),
+        min_step: keys.min_step,
+        max_points: keys.max_tori,
+        tolerance: keys.tolerance,
+        most: keys.most_points,
+        marks: marks.to_vec(),
+    };
+    let first = match start::first(keys, setting, (axis, at), &options) {
+        Err(Error::Solve(SolveError::Interrupted)) => Err("interrupted".to_string()),
+        first => first?,
+    };
+    let (mut problem, first, nu) = match first {
+        Ok(first) => first,
+        Err(reason) => return Ok(lost(reason)),
+    };
+    let mut keep_going = |count: usize| {
+        let words = format!("{count} tori");
+        setting.control.progress(setting.name, 0.0, &words);
+        !setting.control.is_interrupted()
+    };
+    // A torus at an end of the range has one way to go; one that is born, the way on which it lies.
+    let sides = match (
+        first.lambda <= 1e-9,
+        first.lambda >= 1.0 - 1e-9,
+        &keys.start.analysis,
+    ) {
+        (true, ..) => vec![Side::Forward],
+        (_, true, _) => vec![Side::Backward],
+        _ => vec![Side::Backward, Side::Forward],
+    };
+    let mut arms = Vec::new();
+    for side in sides {
+        problem.refer_to(&first);
+        match follow(&mut problem, &first, side, &options, &mut keep_going) {
+            Ok(Some(arm)) => arms.push((side, arm)),
+            Ok(None) => return Ok(lost("the first torus cannot be corrected".into())),
+            Err(SolveError::Interrupted) => break,
+            Err(error) => return Err(Error::Solve(error)),
+        }
+    }
+    let mut points: Vec<TorusPoint> = Vec::new();
+    let ends = arms.iter().map(|(_, arm)| arm.end.clone()).collect();
+    for (side, arm) in arms {
+        match side {
+            Side::Backward => points.extend(arm.points.into_iter().rev()),
+            // Both begin at the first one.
+            Side::Forward => {
+                points.extend(arm.points.into_iter().skip(usize::from(!points.is_empty())))
+            }
+        }
+    }
+    let mut rows = Vec::new();
+    for point in points {
+        match row(&mut problem, (point, nu), keys.curve) {
+            Ok(row) => rows.push(row),
+            Err(SolveError::Interrupted) => break,
+            Err(error) => return Err(Error::Solve(error)),
+        }
+    }
+    Ok(Traced {
+        rows,
+        ends,
+        failure: None,
+        integrator: problem.into_shots().integrator(),
+    })
+}
+
+fn lost(reason: String) -> Traced {
+    Traced {
+        rows: Vec::new(),
+        ends: Vec::new(),
+        failure: Some(reason),
+        integrator: "",
+    }
+}
+
+/// The measures of a torus: means over all angles and over time.
+fn row(
+    problem: &mut TorusProblem<'_>,
+    (point, nu): (TorusPoint, usize),
+    keeps_curve: bool,
+) -> Result<Row, SolveError> {
+    let torus = &point.torus;
+    problem.refer_to(torus);
+    let orbits = problem.orbits(torus)?;
+    let system: System = problem.system(torus.lambda)?.clone();
+    let mut meter = Meter::new(16);
+    let mut state = vec![0.0; 2 * system.dof()];
+    let (mut sums, mut curve) = (vec![(0.0, 0.0); system.element_count()], Vec::new());
+    let count = orbits.len() as f64;
+    for orbit in orbits {
+        let orbit = Orbit::Segments(orbit);
+        for (sum, own) in sums.iter_mut().zip(meter.measure(&system, &orbit)) {
+            sum.0 += own.mean / count;
+            sum.1 += (own.rms * own.rms + own.mean * own.mean) / count;
+        }
+        if keeps_curve {
+            orbit.state(0.0, &mut state);
+            curve.extend_from_slice(&state);
+        }
+    }
+    let rms = sums
+        .iter()
+        .map(|(mean, square)| (square - mean * mean).max(0.0).sqrt());
+    Ok(Row {
+        rms: rms.collect(),
+        curve,
+        nu,
+        point,
+    })
+}

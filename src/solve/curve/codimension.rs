@@ -1,0 +1,280 @@
+//! Points of codimension 2 in a step of a curve.
+
+use super::defining::Spot;
+use super::nature::Nature;
+use super::{CurveKind, Defining};
+use crate::error::SolveError;
+use crate::numeric::roots;
+use crate::solve::continuation::{Continuation, PathPoint};
+
+/// Kind of a point on a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Codimension {
+    /// Two fold curves meet.
+    Cusp,
+    /// Multipliers +1 and -1.
+    FoldFlip,
+    /// A pair of the angle 2 pi / n.
+    Resonance(u8),
+    /// A period doubling changes its criticality.
+    GeneralisedFlip,
+    /// A Neimark-Sacker event changes its criticality.
+    GeneralisedTorus,
+    /// A pair on the circle and +1.
+    FoldTorus,
+    /// A pair on the circle and -1.
+    FlipTorus,
+    /// An extremum touches a breakpoint, another one than that of the curve.
+    MeetsGrazing {
+        /// Connection.
+        connection: usize,
+    },
+    /// A grazing curve meets one of folds.
+    GrazingFold,
+    /// A grazing curve meets one of period doublings.
+    GrazingFlip,
+    /// A grazing curve meets one of Neimark-Sacker events.
+    GrazingTorus,
+    /// The first parameter turns.
+    TurningFirst,
+    /// The second parameter turns.
+    TurningSecond,
+}
+
+impl Codimension {
+    /// Word for files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Codimension::Cusp => "cusp",
+            Codimension::FoldFlip => "fold_flip",
+            Codimension::Resonance(1) => "resonance_1_1",
+            Codimension::Resonance(2) => "resonance_1_2",
+            Codimension::Resonance(3) => "resonance_1_3",
+            Codimension::Resonance(_) => "resonance_1_4",
+            Codimension::GeneralisedFlip => "generalised_flip",
+            Codimension::GeneralisedTorus => "generalised_neimark_sacker",
+            Codimension::FoldTorus => "fold_neimark_sacker",
+            Codimension::FlipTorus => "flip_neimark_sacker",
+            Codimension::MeetsGrazing { .. }
+            | Codimension::GrazingFold
+            | Codimension::GrazingFlip
+            | Codimension::GrazingTorus => "meets_grazing",
+            Codimension::TurningFirst => "turning_1",
+            Codimension::TurningSecond => "turning_2",
+        }
+    }
+
+    /// What a curve meets where a grazing curve is one of the two.
+    pub fn met(self) -> Option<&'static str> {
+        match self {
+            Codimension::GrazingFold => Some("fold"),
+            Codimension::GrazingFlip => Some("period_doubling"),
+            Codimension::GrazingTorus => Some("neimark_sacker"),
+            _ => None,
+        }
+    }
+}
+
+/// A located point of codimension 2, or a turning point.
+#[derive(Debug, Clone)]
+pub struct CurveEvent {
+    /// Kind.
+    pub kind: Codimension,
+    /// The place.
+    pub spot: Spot,
+    /// Fraction of the step at which it stands.
+    pub fraction: f64,
+    /// Of a fold that turns in the second parameter: whether an isolated branch is born there.
+    pub is_birth: Option<bool>,
+}
+
+/// Width of a location, in steps.
+const WIDTH: f64 = 1e-13;
+/// Bisections for the place at which a passage comes or goes.
+const BISECTIONS: usize = 42;
+/// Value at a root relative to those at the ends of the step.
+const PLAIN: f64 = 1e-3;
+/// Tangent below which a parameter stands still: no turning point.
+const STILL: f64 = 1e-7;
+/// Distance in steps within which turning points belong to a cusp.
+const AT_CUSP: f64 = 1e-3;
+
+/// Locates everything in the last step of a path, with what is known of its ends, in the order of the path.
+pub(super) fn in_step(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    ends: (&Nature, &Nature),
+) -> Result<Vec<CurveEvent>, SolveError> {
+    let mut list = meetings(problem, path, ends)?;
+    for (number, ((kind, a), (_, b))) in ends.0.tests.iter().zip(&ends.1.tests).enumerate() {
+        if !is_opposite(*a, *b) {
+            continue;
+        }
+        let value = |problem: &mut Defining<'_>, point: &PathPoint| {
+            let spot = problem.spot(&point.u, point.lambda);
+            let nature = problem.nature(&spot)?;
+            Ok(nature.map_or(f64::NAN, |n| n.tests[number].1))
+        };
+        let found = locate(problem, path, (*a, *b), &value)?;
+        list.extend(found.filter(Found::is_plain).map(|e| e.into(*kind)));
+    }
+    list.extend(turnings(problem, path, &list)?);
+    list.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+    Ok(list)
+}
+
+/// Turning points; of folds, those of both parameters at one place are a cusp.
+fn turnings(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    known: &[CurveEvent],
+) -> Result<Vec<CurveEvent>, SolveError> {
+    let place = problem.first_parameter();
+    let first = move |point: &PathPoint| point.tangent_u[place];
+    let second = |point: &PathPoint| point.tangent_lambda;
+    let slopes: [(Codimension, Slope<'_>); 2] = [
+        (Codimension::TurningFirst, &first),
+        (Codimension::TurningSecond, &second),
+    ];
+    let mut list: Vec<CurveEvent> = Vec::new();
+    for (kind, slope) in slopes {
+        let (a, b) = (slope(path.origin()), slope(path.point()));
+        if !is_opposite(a, b) || a.abs().max(b.abs()) < STILL {
+            continue;
+        }
+        let value = |_: &mut Defining<'_>, point: &PathPoint| Ok(slope(point));
+        let found = locate(problem, path, (a, b), &value)?;
+        list.extend(found.filter(Found::is_plain).map(|e| e.into(kind)));
+    }
+    let is_fold = problem.kind == CurveKind::Fold;
+    let is_cusp = |x: f64| {
+        let cusps = known.iter().filter(|e| e.kind == Codimension::Cusp);
+        cusps.into_iter().any(|e| (x - e.fraction).abs() < AT_CUSP)
+    };
+    if let ([a, b], true) = (list.as_mut_slice(), is_fold)
+        && (a.fraction - b.fraction).abs() < AT_CUSP
+    {
+        a.kind = Codimension::Cusp;
+        list.truncate(1);
+    }
+    let has_own = |e: &CurveEvent| is_fold && is_cusp(e.fraction);
+    list.retain(|e| !has_own(e));
+    for event in &mut list {
+        if is_fold && event.kind == Codimension::TurningSecond {
+            event.is_birth = problem.is_birth(&event.spot)?;
+        }
+    }
+    Ok(list)
+}
+
+/// A component of the tangent.
+type Slope<'s> = &'s dyn Fn(&PathPoint) -> f64;
+
+/// Whether two known numbers have opposite signs.
+fn is_opposite(a: f64, b: f64) -> bool {
+    a * b < 0.0
+}
+
+/// A root in a step.
+struct Found {
+    fraction: f64,
+    spot: Spot,
+    value: f64,
+    largest: f64,
+}
+
+impl Found {
+    /// Whether a sign change is a root: a pole, or a jump where a passage comes or goes, changes signs too.
+    fn is_plain(&self) -> bool {
+        self.value.abs() <= PLAIN * self.largest
+    }
+
+    fn into(self, kind: Codimension) -> CurveEvent {
+        CurveEvent {
+            kind,
+            spot: self.spot,
+            fraction: self.fraction,
+            is_birth: None,
+        }
+    }
+}
+
+type Value<'v> = &'v dyn Fn(&mut Defining<'_>, &PathPoint) -> Result<f64, SolveError>;
+
+fn locate(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    (a, b): (f64, f64),
+    value: Value<'_>,
+) -> Result<Option<Found>, SolveError> {
+    let mut at = |x: f64| -> Result<f64, Option<SolveError>> {
+        let point = path.at_fraction(problem, x).map_err(Some)?.ok_or(None)?;
+        let value = value(problem, &point).map_err(Some)?;
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(None)
+        }
+    };
+    let root = match roots::bracketed(&mut at, (0.0, a), (1.0, b), WIDTH) {
+        Ok(found) => found.root,
+        Err(Some(error)) => return Err(error),
+        Err(None) => return Ok(None),
+    };
+    let Ok(last) = at(root) else {
+        return Ok(None);
+    };
+    let Some(point) = path.at_fraction(problem, root)? else {
+        return Ok(None);
+    };
+    Ok(Some(Found {
+        fraction: root,
+        spot: problem.spot(&point.u, point.lambda),
+        value: last,
+        largest: a.abs().max(b.abs()),
+    }))
+}
+
+/// Places at which passages of breakpoints come or go.
+fn meetings(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    ends: (&Nature, &Nature),
+) -> Result<Vec<CurveEvent>, SolveError> {
+    let (from, to) = (ends.0.passages.counts(), ends.1.passages.counts());
+    if from == to {
+        return Ok(Vec::new());
+    }
+    let (mut low, mut high, mut behind) = (0.0, 1.0, to);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        let Some(point) = path.at_fraction(problem, middle)? else {
+            break;
+        };
+        let spot = problem.spot(&point.u, point.lambda);
+        let Some(nature) = problem.nature(&spot)? else {
+            break;
+        };
+        let counts = nature.passages.counts();
+        if counts == from {
+            low = middle;
+        } else {
+            (high, behind) = (middle, counts);
+        }
+    }
+    let Some(point) = path.at_fraction(problem, low)? else {
+        return Ok(Vec::new());
+    };
+    let changed = |list: &[(usize, usize, usize)], other: &[(usize, usize, usize)]| {
+        list.iter().find(|c| !other.contains(c)).map(|c| c.0)
+    };
+    let connection = changed(&behind, &from).or_else(|| changed(&from, &behind));
+    Ok(vec![CurveEvent {
+        kind: Codimension::MeetsGrazing {
+            connection: connection.unwrap_or(0),
+        },
+        spot: problem.spot(&point.u, point.lambda),
+        fraction: low,
+        is_birth: None,
+    }])
+}

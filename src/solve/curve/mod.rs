@@ -1,0 +1,66 @@
+//! Curves of bifurcations and grazings in two parameters.
+//!
+//! Unknowns are a periodic orbit u of the flow, the first parameter and, where a condition needs it, one number more; the second
+//! parameter is that of the path follower, which is the one of branches.
+//!
+//! ```text
+//! P(u; p1, p2) - u = 0,    g(u, p1, p2, extra) = 0
+//! ```
+//!
+//! g comes from bordered systems, which are smooth where eigenvalues are not; the borders follow along the curve.
+
+mod codimension;
+mod conditions;
+mod defining;
+mod follow;
+mod nature;
+mod normal_form;
+mod seek;
+mod shots;
+
+pub use codimension::{Codimension, CurveEvent};
+pub use defining::{Defining, Spot};
+pub use follow::{Arm, CurveEnd, CurveOptions, CurvePoint, follow};
+pub use seek::{Guess, Guesses, NoStart, seek};
+pub use shots::{Plane, Shots};
+
+/// What holds along a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CurveKind {
+    /// Multiplier +1, two orbits meet.
+    Fold,
+    /// Multiplier +1 where two branches cross, as parts that are alike let them.
+    BranchPoint,
+    /// Multiplier -1.
+    PeriodDoubling,
+    /// A complex pair on the unit circle.
+    NeimarkSacker,
+    /// An extremum of a deformation lies on a breakpoint of its law.
+    Grazing {
+        /// Connection.
+        connection: usize,
+        /// Breakpoint of its law, counted from below.
+        breakpoint: usize,
+    },
+}
+
+impl CurveKind {
+    /// Word for files.
+    pub fn word(self) -> &'static str {
+        match self {
+            CurveKind::Fold => "fold",
+            CurveKind::BranchPoint => "branch_point",
+            CurveKind::PeriodDoubling => "period_doubling",
+            CurveKind::NeimarkSacker => "neimark_sacker",
+            CurveKind::Grazing { .. } => "grazing",
+        }
+    }
+
+    /// Unknowns besides the orbit and the first parameter.
+    pub(super) fn extras(self) -> usize {
+        match self {
+            CurveKind::Fold | CurveKind::PeriodDoubling => 0,
+            CurveKind::BranchPoint | CurveKind::NeimarkSacker | CurveKind::Grazing { .. } => 1,
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! What is known of a place on a curve: multipliers, criticality, and the functions that vanish at codimension 2.
+
+use super::codimension::Codimension;
+use super::conditions::shifted;
+use super::defining::Spot;
+use super::shots::Passages;
+use super::{CurveKind, Defining};
+use crate::error::SolveError;
+use crate::solve::floquet;
+use nalgebra::DMatrix;
+use num_complex::Complex;
+use std::f64::consts::{PI, TAU};
+
+/// A place on a curve with what is known there.
+#[derive(Debug, Clone)]
+pub(super) struct Nature {
+    /// Angle of the critical multiplier; the phase of a touch.
+    pub theta: f64,
+    /// Coefficient of the normal form, negative where what branches off is attracting as far as the critical direction goes.
+    pub criticality: f64,
+    /// Functions that vanish at codimension 2.
+    pub tests: Vec<(Codimension, f64)>,
+    pub passages: Passages,
+}
+
+/// Distance, in sizes, by which a touching is undone before multipliers are taken: they have a square root on the other side.
+const AWAY: f64 = 1e-9;
+/// Phase and rate (in sizes) within which a passage is the touching itself.
+const TOUCHING: (f64, f64) = (1e-2, 1e-4);
+
+impl Defining<'_> {
+    /// What is known of a spot; `None` where there is no image.
+    pub(super) fn nature(&mut self, spot: &Spot) -> Result<Option<Nature>, SolveError> {
+        let spot = &match self.kind {
+            CurveKind::Grazing { .. } => self.untouched(spot, AWAY)?,
+            _ => spot.clone(),
+        };
+        let Some(whole) = self.transition(spot)? else {
+            return Ok(None);
+        };
+        let multipliers = floquet::multipliers(&whole.0);
+        let (tests, criticality) = self.tests(spot, &whole, &multipliers)?;
+        let mut passages = whole.1;
+        if let CurveKind::Grazing { connection, .. } = self.kind {
+            let limit = TOUCHING.1 * self.size;
+            passages.0.retain(|(own, _, tau, rate)| {
+                let gap = (tau - spot.extra).rem_euclid(TAU);
+                let is_near = gap.min(TAU - gap) < TOUCHING.0;
+                !(*own == connection && is_near && rate.abs() < limit)
+            });
+        }
+        let theta = match self.kind {
+            CurveKind::Fold | CurveKind::BranchPoint => 0.0,
+            CurveKind::PeriodDoubling => PI,
+            CurveKind::NeimarkSacker => spot.extra.clamp(-1.0, 1.0).acos(),
+            CurveKind::Grazing { .. } => spot.extra.rem_euclid(TAU),
+        };
+        Ok(Some(Nature {
+            theta,
+            criticality,
+            tests,
+            passages,
+        }))
+    }
+
+    fn tests(
+        &mut self,
+        spot: &Spot,
+        whole: &(DMatrix<f64>, Passages),
+        multipliers: &[Complex<f64>],
+    ) -> Result<(Vec<(Codimension, f64)>, f64), SolveError> {
+        let phi = &whole.0;
+        let determinant = |shift: f64| shifted(phi, shift).determinant();
+        let product = |shift: f64| {
+            let vectors = self.vectors(&shifted(phi, shift));
+            vectors.map_or(f64::NAN, |(p, q)| p.dot(&q))
+        };
+        Ok(match self.kind {
+            CurveKind::Fold => {
+                let (resonance, flip) = (product(-1.0), determinant(1.0));
+                let a = self.fold_coefficient(spot, whole)?;
+                let slope = self.slope(spot, 0)?;
+                let side = self
+                    .vectors(&shifted(phi, -1.0))
+                    .map(|(p, _)| p.dot(&slope));
+                let tests = vec![
+                    (Codimension::Cusp, a),
+                    (Codimension::Resonance(1), resonance),
+                    (Codimension::FoldFlip, flip),
+                ];
+                (tests, side.map_or(f64::NAN, |side| -a * side))
+            }
+            CurveKind::BranchPoint => {
+                let flip = (Codimension::FoldFlip, determinant(1.0));
+                (vec![flip], f64::NAN)
+            }
+            CurveKind::PeriodDoubling => {
+                let (resonance, fold) = (product(1.0), determinant(-1.0));
+                let b = self.doubling_coefficient(spot, whole)?;
+                let tests = vec![
+                    (Codimension::Resonance(2), resonance),
+                    (Codimension::FoldFlip, fold),
+                    (Codimension::GeneralisedFlip, b),
+                ];
+                (tests, -b)
+            }
+            CurveKind::NeimarkSacker => {
+                let d = self.torus_coefficient(spot, whole)?;
+                let tests = vec![
+                    (Codimension::Resonance(1), spot.extra - 1.0),
+                    (Codimension::Resonance(2), spot.extra + 1.0),
+                    (Codimension::Resonance(3), spot.extra + 0.5),
+                    (Codimension::Resonance(4), spot.extra),
+                    (Codimension::FoldTorus, determinant(-1.0)),
+                    (Codimension::FlipTorus, determinant(1.0)),
+                    (Codimension::GeneralisedTorus, d),
+                ];
+                (tests, d)
+            }
+            CurveKind::Grazing { .. } => {
+                let pairs = multipliers.iter().filter(|mu| mu.im > 0.0);
+                let distance = pairs.map(|mu| mu.norm() - 1.0);
+                let nearest = distance.min_by(|a, b| a.abs().total_cmp(&b.abs()));
+                let tests = vec![
+                    (Codimension::GrazingFold, determinant(-1.0)),
+                    (Codimension::GrazingFlip, determinant(1.0)),
+                    (Codimension::GrazingTorus, nearest.unwrap_or(f64::NAN)),
+                ];
+                (tests, f64::NAN)
+            }
+        })
+    }
+
+    /// A spot at which the touching fails by so many sizes: the state moved, against the gradient of the touched deformation.
+    pub(super) fn untouched(&mut self, spot: &Spot, away: f64) -> Result<Spot, SolveError> {
+        let CurveKind::Grazing {
+            connection,
+            breakpoint,
+        } = self.kind
+        else {
+            return Ok(spot.clone());
+        };
+        let n = spot.u.len();
+        let tau = spot.extra.rem_euclid(TAU);
+        let (mut state, mut phi) = (spot.u.clone(), DMatrix::identity(n, n));
+        let into = (state.as_mut_slice(), Some(&mut phi));
+        if tau > 0.0 && !self.shots.map(spot.p, (0.0, tau), into)? {
+            return Ok(spot.clone());
+        }
+        let system = self.shots.system(spot.p)?;
+        let (dof, mut scratch) = (n / 2, system.scratch());
+        let mut acceleration = vec![0.0; dof];
+        system.acceleration(tau, &state, &mut scratch, &mut acceleration);
+        let row = system.element_map().row(connection).into_owned();
+        let rise: f64 = (0..dof).map(|i| row[i] * acceleration[i]).sum();
+        let gradient: Vec<f64> = (0..n)
+            .map(|j| (0..dof).map(|i| row[i] * phi[(i, j)]).sum())
+            .collect();
+        let square: f64 = gradient.iter().map(|g| g * g).sum();
+        let level = system.mounts()[connection].element.breakpoints()[breakpoint];
+        // A maximum is kept below the breakpoint, a minimum above.
+        let gap = level - scratch.deformation[connection] - away * self.size * -rise.signum();
+        let mut moved = spot.clone();
+        for (u, g) in moved.u.iter_mut().zip(&gradient) {
+            *u += g * gap / square.max(f64::MIN_POSITIVE);
+        }
+        Ok(moved)
+    }
+}

@@ -1,0 +1,328 @@
+//! The first point of a curve from a place near it.
+
+use super::CurveKind;
+use super::defining::{Defining, Spot};
+use super::follow::NEWTON;
+use super::shots::{Plane, Shots};
+use crate::error::SolveError;
+use crate::solve::attractor::scatter;
+use crate::solve::floquet;
+use crate::solve::integrate::IntegratorChoice;
+use crate::solve::newton::{Newton, NewtonOptions};
+use crate::solve::residual::{Linearisation, Residual};
+use crate::solve::segment_orbit::SegmentOrbit;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// What is looked for: a kind, and for a grazing the connections that may touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guess {
+    /// A kind that needs no more.
+    Event(CurveKind),
+    /// A touching, of this connection or of any.
+    Touch(Option<usize>),
+}
+
+/// States at phase 0 from which periodic orbits are looked for.
+#[derive(Debug, Clone)]
+pub struct Guesses {
+    /// Tried first.
+    pub states: Vec<Vec<f64>>,
+    /// Centre and half widths of random states.
+    pub spread: (Vec<f64>, Vec<f64>),
+    /// Random states.
+    pub count: usize,
+}
+
+/// Why there is no first point.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoStart {
+    /// No periodic orbit was found at the place.
+    NoOrbit,
+    /// None of the orbits is such an event near the place; the nearest event that was met, as shares.
+    NoEvent {
+        /// Orbits looked at.
+        orbits: usize,
+        /// The nearest one.
+        nearest: Option<[f64; 2]>,
+    },
+}
+
+/// Distance from the guess, in ranges of the first parameter, within which an event is the one that is meant.
+const NEAR: f64 = 0.02;
+/// Distance below which no better one is looked for.
+const EXACT: f64 = 1e-8;
+/// Periods after which a random motion is a guess.
+const PERIODS: [usize; 6] = [0, 1, 2, 4, 8, 60];
+/// Orbits nearer than this, relative to their size, are one.
+const SAME: f64 = 1e-4;
+/// Residual, relative to the size, with which an orbit at a bifurcation is good enough for the corrector of the curve.
+const ROUGH: f64 = 1e-3;
+/// Seed of the random states.
+const SEED: u64 = 2;
+/// Extrema nearest to a breakpoint that are tried.
+const EXTREMA: usize = 3;
+
+/// u -> P(u) - u at a place.
+struct Closing<'s, 'a> {
+    shots: &'s mut Shots<'a>,
+    p: [f64; 2],
+    phi: DMatrix<f64>,
+}
+
+impl Residual for Closing<'_, '_> {
+    fn dim(&self) -> usize {
+        self.shots.size()
+    }
+
+    fn linearise(
+        &mut self,
+        u: &DVector<f64>,
+        _: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        let n = u.len();
+        let mut state = u.as_slice().to_vec();
+        let into = (state.as_mut_slice(), Some(&mut self.phi));
+        let is_whole = self.shots.map(self.p, (0.0, TAU), into)?;
+        let valid = if is_whole { 1.0 } else { f64::NAN };
+        out.magnitude = u.amax().max(f64::MIN_POSITIVE);
+        for k in 0..n {
+            out.r[k] = valid * (state[k] - u[k]);
+        }
+        let mut jacobian = out.dr_du.block_mut(n, (0, 0));
+        for c in 0..n {
+            let column = jacobian.column(c);
+            column.copy_from_slice(self.phi.column(c).as_slice());
+            column[c] -= 1.0;
+        }
+        out.dr_dlambda.fill(0.0);
+        Ok(())
+    }
+}
+
+/// Looks for the event of a kind nearest to a place.
+///
+/// # Errors
+/// There is no system at the place, or an interruption.
+pub fn seek<'a>(
+    plane: Box<dyn Plane + 'a>,
+    (guess, p): (Guess, [f64; 2]),
+    guesses: &Guesses,
+    choice: IntegratorChoice,
+) -> Result<Result<(Defining<'a>, Spot), NoStart>, SolveError> {
+    let mut shots = Shots::new(plane, p, choice)?;
+    let mut orbits: Vec<Vec<f64>> = Vec::new();
+    let (mut best, mut nearest): (Option<(CurveKind, Spot)>, Option<[f64; 2]>) = (None, None);
+    let gap = |spot: &Spot| (spot.p[0] - p[0]).abs();
+    for state in Spread::new(guesses) {
+        let Some(u) = orbit(&mut shots, p, state)? else {
+            continue;
+        };
+        let is_known = |other: &Vec<f64>| distance(other, &u) < SAME;
+        if orbits.iter().any(is_known) {
+            continue;
+        }
+        orbits.push(u.clone());
+        for (kind, spot) in candidates(&mut shots, guess, (p, &u))? {
+            let (back, found) = corrected(shots, kind, &spot)?;
+            shots = back;
+            let Some(found) = found else { continue };
+            if nearest.is_none_or(|q: [f64; 2]| gap(&found) < (q[0] - p[0]).abs()) {
+                nearest = Some(found.p);
+            }
+            let is_better = best.as_ref().is_none_or(|(_, b)| gap(&found) < gap(b));
+            if gap(&found) < NEAR && is_better {
+                best = Some((kind, found));
+            }
+        }
+        if best.as_ref().is_some_and(|(_, spot)| gap(spot) < EXACT) {
+            break;
+        }
+    }
+    Ok(match best {
+        Some((kind, spot)) => Ok((Defining::new(shots, kind, &spot)?, spot)),
+        None if orbits.is_empty() => Err(NoStart::NoOrbit),
+        None => Err(NoStart::NoEvent {
+            orbits: orbits.len(),
+            nearest,
+        }),
+    })
+}
+
+/// States to begin with: those given, then random ones, each with a number of periods to go.
+struct Spread<'g> {
+    guesses: &'g Guesses,
+    next: usize,
+}
+
+impl<'g> Spread<'g> {
+    fn new(guesses: &'g Guesses) -> Spread<'g> {
+        Spread { guesses, next: 0 }
+    }
+}
+
+impl Iterator for Spread<'_> {
+    type Item = (Vec<f64>, usize);
+
+    fn next(&mut self) -> Option<(Vec<f64>, usize)> {
+        let k = self.next;
+        self.next += 1;
+        let given = &self.guesses.states;
+        if k < given.len() {
+            return Some((given[k].clone(), 0));
+        }
+        let k = k - given.len();
+        if k >= self.guesses.count * PERIODS.len() {
+            return None;
+        }
+        let (centre, widths) = &self.guesses.spread;
+        let mut state = centre.clone();
+        scatter(SEED, k / PERIODS.len(), widths, &mut state);
+        Some((state, PERIODS[k % PERIODS.len()]))
+    }
+}
+
+/// A periodic orbit, roughly, from a state that goes on for some periods first.
+fn orbit(
+    shots: &mut Shots<'_>,
+    p: [f64; 2],
+    (mut state, periods): (Vec<f64>, usize),
+) -> Result<Option<Vec<f64>>, SolveError> {
+    for _ in 0..periods {
+        if !shots.map(p, (0.0, TAU), (&mut state, None))? {
+            return Ok(None);
+        }
+    }
+    let n = state.len();
+    let mut problem = Closing {
+        shots,
+        p,
+        phi: DMatrix::identity(n, n),
+    };
+    let options = NewtonOptions {
+        tolerance: 1e-9,
+        step_tolerance: 1e-8,
+        max_iterations: 40,
+        min_damping: 1.0 / 256.0,
+    };
+    let mut newton = Newton::new(&problem.structure(), options);
+    let mut u = DVector::from_vec(state);
+    let outcome = newton.solve(&mut problem, &mut u, 0.0)?;
+    let is_near = outcome.is_converged() || outcome.residual_norm < ROUGH;
+    Ok(is_near.then(|| u.as_slice().to_vec()))
+}
+
+/// Spots of an orbit from which the corrector may reach an event.
+fn candidates(
+    shots: &mut Shots<'_>,
+    guess: Guess,
+    (p, u): ([f64; 2], &[f64]),
+) -> Result<Vec<(CurveKind, Spot)>, SolveError> {
+    let spot = |extra: f64| Spot {
+        u: u.to_vec(),
+        p,
+        extra,
+    };
+    let kind = match guess {
+        Guess::Touch(connection) => return touches(shots, connection, (p, u)),
+        Guess::Event(kind) => kind,
+    };
+    if kind != CurveKind::NeimarkSacker {
+        return Ok(vec![(kind, spot(0.0))]);
+    }
+    let (mut state, mut phi) = (u.to_vec(), DMatrix::identity(u.len(), u.len()));
+    if !shots.map(p, (0.0, TAU), (&mut state, Some(&mut phi)))? {
+        return Ok(Vec::new());
+    }
+    let pairs = floquet::multipliers(&phi)
+        .into_iter()
+        .filter(|mu| mu.im > 0.0);
+    let pair = |mu: num_complex::Complex<f64>| (kind, spot(mu.re / mu.norm()));
+    Ok(pairs.map(pair).collect())
+}
+
+/// The extrema nearest to breakpoints.
+fn touches(
+    shots: &mut Shots<'_>,
+    connection: Option<usize>,
+    (p, u): ([f64; 2], &[f64]),
+) -> Result<Vec<(CurveKind, Spot)>, SolveError> {
+    let spot = |extra: f64| Spot {
+        u: u.to_vec(),
+        p,
+        extra,
+    };
+    let nearest = gaps(shots, connection, (p, u))?.into_iter().take(EXTREMA);
+    Ok(nearest.map(|(_, kind, tau)| (kind, spot(tau))).collect())
+}
+
+/// Distances of all extrema from breakpoints, the least first, each with its grazing and its phase.
+fn gaps(
+    shots: &mut Shots<'_>,
+    connection: Option<usize>,
+    (p, u): ([f64; 2], &[f64]),
+) -> Result<Vec<(f64, CurveKind, f64)>, SolveError> {
+    let system = shots.system(p)?.clone();
+    let mut orbit = SegmentOrbit::new(system.omega(), system.subharmonic(), system.dof());
+    let mut state = u.to_vec();
+    if !shots.observed(p, (0.0, TAU), (&mut state, None), &mut orbit)? {
+        return Ok(Vec::new());
+    }
+    let mut list: Vec<(f64, CurveKind, f64)> = Vec::new();
+    let (extrema, levels) = (orbit.extrema(&system), system.breakpoints());
+    for (own, (extrema, levels)) in extrema.iter().zip(&levels).enumerate() {
+        if connection.is_some_and(|wanted| wanted != own) {
+            continue;
+        }
+        for (tau, x) in extrema.iter().skip(1) {
+            for (breakpoint, level) in levels.iter().enumerate() {
+                let kind = CurveKind::Grazing {
+                    connection: own,
+                    breakpoint,
+                };
+                list.push(((x - level).abs(), kind, *tau));
+            }
+        }
+    }
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(list)
+}
+
+impl Defining<'_> {
+    /// Least distance of an extremum from a breakpoint of its law, and the connection.
+    pub(super) fn nearest_touch(
+        &mut self,
+        spot: &Spot,
+    ) -> Result<Option<(f64, usize)>, SolveError> {
+        let list = gaps(&mut self.shots, None, (spot.p, &spot.u))?;
+        Ok(list.first().and_then(|(gap, kind, _)| match kind {
+            CurveKind::Grazing { connection, .. } => Some((*gap, *connection)),
+            _ => None,
+        }))
+    }
+}
+
+/// The event to which the corrector leads from a spot at a fixed second parameter, and the flow back.
+fn corrected<'a>(
+    shots: Shots<'a>,
+    kind: CurveKind,
+    spot: &Spot,
+) -> Result<(Shots<'a>, Option<Spot>), SolveError> {
+    let mut problem = Defining::new(shots, kind, spot)?;
+    let mut newton = Newton::new(&problem.structure(), NEWTON);
+    let mut x = problem.unknowns(spot);
+    let found = match newton.solve(&mut problem, &mut x, spot.p[1]) {
+        Ok(outcome) => outcome.is_converged().then(|| problem.spot(&x, spot.p[1])),
+        Err(SolveError::NoSystem { .. }) => None,
+        Err(error) => return Err(error),
+    };
+    let is_pair = |found: &Spot| kind != CurveKind::NeimarkSacker || found.extra.abs() < 1.0;
+    Ok((problem.into_shots(), found.filter(is_pair)))
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let size = a.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+    let gaps = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    gaps.fold(0.0, f64::max) / size
+}

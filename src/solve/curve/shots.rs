@@ -1,0 +1,202 @@
+//! The flow at places of a plane of two parameters.
+
+use crate::error::SolveError;
+use crate::solve::integrate::{
+    IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, choose,
+};
+use crate::solve::{jumps, uninterrupted};
+use crate::system::System;
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
+
+/// Systems over two parameters, each as a share of its range.
+pub trait Plane {
+    /// The system, its frequency included.
+    ///
+    /// # Errors
+    /// There is none at this place.
+    fn system(&mut self, p: [f64; 2]) -> Result<System, SolveError>;
+
+    /// Which of the parameters is the excitation frequency.
+    fn frequency(&self) -> Option<usize>;
+
+    /// The frequency of the reference at a place.
+    fn reference_frequency(&self, p: [f64; 2]) -> f64;
+}
+
+/// Systems kept with their integrators: one and its neighbours in both parameters.
+const KEPT: usize = 5;
+
+struct Slot {
+    key: [f64; 2],
+    system: System,
+    integrator: Box<dyn Integrator + Send>,
+}
+
+/// Maps over the response period.
+pub struct Shots<'a> {
+    plane: Box<dyn Plane + 'a>,
+    choice: IntegratorChoice,
+    slots: Vec<Slot>,
+    next: usize,
+    size: usize,
+}
+
+/// Passages of breakpoints in a period: connection, breakpoint counted from below, phase, rate.
+#[derive(Debug, Clone, Default)]
+pub struct Passages(pub Vec<(usize, usize, f64, f64)>);
+
+struct Counting<'a> {
+    breakpoints: &'a [Vec<f64>],
+    found: &'a mut Passages,
+}
+
+impl Observer for Counting<'_> {
+    fn wants_segments(&self) -> bool {
+        false
+    }
+
+    fn switch(&mut self, switch: &Switch) {
+        let levels = self.breakpoints[switch.connection].iter().enumerate();
+        let gap = |level: &f64| (level - switch.level).abs();
+        let nearest = levels.min_by(|a, b| gap(a.1).total_cmp(&gap(b.1)));
+        let level = nearest.map_or(0, |(k, _)| k);
+        (self.found.0).push((switch.connection, level, switch.tau, switch.velocity));
+    }
+}
+
+impl<'a> Shots<'a> {
+    /// The flow of a plane, which must exist at a place.
+    ///
+    /// # Errors
+    /// The system cannot be made, the integrator cannot take it, or a law has hidden jumps.
+    pub fn new(
+        mut plane: Box<dyn Plane + 'a>,
+        place: [f64; 2],
+        choice: IntegratorChoice,
+    ) -> Result<Shots<'a>, SolveError> {
+        let system = plane.system(place)?;
+        jumps::refuse_hidden(&system)?;
+        let size = 2 * system.dof();
+        let mut shots = Shots {
+            plane,
+            choice,
+            slots: Vec::new(),
+            next: 0,
+            size,
+        };
+        shots.slot(place)?;
+        Ok(shots)
+    }
+
+    /// Values in a state.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// The system at a place.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn system(&mut self, p: [f64; 2]) -> Result<&System, SolveError> {
+        let slot = self.slot(p)?;
+        Ok(&self.slots[slot].system)
+    }
+
+    /// Which integrator runs.
+    pub fn integrator(&self) -> &'static str {
+        let slot = self.slots.first();
+        slot.map_or("", |slot| slot.integrator.name())
+    }
+
+    /// P(u) over a part of the response period into `state`, which holds u, and Phi into `phi`; false where there is no image.
+    ///
+    /// # Errors
+    /// There is no system at this place, or an interruption.
+    pub fn map(
+        &mut self,
+        p: [f64; 2],
+        span: (f64, f64),
+        (state, phi): (&mut [f64], Option<&mut DMatrix<f64>>),
+    ) -> Result<bool, SolveError> {
+        self.observed(p, span, (state, phi), &mut ())
+    }
+
+    /// The same over the whole period, with the passages of breakpoints.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn whole(
+        &mut self,
+        p: [f64; 2],
+        state: &mut [f64],
+        phi: Option<&mut DMatrix<f64>>,
+    ) -> Result<Option<Passages>, SolveError> {
+        let breakpoints = self.system(p)?.breakpoints();
+        let mut found = Passages::default();
+        let mut counting = Counting {
+            breakpoints: &breakpoints,
+            found: &mut found,
+        };
+        let is_whole = self.observed(p, (0.0, TAU), (state, phi), &mut counting)?;
+        Ok(is_whole.then_some(found))
+    }
+
+    /// The same with an observer of one's own.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn observed(
+        &mut self,
+        p: [f64; 2],
+        span: (f64, f64),
+        (state, phi): (&mut [f64], Option<&mut DMatrix<f64>>),
+        observer: &mut dyn Observer,
+    ) -> Result<bool, SolveError> {
+        let slot = self.slot(p)?;
+        let Slot {
+            system, integrator, ..
+        } = &mut self.slots[slot];
+        let end = match phi {
+            None => integrator.advance(system, span, state, observer),
+            Some(phi) => {
+                phi.fill_with_identity();
+                integrator.advance_with_variation(system, span, state, phi, observer)
+            }
+        };
+        uninterrupted()?;
+        Ok(end == IntegrationEnd::Reached && state.iter().all(|x| x.is_finite()))
+    }
+
+    fn slot(&mut self, p: [f64; 2]) -> Result<usize, SolveError> {
+        let mut key = p;
+        if let Some(k) = self.plane.frequency() {
+            key[k] = 0.0;
+        }
+        let known = self.slots.iter().position(|slot| slot.key == key);
+        let k = match known {
+            Some(k) => k,
+            None => {
+                let system = self.plane.system(p)?;
+                let integrator = choose(&system, self.choice)?;
+                let slot = Slot {
+                    key,
+                    system,
+                    integrator,
+                };
+                if self.slots.len() < KEPT {
+                    self.slots.push(slot);
+                    self.slots.len() - 1
+                } else {
+                    let k = self.next;
+                    self.next = (k + 1) % KEPT;
+                    self.slots[k] = slot;
+                    k
+                }
+            }
+        };
+        let frequency = self.plane.reference_frequency(p);
+        self.slots[k].system.set_reference_frequency(frequency);
+        Ok(k)
+    }
+}

@@ -1,0 +1,19 @@
+//! Invariant curves of the stroboscopic map: tori of the flow, attracting or not.
+//!
+//! ```text
+//! P(K(theta); lambda) = K(theta + rho),    <K - K_ref, K_ref'> = 0
+//! ```
+//!
+//! K lives on an odd number of points with trigonometric interpolation between them; unknowns are its values and rho, followed in
+//! one parameter by the path follower of branches. What a curve is worth is judged off its points.
+
+mod birth;
+mod exponents;
+mod follow;
+mod problem;
+mod ring;
+mod section;
+
+pub use birth::{from_event, from_record};
+pub use follow::{TorusArm, TorusEnd, TorusOptions, TorusPoint, follow};
+pub use problem::{Torus, TorusProblem};

@@ -1,0 +1,217 @@
+//! Curves in two parameters against values of an independent program.
+
+use crate::time_domain_support::*;
+use gearlash::report::Report;
+
+const ONE: &str = "
+schema: 1
+reduced:
+  stiffness: [[1.0]]
+  damping: {matrix: [[0.1]]}
+  elements: {m: {type: backlash, half_gap: 1.0}}
+  loads: {mean: [0.5], harmonics: [{order: 1, cos: [0.2], sin: [0]}]}
+";
+const QA: &str = "reduced.loads.harmonics.0.cos.0";
+
+fn points(report: &Report) -> Vec<(f64, f64)> {
+    let table = main_table(report);
+    let (a, b) = (floats(table, "parameter_1"), floats(table, "parameter_2"));
+    a.into_iter().zip(b).collect()
+}
+
+fn events(report: &Report, kind: &str) -> Vec<(f64, f64)> {
+    let table = report.table("events").unwrap();
+    let (a, b) = (floats(table, "parameter_1"), floats(table, "parameter_2"));
+    let kinds = texts(table, "kind");
+    let own = (0..kinds.len()).filter(|k| kinds[*k] == kind);
+    own.map(|k| (a[k], b[k])).collect()
+}
+
+fn has(list: &[(f64, f64)], at: (f64, f64), near: (f64, f64)) {
+    let is_there = |p: &&(f64, f64)| (p.0 - at.0).abs() <= near.0 && (p.1 - at.1).abs() <= near.1;
+    assert!(
+        list.iter().any(|p| is_there(&p)),
+        "{at:?} is not in {list:?}"
+    );
+}
+
+#[test]
+fn grazings_of_the_linear_response_have_a_closed_form() {
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.42, 1.8], [0.03, 1.1]], \
+         start: {{kind: grazing, at: {{frequency: 0.7742, {QA}: 0.204}}}}, marks: [0.204, 0.078]}}"
+    );
+    let report = run(ONE, &analysis);
+    let list = points(&report);
+    // The amplitude of the linear response equals the mean compression.
+    for (w, qa) in &list {
+        let closed = 0.5 * ((1.0 - w * w).powi(2) + (0.1 * w).powi(2)).sqrt();
+        assert!((qa - closed).abs() < 1e-10, "{w} {qa} {closed}");
+    }
+    has(&list, (0.77421773052, 0.204), (1e-9, 0.0));
+    has(&list, (0.93550126145, 0.078), (1e-9, 0.0));
+    let turns = events(&report, "turning_2");
+    has(&turns, (0.997496867114, 0.049937460889), (1e-7, 1e-9));
+    assert!(list.len() < 120, "{}", list.len());
+}
+
+#[test]
+fn folds_meet_at_a_cusp() {
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.4, 2], [0.02, 1.2]], \
+         start: {{kind: fold, at: {{frequency: 0.9, {QA}: 0.1}}}}}}"
+    );
+    let report = run(ONE, &analysis);
+    has(
+        &events(&report, "cusp"),
+        (0.969082427114, 0.058611631589),
+        (1e-7, 1e-7),
+    );
+    // The other end lies on the grazing curve of the far flank.
+    has(
+        &events(&report, "meets_grazing"),
+        (0.653340123068, 0.143772163829),
+        (1e-5, 1e-5),
+    );
+}
+
+#[test]
+fn isolated_branches_are_born_where_folds_turn() {
+    let analysis = format!(
+        "{{type: bifurcation_curve, subharmonic: 2, parameters: [frequency, {QA}], ranges: [[1.2, 2], [0.4, 1.6]], \
+         start: {{kind: fold, at: {{frequency: 1.662922650572, {QA}: 0.533}}}}, marks: [0.812]}}"
+    );
+    let report = run(ONE, &analysis);
+    has(&points(&report), (1.836239215568, 0.812), (1e-9, 0.0));
+    has(
+        &events(&report, "turning_2"),
+        (1.385478462737, 0.459311514836),
+        (1e-6, 1e-9),
+    );
+    let table = report.table("events").unwrap();
+    let (meaning, b) = (texts(table, "meaning"), floats(table, "parameter_2"));
+    let birth = (0..b.len()).find(|k| (b[*k] - 0.459311514836).abs() < 1e-6);
+    assert_eq!(meaning[birth.unwrap()], "isola_birth");
+}
+
+#[test]
+fn doublings_and_tori_of_the_pair() {
+    let of = |kind: &str, at: (f64, f64), marks: &str| {
+        let analysis = format!(
+            "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.8, 2.4], [0.03, 0.6]], \
+             start: {{kind: {kind}, at: {{frequency: {}, {QA}: {}}}}}, marks: [{marks}]}}",
+            at.0, at.1
+        );
+        run(PAIR, &analysis)
+    };
+    let doubling = of("period_doubling", (1.95, 0.4), "");
+    has(
+        &events(&doubling, "turning_1"),
+        (1.952327987843, 0.389459598705),
+        (1e-9, 1e-6),
+    );
+    let torus = of("neimark_sacker", (1.2660751289, 0.25), "0.25");
+    has(&points(&torus), (1.266075129, 0.25), (1e-8, 0.0));
+    has(
+        &events(&torus, "turning_1"),
+        (1.300056004937, 0.199374067634),
+        (1e-9, 1e-6),
+    );
+}
+
+#[test]
+fn a_curve_starts_at_an_event_of_an_analysis() {
+    let analyses = format!(
+        "  fr: {{type: frequency_response, method: shooting, from: 2.1, to: 1.7}}
+  it: {{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[1.6, 2.4], [0.2, 0.3]], start: {{analysis: fr, kind: period_doubling, near: 1.92}}, marks: [0.25]}}"
+    );
+    let reports = run_with(PAIR, &analyses, 1, &Quiet);
+    let report = reports.iter().find(|r| r.name == "it").unwrap();
+    has(&points(report), (1.920117875889, 0.25), (1e-9, 0.0));
+}
+
+#[test]
+fn a_number_that_only_shifts_a_coordinate_makes_a_straight_line() {
+    let path = "reduced.elements.mesh_2.half_gap";
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {path}], ranges: [[0.8, 2.4], [0.05, 0.486]], \
+         start: {{kind: period_doubling, at: {{frequency: 1.920117875889, {path}: 0.05}}}}, marks: [0.274]}}"
+    );
+    let report = run(PAIR, &analysis);
+    for (w, _) in points(&report) {
+        assert!((w - 1.920117875889).abs() < 1e-9, "{w}");
+    }
+    has(&points(&report), (1.920117875889, 0.274), (1e-9, 0.0));
+    assert_eq!(
+        events(&report, "turning_1").len() + events(&report, "turning_2").len(),
+        0
+    );
+}
+
+#[test]
+fn mistakes_are_named() {
+    let of = |more: &str| {
+        refusal(
+            PAIR,
+            &format!("{{type: bifurcation_curve, ranges: [[0.8, 2.4], [0.03, 0.6]], {more}}}"),
+        )
+    };
+    let start = format!("start: {{kind: fold, at: {{frequency: 1.2, {QA}: 0.2}}}}");
+    let same = of(&format!("parameters: [{QA}, {QA}], at: 1, {start}"));
+    assert!(same.contains("are the same number"), "{same}");
+    let far = of(&format!(
+        "parameters: [frequency, {QA}], start: {{kind: fold, at: {{frequency: 3, {QA}: 0.2}}}}"
+    ));
+    assert!(far.contains("3 lies outside the range"), "{far}");
+    let missing = of(&format!(
+        "parameters: [frequency, {QA}], start: {{analysis: nope, kind: fold}}"
+    ));
+    assert!(
+        missing.contains("no analysis is called `nope`"),
+        "{missing}"
+    );
+    let gap = refusal(
+        PAIR,
+        &format!(
+            "{{type: bifurcation_curve, parameters: [frequency, mesh_2.half_gap], ranges: [[0.8, 2.4], [-0.1, 0.6]], {start}}}"
+        ),
+    );
+    assert!(gap.contains("ranges.1.0") && gap.contains(">= 0"), "{gap}");
+}
+
+#[test]
+fn a_start_that_is_no_such_event_ends_early_with_the_reason() {
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[2.2, 2.4], [0.03, 0.1]], \
+         start: {{kind: period_doubling, at: {{frequency: 2.3, {QA}: 0.05}}}}}}"
+    );
+    let report = run(PAIR, &analysis);
+    let reason = report.ended_early.clone().unwrap();
+    assert!(reason.contains("is near a period doubling"), "{reason}");
+    assert_eq!(main_table(&report).rows(), 0);
+}
+
+#[test]
+fn a_curve_goes_on_from_a_saved_point() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = format!(
+        "  one: {{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.5, 1.4], [0.03, 0.3]], \
+         start: {{kind: grazing, at: {{frequency: 0.7742, {QA}: 0.204}}}}}}"
+    );
+    let study = load(ONE, &first, folder.path()).unwrap();
+    let settings = gearlash::study::RunSettings {
+        out: folder.path().join("out"),
+        figures: vec![],
+        jobs: 1,
+    };
+    study.run(&settings, &Quiet).unwrap();
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.5, 1.4], [0.03, 0.3]], marks: [0.078], \
+         start: {{results: \"{}\", analysis: one, point: 3, kind: grazing}}}}",
+        settings.out.display()
+    );
+    let report = run(ONE, &analysis);
+    has(&points(&report), (0.93550126145, 0.078), (1e-9, 0.0));
+    let lost = refusal(ONE, &analysis.replace("point: 3", "point: 3000"));
+    assert!(lost.contains("no point 3000 of branch 0"), "{lost}");
+}

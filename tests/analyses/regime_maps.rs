@@ -1,0 +1,58 @@
+//! Regime maps: labels, refinement, coexistence, curves over them.
+
+use crate::time_domain_support::*;
+
+const QA: &str = "reduced.loads.harmonics.0.cos.0";
+
+fn map(more: &str) -> String {
+    format!(
+        "{{type: regime_map, parameters: {{frequency: {{from: 1.85, to: 2.0, points: 4}}, {QA}: {{from: 0.24, to: 0.26, points: 2}}}}, \
+         transient: 400, periods: 60, {more}}}"
+    )
+}
+
+#[test]
+fn labels_change_at_the_doubling_and_the_grid_is_refined_there() {
+    let analyses = format!(
+        "  it: {}",
+        map("refine: 2, measures: [impacts, rms.mesh_1]")
+    );
+    let one = run_with(PAIR, &analyses, 1, &Quiet).remove(0);
+    let three = run_with(PAIR, &analyses, 3, &Quiet).remove(0);
+    assert_eq!(format!("{:?}", one.tables), format!("{:?}", three.tables));
+    let table = main_table(&one);
+    let (omega, qa) = (floats(table, "frequency"), floats(table, QA));
+    let (labels, seed) = (texts(table, "label"), floats(table, "seed"));
+    // 8 coarse cells, two seeds; refined cells beside the doubling at 1.9201 (for 0.25).
+    assert!(omega.len() > 16 && omega.len() < 80, "{}", omega.len());
+    for k in 0..omega.len() {
+        if (qa[k] - 0.25).abs() < 1e-12
+            && (omega[k] - 1.920117875889).abs() > 5e-3
+            && seed[k] == 0.0
+        {
+            let wanted = if omega[k] > 1.92 {
+                "period 1"
+            } else {
+                "period 2"
+            };
+            assert_eq!(labels[k], wanted, "{}", omega[k]);
+        }
+    }
+    assert!(floats(table, "rms.mesh_1").iter().all(|x| *x > 0.0));
+    assert!(table.column("impacts.mesh_2").is_some());
+    let panels = one.figure.unwrap().panels;
+    assert_eq!(panels.len(), 2);
+}
+
+#[test]
+fn mistakes_are_named() {
+    let unknown = refusal(PAIR, &map("measures: [impact]"));
+    assert!(unknown.contains("is no column of a response"), "{unknown}");
+    let curve = refusal(PAIR, &map("curves: [nope]"));
+    assert!(curve.contains("no analysis is called `nope`"), "{curve}");
+    let one = refusal(
+        PAIR,
+        "{type: regime_map, parameters: {frequency: {from: 1, to: 2, points: 4}}}",
+    );
+    assert!(one.contains("a map has two"), "{one}");
+}
