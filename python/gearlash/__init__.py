@@ -16,6 +16,7 @@ import os as _os
 
 from . import _native
 from ._errors import Diagnostic, GearlashError, GearlashWarning, ModelError
+from ._law import law
 from ._model import Check, Model, Number, Numbers, load
 from ._result import Result
 from ._study import Study
@@ -36,6 +37,7 @@ __all__ = [
     "Study",
     "Table",
     "convert",
+    "law",
     "load",
 ]
 

@@ -7,6 +7,7 @@ from typing import Any
 version: str
 
 def forked() -> None: ...
+def register_law(name: str, function: Callable[..., Any]) -> None: ...
 
 class Model:
     @staticmethod

@@ -112,9 +112,9 @@ class Result:
         """A table as a polars DataFrame without a copy; see :meth:`Table.to_polars`."""
         return self.tables[table].to_polars(**options)
 
-    def to_xarray(self, table: str = "main", dims: list[str] | None = None) -> Any:
+    def to_xarray(self, table: str = "main", dims: list[str] | None = None, row: str = "row") -> Any:
         """A table as an xarray Dataset with units; see :meth:`Table.to_xarray`."""
-        data = self.tables[table].to_xarray(dims)
+        data = self.tables[table].to_xarray(dims, row)
         data.attrs.update(self._attributes())
         return data
 
@@ -125,7 +125,11 @@ class Result:
         except ImportError:
             raise missing("xarray", "to_netcdf", "xarray") from None
         path = os.fspath(path)
-        whole = {"/" if name == "main" else f"/{name}": self.to_xarray(name) for name in self.tables}
+        # Groups see the dimensions of their root: each has its own.
+        whole = {
+            "/" if name == "main" else f"/{name}": self.to_xarray(name, row="row" if name == "main" else f"{name}_row")
+            for name in self.tables
+        }
         if hasattr(xarray, "DataTree"):
             xarray.DataTree.from_dict(whole).to_netcdf(path)
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from . import _native
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-class Table(Mapping):
-    """A table: named columns of equal length, each with a unit. A mapping from column names to numpy arrays.
+class Table:
+    """A table: named columns of equal length, each with a unit. ``table[column]`` is a numpy array.
 
     It has the Arrow PyCapsule interface: ``pyarrow.table(t)`` and ``polars.DataFrame(t)`` read it without a copy. Empty cells
     are null there and NaN in numpy and pandas.
@@ -65,7 +65,16 @@ class Table(Mapping):
         return iter(self.columns)
 
     def __len__(self) -> int:
+        """Number of columns, as of a dict of them."""
         return len(self.columns)
+
+    def __contains__(self, column: object) -> bool:
+        return column in self.columns
+
+    # Not a Mapping: polars would copy the columns of one before it asked for Arrow.
+    def keys(self) -> list[str]:
+        """Names of the columns: ``dict(table)`` is a dict of numpy arrays."""
+        return self.columns
 
     def __eq__(self, other: object) -> bool:
         """Equal to the bit."""
@@ -135,10 +144,11 @@ class Table(Mapping):
             raise missing("pyarrow", "to_arrow", "dask") from None
         return pyarrow.table(self)
 
-    def to_xarray(self, dims: list[str] | None = None) -> Any:
+    def to_xarray(self, dims: list[str] | None = None, row: str = "row") -> Any:
         """An xarray Dataset with units as attributes.
 
-        ``dims``: columns that become dimensions where the rows fill a grid of them, as in a study; one dimension ``row`` otherwise.
+        ``dims``: columns that become dimensions where the rows fill a grid of them, as in a study; one dimension otherwise, whose name
+        is ``row``.
         """
         try:
             import xarray
@@ -154,7 +164,7 @@ class Table(Mapping):
             return found.astype(str) if found.dtype == object else found
 
         if not dims:
-            variables = {column: ("row", values(column), attributes(column)) for column in self.columns}
+            variables = {column: (row, values(column), attributes(column)) for column in self.columns}
             return xarray.Dataset(variables)
         return self._on_grid(xarray, dims, values, attributes)
 
@@ -175,7 +185,8 @@ class Table(Mapping):
             if column in dims:
                 continue
             found = values(column)
-            full = numpy.full(shape, numpy.nan if found.dtype.kind in "fi" else "", dtype=_wide(found, where.size, shape))
+            kind = _wide(found, where.size, shape)
+            full = numpy.full(shape, numpy.nan if kind == numpy.float64 else numpy.zeros((), kind), dtype=kind)
             full.reshape(-1)[where] = found
             variables[column] = (dims, full, attributes(column))
         coordinates = {column: (column, axis, attributes(column)) for column, axis in zip(dims, axes)}

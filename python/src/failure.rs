@@ -1,5 +1,6 @@
 //! Errors as Python exceptions. No panic crosses the border.
 
+use super::law;
 use gearlash::analysis::panicked;
 use gearlash::error::{Colour, Diagnostic, Error, render};
 use pyo3::exceptions::PyRuntimeError;
@@ -18,6 +19,9 @@ pub fn released<T: Send>(
 
 /// What came of work that may have panicked.
 pub fn whole<T>(py: Python<'_>, outcome: std::thread::Result<Result<T, Error>>) -> PyResult<T> {
+    if let Some(raised) = law::failure() {
+        return Err(raised);
+    }
     match outcome {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(error)) => Err(exception(py, &error)),

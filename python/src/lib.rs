@@ -3,6 +3,7 @@
 #![deny(unsafe_code)]
 
 mod failure;
+mod law;
 mod model;
 mod study;
 mod table;
@@ -20,5 +21,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<study::Study>()?;
     module.add_class::<table::Table>()?;
     module.add_class::<table::Numbers>()?;
+    module.add_function(wrap_pyfunction!(law::register_law, module)?)?;
     module.add_function(wrap_pyfunction!(watch::forked, module)?)
 }

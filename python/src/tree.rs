@@ -8,7 +8,7 @@ use serde_json::{Map, Number, Value};
 /// Levels of a tree: deeper ones are circles or mistakes.
 const DEEPEST: usize = 64;
 /// Values of a tree: far above every model, and soon reached by a list that holds itself many times.
-const MOST: usize = 20_000_000;
+const MOST: usize = 3_000_000;
 
 /// A Python object as a tree: dicts with text keys, lists, tuples, numbers, texts, None, and what numpy and pandas have of these.
 ///
