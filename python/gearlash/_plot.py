@@ -169,7 +169,7 @@ def _matplotlib(figure: dict, panels: list, ax: Any) -> Any:
     except ImportError:
         raise missing("matplotlib", "plot", "plot") from None
     if ax is None:
-        height = 4.2 if len(panels) == 1 else 2.9 * len(panels) + 0.8
+        height = 4.6 if len(panels) == 1 else 2.9 * len(panels) + 1.2
         whole, axes = plt.subplots(len(panels), 1, figsize=(7.1, height), squeeze=False, layout="constrained")
         axes = list(axes[:, 0])
     else:
@@ -177,8 +177,13 @@ def _matplotlib(figure: dict, panels: list, ax: Any) -> Any:
         whole = axes[0].figure if axes else None
         if len(axes) != len(panels):
             raise ValueError(f"{len(axes)} axes for {len(panels)} panels: give one per panel")
+    own = ax is None
     for (panel, drawn), axis in zip(panels, axes):
         _panel(axis, panel, drawn)
+        if not own and axis.get_legend_handles_labels()[1]:
+            axis.legend(fontsize=8, frameon=False)
+    if own:
+        _legend(whole, axes)
     axes[0].set_title(figure["title"], fontsize=11, wrap=True)
     return whole
 
@@ -215,12 +220,20 @@ def _panel(axis: Any, panel: dict, drawn: list) -> None:
     axis.set_xlabel(panel["x_label"])
     axis.set_ylabel(panel["y_label"])
     if panel["x_range"]:
-        axis.set_xlim(panel["x_range"])
+        axis.set_xlim(sorted(panel["x_range"]))
     axis.grid(color="#e4e4e4", linewidth=0.8)
     axis.set_axisbelow(True)
     axis.tick_params(direction="in", top=True, right=True)
-    if axis.get_legend_handles_labels()[1]:
-        axis.legend(fontsize=8, frameon=False)
+
+
+def _legend(whole: Any, axes: list) -> None:
+    """One legend below the panels, where it covers no curve; what several panels say is said once."""
+    entries: dict[str, Any] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels()):
+            entries.setdefault(label, handle)
+    if entries:
+        whole.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=4, fontsize=8, frameon=False)
 
 
 def _plotly(figure: dict, panels: list) -> Any:
@@ -244,7 +257,7 @@ def _plotly(figure: dict, panels: list) -> Any:
                 mark = marks.get(curve["look"], "circle")
                 trace |= {"mode": "markers", "marker": {"color": curve["color"], "symbol": mark, "size": 9 if curve["look"] == "event" else 4}}
             whole.add_trace(trace, row=row, col=1)
-        whole.update_xaxes(title_text=panel["x_label"], range=panel["x_range"], row=row, col=1)
+        whole.update_xaxes(title_text=panel["x_label"], range=sorted(panel["x_range"]) if panel["x_range"] else None, row=row, col=1)
         whole.update_yaxes(title_text=panel["y_label"], row=row, col=1)
     whole.update_layout(title=figure["title"], template="simple_white", height=420 if len(panels) == 1 else 300 * len(panels))
     return whole

@@ -254,20 +254,28 @@ def _ross_shaft(shaft: Any) -> tuple[float, float, float]:
 
 
 def _base_radius(gear: Any) -> float:
+    """Lever of the mesh force in the plane of rotation; ROSS's mesh acts along the normal of helical teeth."""
+    helix = math.cos(float(getattr(gear, "helix_angle", 0.0) or 0.0))
     if hasattr(gear, "base_radius"):
-        return float(gear.base_radius)
-    return float(gear.pitch_diameter) / 2 * math.cos(float(gear.pressure_angle))
+        return float(gear.base_radius) * helix
+    return float(gear.pitch_diameter) / 2 * math.cos(float(gear.pressure_angle)) * helix
 
 
 def _ross_meshes(rotor: Any, shift: int) -> Iterator[tuple[Any, Any, int, float]]:
     """Pairs of gears with what their nodes are shifted by."""
-    if not hasattr(rotor, "gears"):
+    if hasattr(rotor, "mesh"):
+        # From 2.0 on.
+        mesh, nodes = rotor.mesh, rotor.driven_nodes
+        first, second, stiffness = mesh.driving_gear, mesh.driven_gear, mesh.stiffness
+        driving, driven = rotor.rotors["driving"], rotor.rotors["driven"]
+    elif hasattr(rotor, "gears"):
+        nodes, stiffness = rotor.R2_nodes, rotor.gear_mesh_stiffness
+        (first, second), (driving, driven) = rotor.gears, rotor.rotors
+    else:
         return
-    first, second = rotor.gears
-    yield first, second, shift, float(rotor.gear_mesh_stiffness)
-    driving, driven = rotor.rotors
+    yield first, second, shift, float(stiffness)
     yield from _ross_meshes(driving, shift)
-    yield from _ross_meshes(driven, shift + int(rotor.R2_nodes[0]) - int(driven.nodes[0]))
+    yield from _ross_meshes(driven, shift + int(nodes[0]) - int(driven.nodes[0]))
 
 
 def _list(source: Mapping[str, Any], key: str, path: str) -> list[Any]:

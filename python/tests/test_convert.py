@@ -120,8 +120,16 @@ def _ross_example():
     )  # fmt: skip
 
 
-def test_ross_multi_rotor():
-    model = convert.ross(_ross_example())
+@pytest.mark.parametrize("version", [1, 2])
+def test_ross_multi_rotor(version):
+    rotor = _ross_example()
+    if version == 2:
+        first, second = rotor.gears
+        rotor.mesh = SimpleNamespace(driving_gear=first, driven_gear=second, stiffness=rotor.gear_mesh_stiffness)
+        rotor.rotors = dict(zip(("driving", "driven"), rotor.rotors))
+        rotor.driven_nodes = rotor.R2_nodes
+        del rotor.gears, rotor.R2_nodes, rotor.gear_mesh_stiffness
+    model = convert.ross(rotor)
     size, rho, g = 9, 7800.0, 79.5e9
     m, k = np.zeros(size), np.zeros((size, size))
     for left, length, d in [(0, 0.1, 0.3), (1, 4.24, 0.3), (2, 1.16, 0.22), (3, 0.3, 0.22), (5, 0.3, 0.15), (6, 5.0, 0.15), (7, 0.1, 0.15)]:

@@ -159,8 +159,10 @@ def test_figures_are_drawn(model, analysis):
     figure = result.plot()
     assert figure.axes[0].lines and figure.axes[0].get_xlabel() and result.title in figure.axes[0].get_title()
     if name == "fig_11":
-        said = {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
+        said = {text.get_text() for text in figure.legends[0].get_texts()}
         assert {"stable", "unstable"} <= said
+        assert figure.axes[0].get_xlim() == (0.4, 2.5)
+        assert len(result.plot(backend="plotly").data) > 10
     axes = [plt.subplots()[1] for _ in figure.axes]
     result.plot(ax=axes if len(axes) > 1 else axes[0])
     with pytest.raises(ValueError, match="must be 'matplotlib' or 'plotly'"):
