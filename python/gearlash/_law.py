@@ -75,9 +75,9 @@ def _series(function: Callable, derivative: Callable | None, wants_phase: bool) 
         right, left, faster, slower = (found[k * count : (k + 1) * count] for k in range(4))
         return (right - left) / (high - low), (faster - slower) / (2 * step_v)
 
-    def series(q: bytes, v: bytes, phase: bytes, given: dict[str, float], levels: list[float], scales: tuple[float, float]) -> Any:
-        q, v, phase = (numpy.frombuffer(part) for part in (q, v, phase))
-        parts = (force(q, v, phase, given), *partials(q, v, phase, given, levels, scales))
+    def called(q: bytes, v: bytes, phase: bytes, given: dict[str, float], levels: list[float], scales: tuple[float, float]) -> Any:
+        places, speeds, turns = (numpy.frombuffer(part) for part in (q, v, phase))
+        parts = (force(places, speeds, turns, given), *partials(places, speeds, turns, given, levels, scales))
         return [numpy.ascontiguousarray(part).tobytes() for part in parts]
 
-    return series
+    return called

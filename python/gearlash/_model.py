@@ -6,12 +6,16 @@ import os
 import warnings as _warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from . import _native
+from . import _native as _core
 from ._errors import GearlashWarning, refuse
 from ._html import escape, grid
 from ._progress import Progress
+
+if TYPE_CHECKING:
+    from ._result import Result
+    from ._study import Study
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,7 @@ class Numbers(Mapping):
 
     def __contains__(self, name: object) -> bool:
         try:
-            self[name]
+            self[name]  # type: ignore[index]
         except (ValueError, TypeError):
             return False
         return True
@@ -116,7 +120,7 @@ def load(path: str | os.PathLike[str]) -> Model:
     """
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"found {type(path).__name__}, wanted the path of a model file")
-    return Model._of(_native.Model.load(os.fspath(path)))
+    return Model._of(_core.Model.load(os.fspath(path)))
 
 
 class Model:
@@ -127,26 +131,26 @@ class Model:
     """
 
     __slots__ = ("_native",)
-    _native: _native.Model
+    _native: _core.Model
 
     def __init__(self, definition: Mapping[str, Any] | str):
         if isinstance(definition, str):
             if "\n" not in definition and definition.strip().endswith((".yaml", ".yml")):
                 raise refuse("", f"found the name of a file, `{definition}`", "gearlash.load reads files")
-            native = _native.Model.from_yaml(definition)
+            native = _core.Model.from_yaml(definition)
         elif isinstance(definition, Mapping):
-            native = _native.Model.from_tree(_plain(definition))
+            native = _core.Model.from_tree(_plain(definition))
         else:
             raise TypeError(f"found {type(definition).__name__}, wanted a dict or the text of a model file")
         self._take(native)
 
     @classmethod
-    def _of(cls, native: _native.Model) -> Model:
+    def _of(cls, native: _core.Model) -> Model:
         model = cls.__new__(cls)
         model._take(native)
         return model
 
-    def _take(self, native: _native.Model, say: bool = True) -> None:
+    def _take(self, native: _core.Model, say: bool = True) -> None:
         object.__setattr__(self, "_native", native)
         if say:
             for text in native.warnings:
@@ -202,7 +206,7 @@ class Model:
         check = Check(self._native.check())
         return check
 
-    def run(self, analysis: str, *, progress: bool | None = None):
+    def run(self, analysis: str, *, progress: bool | None = None) -> Result:
         """Runs an analysis by its name and returns its :class:`Result`.
 
         The GIL is released. Ctrl-C ends the run with what it has: ``result.ended_early`` says so and a warning is given; pressed
@@ -218,7 +222,7 @@ class Model:
         result._warn(stacklevel=3)
         return result
 
-    def analyse(self, **settings: Any):
+    def analyse(self, **settings: Any) -> Result:
         """Runs an analysis that the model does not hold: its keys as in a model file, ``m.analyse(type="modes")``."""
         name = settings.pop("name", "analysis")
         return self._with_analysis(name, settings).run(name)
@@ -227,7 +231,7 @@ class Model:
         tree = self.to_dict()
         analyses = dict(tree.get("analyses") or {})
         analyses[name] = _plain(settings)
-        native = _native.Model.from_tree({**tree, "analyses": analyses}, self.name)
+        native = _core.Model.from_tree({**tree, "analyses": analyses}, self.name)
         model = Model.__new__(Model)
         model._take(native, say=False)
         return model
@@ -241,7 +245,7 @@ class Model:
         sample: Mapping[str, Any] | None = None,
         analysis: Any = None,
         collect: Mapping[str, Any] | None = None,
-    ):
+    ) -> Study:
         """A parameter study: many runs of an analysis, one row per run. Returns a :class:`Study`.
 
         ``name``: a ``parameter_study`` of the model file; or the keys of one: ``grid`` (values by name; every combination),
@@ -286,7 +290,7 @@ class Model:
 
 def _restored(tree: dict[str, Any], name: str) -> Model:
     model = Model.__new__(Model)
-    model._take(_native.Model.from_tree(tree, name), say=False)
+    model._take(_core.Model.from_tree(tree, name), say=False)
     return model
 
 

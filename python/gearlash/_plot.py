@@ -168,16 +168,18 @@ def _matplotlib(figure: dict, panels: list, ax: Any) -> Any:
         import matplotlib.pyplot as plt
     except ImportError:
         raise missing("matplotlib", "plot", "plot") from None
-    if ax is None:
+    own = ax is None
+    whole: Any
+    axes: list[Any]
+    if own:
         height = 4.6 if len(panels) == 1 else 2.9 * len(panels) + 1.2
-        whole, axes = plt.subplots(len(panels), 1, figsize=(7.1, height), squeeze=False, layout="constrained")
-        axes = list(axes[:, 0])
+        whole, grid = plt.subplots(len(panels), 1, figsize=(7.1, height), squeeze=False, layout="constrained")
+        axes = list(grid[:, 0])
     else:
         axes = [ax] if hasattr(ax, "plot") else list(ax)
         whole = axes[0].figure if axes else None
         if len(axes) != len(panels):
             raise ValueError(f"{len(axes)} axes for {len(panels)} panels: give one per panel")
-    own = ax is None
     for (panel, drawn), axis in zip(panels, axes):
         _panel(axis, panel, drawn)
         if not own and axis.get_legend_handles_labels()[1]:

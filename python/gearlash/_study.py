@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 from . import _native
 from ._errors import GearlashError, missing, refuse
@@ -16,8 +16,9 @@ from ._progress import Progress
 from ._result import Result
 from ._table import Table
 
-# Aims of a bundle: long enough to hide its way to a worker, short enough to be lost.
-SECONDS_PER_BUNDLE = 1.0
+# Aims of a bundle: long enough to hide its way to a worker, short enough to be lost. Seconds as estimated for the most expensive run,
+# which is mostly some twenty times what runs take.
+SECONDS_PER_BUNDLE = 20.0
 MOST_PER_BUNDLE = 512
 FEWEST_BUNDLES = 64
 # Bundles waiting per thread of the cluster, beyond the one that runs.
@@ -100,6 +101,22 @@ class Study:
         """The rows of runs ``start`` to ``stop - 1``, computed on this thread without the GIL."""
         return Table(self._native.rows(start, stop))
 
+    @overload
+    def run(
+        self, client: Any = ..., *, out: None = ..., bundle: int | None = ..., jobs: int | None = ..., progress: bool | None = ...
+    ) -> Result: ...
+
+    @overload
+    def run(
+        self,
+        client: Any = ...,
+        *,
+        out: str | os.PathLike[str],
+        bundle: int | None = ...,
+        jobs: int | None = ...,
+        progress: bool | None = ...,
+    ) -> DataSet: ...
+
     def run(
         self,
         client: Any = None,
@@ -121,7 +138,7 @@ class Study:
         for key, value in (("bundle", bundle), ("jobs", jobs)):
             if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
                 raise ValueError(f"{key} = {value!r}: must be a whole number >= 1")
-        store = _Memory() if out is None else DataSet._open(self, Path(out), bundle)
+        store: Any = _Memory() if out is None else DataSet._open(self, Path(out), bundle)
         size = store.bundle or bundle or self._bundle()
         starts = [start for start in range(0, self.runs, size) if start not in store]
         queue = _Threads(self, jobs) if client is None else _Cluster(self, client)
@@ -305,7 +322,7 @@ class _Threads:
         try:
             while True:
                 while len(self._running) < self._jobs + WAITING and (span := next(spans, None)):
-                    self._running[self._pool.submit(native.rows, *span, self._flag)] = span
+                    self._running[self._pool.submit(native.rows, span[0], span[1], self._flag)] = span
                 if not self._running:
                     return
                 for future in wait(self._running, return_when=FIRST_COMPLETED).done:

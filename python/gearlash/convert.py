@@ -101,15 +101,19 @@ def opentorsion(
     (m) adds backlash. Gears with tooth numbers need the ``module`` (m). Lengths and diameters in the file are in mm. Damping of disks
     against the ground and excitations are left out, with a warning.
     """
-    if not isinstance(source, Mapping):
-        if not isinstance(source, (str, os.PathLike)):
-            raise TypeError(f"found {type(source).__name__}, wanted the path of a JSON file or a dict")
+    if isinstance(source, Mapping):
+        system: Any = source
+    elif isinstance(source, (str, os.PathLike)):
         with open(source, encoding="utf-8") as file:
             try:
-                source = json.load(file)
+                system = json.load(file)
             except json.JSONDecodeError as error:
                 raise refuse("", f"{file.name}:{error.lineno}:{error.colno}: {error.msg}") from None
-    reader = _OpenTorsion(source, mesh_stiffness, half_gap, module)
+    else:
+        raise TypeError(f"found {type(source).__name__}, wanted the path of a JSON file or a dict")
+    if not isinstance(system, Mapping):
+        raise refuse("", f"found {type(system).__name__}, wanted an object with `components` and `structure`")
+    reader = _OpenTorsion(system, mesh_stiffness, half_gap, module)
     return reader.read()
 
 
