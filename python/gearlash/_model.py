@@ -228,10 +228,9 @@ class Model:
         return self._with_analysis(name, settings).run(name)
 
     def _with_analysis(self, name: str, settings: Mapping[str, Any]) -> Model:
-        tree = self.to_dict()
-        analyses = dict(tree.get("analyses") or {})
-        analyses[name] = _plain(settings)
-        native = _core.Model.from_tree({**tree, "analyses": analyses}, self.name)
+        known = self.analyses
+        change = {f"analyses.{name}": settings} if known else {"analyses": {name: settings}}
+        native = self._native.changed(_plain(change))
         model = Model.__new__(Model)
         model._take(native, say=False)
         return model

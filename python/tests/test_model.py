@@ -59,6 +59,21 @@ def test_values_of_numpy_and_pandas_are_values(pair):
     assert gl.Model(tree).study("grid").runs == 3
 
 
+def test_files_of_loads_are_found_from_elsewhere(tmp_path):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    angles = np.arange(72) * 5
+    lines = [f"{float(100 * np.sin(np.radians(2 * a)))!r}" for a in angles]
+    (folder / "torque.csv").write_text("torque\n" + "\n".join(lines) + "\n")
+    text = PAIR.replace("harmonics: [{order: 1, amplitude: 30, phase: 10 deg}]", "cycle: {file: torque.csv, column: torque}")
+    (folder / "m.yaml").write_text(text)
+    model = gl.load(folder / "m.yaml")
+    again = pickle.loads(pickle.dumps(model))
+    assert again.run("speed").main == model.run("speed").main
+    study = model.study(grid={"mesh.half_gap": [1e-5]}, analysis="speed", collect={"n": {"reduce": "count"}})
+    assert study.run().main["n"][0] > 0
+
+
 def test_check_gives_what_the_program_gives(program):
     import json
     import subprocess
