@@ -142,19 +142,20 @@ class Model:
             native = _core.Model.from_tree(_plain(definition))
         else:
             raise TypeError(f"found {type(definition).__name__}, wanted a dict or the text of a model file")
-        self._take(native)
+        self._take(native, stacklevel=3)
 
     @classmethod
     def _of(cls, native: _core.Model) -> Model:
         model = cls.__new__(cls)
-        model._take(native)
+        model._take(native, stacklevel=4)
         return model
 
-    def _take(self, native: _core.Model, say: bool = True) -> None:
+    def _take(self, native: _core.Model, stacklevel: int | None) -> None:
+        """Keeps the native model and gives its warnings, as of the caller so many levels up."""
         object.__setattr__(self, "_native", native)
-        if say:
+        if stacklevel is not None:
             for text in native.warnings:
-                _warnings.warn(text, GearlashWarning, stacklevel=4)
+                _warnings.warn(text, GearlashWarning, stacklevel=stacklevel)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"a model does not change; model.set({{...}}) returns another one (tried to set `{name}`)")
@@ -232,7 +233,7 @@ class Model:
         change = {f"analyses.{name}": settings} if known else {"analyses": {name: settings}}
         native = self._native.changed(_plain(change))
         model = Model.__new__(Model)
-        model._take(native, say=False)
+        model._take(native, stacklevel=None)
         return model
 
     def study(
@@ -289,7 +290,7 @@ class Model:
 
 def _restored(tree: dict[str, Any], name: str) -> Model:
     model = Model.__new__(Model)
-    model._take(_core.Model.from_tree(tree, name), say=False)
+    model._take(_core.Model.from_tree(tree, name), stacklevel=None)
     return model
 
 

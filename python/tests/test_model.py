@@ -87,6 +87,19 @@ def test_check_gives_what_the_program_gives(program):
     assert "sound" in repr(check)
 
 
+def test_analyses_need_not_be_in_the_model(pair):
+    modes = pair.analyse(type="modes", title="lines")
+    assert modes.kind == "modes" and modes.title == "lines" and modes.main.num_rows > 1
+    assert pair.analyses == ["modes", "speed", "grid"]
+    tree = pair.to_dict()
+    del tree["analyses"]
+    bare = gl.Model(tree)
+    study = bare.study(grid={"mesh.half_gap": [1e-5, 2e-5]}, analysis={"type": "modes"}, collect={"n": {"reduce": "count"}})
+    assert study.run().main.num_rows == 2
+    with pytest.raises(gl.ModelError, match="no analysis type is called `mode`"):
+        pair.analyse(type="mode")
+
+
 def test_models_do_not_change(pair):
     with pytest.raises(AttributeError, match="returns another one"):
         pair.name = "other"
