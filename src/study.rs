@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+mod bundle;
 mod ensemble;
 mod load;
 mod memory;
@@ -21,6 +22,7 @@ mod run;
 mod shard;
 mod shelf;
 
+pub use bundle::Extent;
 pub use merge::merge;
 pub use shard::Shard;
 

@@ -2,7 +2,7 @@
 
 use super::fields::Mistakes;
 use crate::error::{Diagnostic, did_you_mean};
-use crate::yaml::Node;
+use crate::yaml::{Node, Value};
 use std::path::{Path, PathBuf};
 
 /// Largest file in bytes.
@@ -15,9 +15,41 @@ const SHOWN: usize = 40;
 /// The path of a file that a node names, relative to the model file that names it.
 pub(super) fn beside(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<PathBuf> {
     let written = mistakes.note(node.as_text(path))?;
-    let folder = node.location.as_ref().map(|l| Path::new(&l.source.name));
-    let folder = folder.and_then(Path::parent).unwrap_or(Path::new(""));
-    Some(folder.join(written))
+    Some(folder(node).join(written))
+}
+
+/// The folder of the model file that a node stands in.
+fn folder(node: &Node) -> &Path {
+    let file = node.location.as_ref().map(|l| Path::new(&l.source.name));
+    file.and_then(Path::parent).unwrap_or(Path::new(""))
+}
+
+/// A document in which the paths of the files of loads are absolute: they mean the same when the tree has lost its places.
+pub(super) fn anchored(document: &Node) -> Node {
+    let mut document = document.clone();
+    if let Value::Map(map) = &mut document.value
+        && let Some(loads) = map.get_mut("loads")
+    {
+        make_absolute(&mut loads.node);
+    }
+    document
+}
+
+fn make_absolute(node: &mut Node) {
+    match &mut node.value {
+        Value::Map(map) => {
+            for (key, entry) in map {
+                let file = entry.node.as_text("").ok().filter(|_| key == "file");
+                let whole = file.map(|file| std::path::absolute(folder(&entry.node).join(file)));
+                match whole {
+                    Some(Ok(path)) => entry.node = Node::quoted(path.to_string_lossy()),
+                    _ => make_absolute(&mut entry.node),
+                }
+            }
+        }
+        Value::List(list) => list.iter_mut().for_each(make_absolute),
+        Value::Scalar { .. } => {}
+    }
 }
 
 /// Finite numbers of the named columns of a table with one header row, separated by commas, semicolons or tabs.

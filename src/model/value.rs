@@ -1,7 +1,7 @@
 //! Models as values: read from a text, a file or a tree, with numbers that have names.
 
 use super::fields::Found;
-use super::{Model, read};
+use super::{Model, measured, read};
 use crate::element::ParameterRange;
 use crate::error::{Diagnostic, Error};
 use crate::quantity::{Quantity, UnitDimension};
@@ -112,9 +112,9 @@ impl Model {
         read(&Node::from_json(tree)).map_err(Error::Input)
     }
 
-    /// The model as a tree with the keys of a model file, analyses included.
+    /// The model as a tree with the keys of a model file, analyses included. Paths of files with loads are absolute in it.
     pub fn to_tree(&self) -> serde_json::Value {
-        self.document.to_json()
+        measured::anchored(&self.document).to_json()
     }
 
     /// The model with other values, by name: full dotted paths, or short forms such as `mesh_2.half_gap`. Values are numbers in SI

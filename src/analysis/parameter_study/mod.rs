@@ -15,7 +15,7 @@ mod space;
 mod watch;
 
 pub use collect::{Collected, Reduce};
-pub use plan::{Plan, Row, Worker};
+pub use plan::{COMPLETE, Plan, Row, Worker};
 pub use report::Tally;
 pub use sample::{Distribution, Method, Sample, Shape};
 pub use settings::{Axis, Given, Plot, Spacing};

@@ -41,7 +41,7 @@ pub struct Row {
 }
 
 /// What became of a run, as a word in the table.
-const COMPLETE: &str = "complete";
+pub const COMPLETE: &str = "complete";
 const ENDED_EARLY: &str = "ended_early";
 const REFUSED: &str = "refused";
 /// Columns after the collected ones.
