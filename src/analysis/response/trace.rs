@@ -8,7 +8,7 @@ use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
 use super::source::Source;
 use super::starts::{self, Search};
-use super::verify::Verification;
+use super::verify::{Taken, Verification};
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::{Error, SolveError};
@@ -289,7 +289,7 @@ impl<'a> Work<'a> {
     fn confirm(
         &mut self,
         problem: &mut dyn PeriodicResidual,
-        branch: &mut Branch,
+        (branch, begins_at_crossing): (&mut Branch, bool),
         recorder: &mut MeasureRecorder<'_>,
     ) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);
@@ -308,10 +308,14 @@ impl<'a> Work<'a> {
             return Ok(());
         }
         let given = (settings, swept);
-        let number = (self.delivered.len(), spread);
+        let taken = Taken {
+            number: self.delivered.len(),
+            spread,
+            begins_at_crossing,
+        };
         let warnings = self
             .verification
-            .add(given, problem, number, branch, recorder)?;
+            .add(given, problem, taken, branch, recorder)?;
         self.warnings.extend(warnings);
         Ok(())
     }
@@ -378,7 +382,8 @@ impl<'a> Work<'a> {
             }
         };
         if delivered.method == Method::Galerkin {
-            self.confirm(problem, &mut branch, &mut recorder)?;
+            let begins_at_crossing = delivered.origin.is_some();
+            self.confirm(problem, (&mut branch, begins_at_crossing), &mut recorder)?;
         }
         let side = crossings::ending(branch.end).filter(|_| delivered.is_side());
         delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));

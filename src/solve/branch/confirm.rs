@@ -55,6 +55,8 @@ pub enum Spread {
 pub struct ConfirmOptions<'a> {
     /// Points that are taken through the flow.
     pub spread: Spread,
+    /// Whether the first point is a crossing with another branch, at which a multiplier of the flow is anywhere near the circle.
+    pub begins_at_crossing: bool,
     /// Weight of the states in the arclength.
     pub weight: f64,
     /// The range of the parameter.

@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 /// Places through which P is interpolated at most.
 pub const MOST: usize = 4;
 /// Factor on the estimated error.
-const SAFETY: f64 = 1.5;
+const SAFETY: f64 = 2.5;
 /// Ratio on the grid of angles above which the circle between its points is not looked at.
 const CLEAR: f64 = 8.0;
 /// Share of the way left out at both ends, whose multipliers are known.

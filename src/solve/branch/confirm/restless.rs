@@ -18,7 +18,8 @@ impl<F: Family> Confirmer<'_, F> {
         }
         let mut quiet = Quiet::default();
         let lengths = self.arclengths();
-        let steps = 0..self.states.len().saturating_sub(1);
+        let first = usize::from(self.options.begins_at_crossing);
+        let steps = first..self.states.len().saturating_sub(1);
         let is_restless = |k: &usize| self.is_restless(*k, &lengths, &mut quiet);
         steps.filter(is_restless).map(|k| (k, k + 1)).collect()
     }
