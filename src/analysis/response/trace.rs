@@ -8,12 +8,12 @@ use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
 use super::source::Source;
 use super::starts::{self, Search};
-use super::verify::{Taken, Verification};
+use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::{Error, SolveError};
 use crate::report::{Report, Table};
-use crate::solve::branch::{self, Branch, TraceOptions};
+use crate::solve::branch::{self, TraceOptions};
 use crate::solve::continuation::PathEnd;
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
@@ -117,7 +117,7 @@ pub(super) struct Work<'a> {
     pub swept: &'a Swept<'a>,
     pub delivered: Vec<Delivered>,
     orbits: OrbitTable,
-    verification: Verification,
+    pub verification: Verification,
     accuracies: Accuracies,
     pub warnings: Vec<String>,
     /// Deformation of every connection beyond which a branch is unbounded.
@@ -282,41 +282,6 @@ impl<'a> Work<'a> {
             self.accuracies
                 .add(given, sizes, (number, doublings), judged)?;
         }
-        Ok(())
-    }
-
-    /// Takes a Galerkin branch through the flow: verdicts of its events, multipliers of its points.
-    fn confirm(
-        &mut self,
-        problem: &mut dyn PeriodicResidual,
-        (branch, begins_at_crossing): (&mut Branch, bool),
-        recorder: &mut MeasureRecorder<'_>,
-    ) -> Result<(), Error> {
-        let (settings, swept) = (self.settings, self.swept);
-        let system = problem.system_at(swept.range.0)?;
-        let Some(spread) = settings.spread(swept.setting, system) else {
-            let reason = settings.unconfirmed(swept.setting, system);
-            self.verification.leave_out(reason);
-            return Ok(());
-        };
-        let frequencies = branch.points.iter().map(|p| p.frequency.abs());
-        let slowest = frequencies.fold(f64::INFINITY, f64::min);
-        if let Some(note) = settings.beyond_cost(swept.setting, (slowest, system.subharmonic())) {
-            if !self.warnings.contains(&note) {
-                self.warnings.push(note);
-            }
-            return Ok(());
-        }
-        let given = (settings, swept);
-        let taken = Taken {
-            number: self.delivered.len(),
-            spread,
-            begins_at_crossing,
-        };
-        let warnings = self
-            .verification
-            .add(given, problem, taken, branch, recorder)?;
-        self.warnings.extend(warnings);
         Ok(())
     }
 

@@ -37,6 +37,8 @@ pub(super) struct Taken {
     pub spread: Spread,
     /// Whether it leaves another branch.
     pub begins_at_crossing: bool,
+    /// Steps of the flow per response period, estimated.
+    pub steps: f64,
 }
 
 /// What the flow said of all branches.
@@ -72,6 +74,7 @@ impl Verification {
             number,
             spread,
             begins_at_crossing,
+            steps,
         }: Taken,
         branch: &mut Branch,
         recorder: &mut dyn Recorder,
@@ -86,6 +89,7 @@ impl Verification {
         let options = ConfirmOptions {
             spread,
             begins_at_crossing,
+            steps,
             weight,
             range: swept.range,
             resolution: swept.resolution(settings.stability_resolution),

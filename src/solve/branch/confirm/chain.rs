@@ -57,16 +57,19 @@ impl<F: Family> Confirmer<'_, F> {
     pub(super) fn explain(&mut self) -> Result<(), SolveError> {
         self.settle();
         for (a, b) in self.contradictions() {
-            if b - a > 1 && b - a <= MOST {
+            if self.is_quick() && b - a > 1 && b - a <= MOST {
                 for k in a..=b {
                     self.station(k)?;
                 }
             }
         }
         self.settle();
-        let mut open = self.contradictions();
-        open.extend(self.unseen_touches());
-        open.extend(self.restless());
+        let mut open = Vec::new();
+        if self.is_quick() {
+            open.extend(self.contradictions());
+            open.extend(self.unseen_touches());
+            open.extend(self.restless());
+        }
         open.sort_unstable();
         open.dedup();
         for (a, b) in open {
