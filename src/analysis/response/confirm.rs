@@ -1,10 +1,16 @@
 //! The keys `confirm` and `verify`: what of Galerkin branches is taken through the flow.
 
 use super::BranchSettings;
+use super::trace::Work;
+use super::verify::Taken;
 use crate::analysis::Setting;
+use crate::analysis::branch_table::MeasureRecorder;
 use crate::analysis::cost::Period;
+use crate::error::Error;
+use crate::solve::branch::Branch;
 use crate::solve::branch::confirm::Spread;
 use crate::solve::integrate::{Exact, IntegratorChoice, MAX_SWITCHES};
+use crate::solve::residual::PeriodicResidual;
 use crate::system::System;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
@@ -102,13 +108,8 @@ impl BranchSettings {
         ))
     }
 
-    /// Why a branch with this lowest excitation frequency is not taken through the flow: a period takes more steps than allowed.
-    pub(super) fn beyond_cost(
-        &self,
-        setting: &Setting<'_>,
-        (slowest, subharmonic): (f64, usize),
-    ) -> Option<String> {
-        let steps = Period::of(setting, slowest).steps * subharmonic as f64;
+    /// Why a branch is not taken through the flow whose response period takes so many steps: more than allowed.
+    pub(super) fn beyond_cost(&self, steps: f64) -> Option<String> {
         (steps > self.max_steps as f64).then(|| {
             format!(
                 "galerkin: events and stability are the series' own, not confirmed by the flow: a response period takes about \
@@ -116,6 +117,45 @@ impl BranchSettings {
                 self.max_steps
             )
         })
+    }
+}
+
+impl Work<'_> {
+    /// Takes a Galerkin branch through the flow: verdicts of its events, multipliers of its points.
+    pub(super) fn confirm(
+        &mut self,
+        problem: &mut dyn PeriodicResidual,
+        (branch, begins_at_crossing): (&mut Branch, bool),
+        recorder: &mut MeasureRecorder<'_>,
+    ) -> Result<(), Error> {
+        let (settings, swept) = (self.settings, self.swept);
+        let system = problem.system_at(swept.range.0)?;
+        let Some(spread) = settings.spread(swept.setting, system) else {
+            let reason = settings.unconfirmed(swept.setting, system);
+            self.verification.leave_out(reason);
+            return Ok(());
+        };
+        let frequencies = branch.points.iter().map(|p| p.frequency.abs());
+        let slowest = frequencies.fold(f64::INFINITY, f64::min);
+        let steps = Period::of(swept.setting, slowest).steps * system.subharmonic() as f64;
+        if let Some(note) = settings.beyond_cost(steps) {
+            if !self.warnings.contains(&note) {
+                self.warnings.push(note);
+            }
+            return Ok(());
+        }
+        let given = (settings, swept);
+        let taken = Taken {
+            number: self.delivered.len(),
+            spread,
+            begins_at_crossing,
+            steps,
+        };
+        let warnings = self
+            .verification
+            .add(given, problem, taken, branch, recorder)?;
+        self.warnings.extend(warnings);
+        Ok(())
     }
 }
 

@@ -13,7 +13,7 @@ use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::error::{Error, SolveError};
 use crate::report::{Report, Table};
-use crate::solve::branch::{self, Branch, TraceOptions};
+use crate::solve::branch::{self, TraceOptions};
 use crate::solve::continuation::PathEnd;
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::family::Family;
@@ -105,7 +105,7 @@ pub(super) struct Work<'a> {
     pub swept: &'a Swept<'a>,
     pub delivered: Vec<Delivered>,
     orbits: OrbitTable,
-    verification: Verification,
+    pub verification: Verification,
     accuracies: Accuracies,
     pub warnings: Vec<String>,
     /// Deformation of every connection beyond which a branch is unbounded.
@@ -295,37 +295,6 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Takes a Galerkin branch through the flow: verdicts of its events, multipliers of its points.
-    fn confirm(
-        &mut self,
-        problem: &mut dyn PeriodicResidual,
-        branch: &mut Branch,
-        recorder: &mut MeasureRecorder<'_>,
-    ) -> Result<(), Error> {
-        let (settings, swept) = (self.settings, self.swept);
-        let system = problem.system_at(swept.range.0)?;
-        let Some(spread) = settings.spread(swept.setting, system) else {
-            let reason = settings.unconfirmed(swept.setting, system);
-            self.verification.leave_out(reason);
-            return Ok(());
-        };
-        let frequencies = branch.points.iter().map(|p| p.frequency.abs());
-        let slowest = frequencies.fold(f64::INFINITY, f64::min);
-        if let Some(note) = settings.beyond_cost(swept.setting, (slowest, system.subharmonic())) {
-            if !self.warnings.contains(&note) {
-                self.warnings.push(note);
-            }
-            return Ok(());
-        }
-        let given = (settings, swept);
-        let number = (self.delivered.len(), spread);
-        let warnings = self
-            .verification
-            .add(given, problem, number, branch, recorder)?;
-        self.warnings.extend(warnings);
-        Ok(())
-    }
-
     /// Harmonics of the excitation frequency of the orbit at which a branch begins.
     fn harmonics(&self, source: &Source) -> Option<usize> {
         let Source::Crossing {
@@ -388,7 +357,8 @@ impl<'a> Work<'a> {
             }
         };
         if delivered.method == Method::Galerkin {
-            self.confirm(problem, &mut branch, &mut recorder)?;
+            let begins_at_crossing = delivered.origin.is_some();
+            self.confirm(problem, (&mut branch, begins_at_crossing), &mut recorder)?;
         }
         let side = crossings::ending(branch.end).filter(|_| delivered.is_side());
         delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));

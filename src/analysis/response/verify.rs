@@ -29,6 +29,18 @@ struct Verdicts {
     added: usize,
 }
 
+/// How a branch is taken through the flow.
+pub(super) struct Taken {
+    /// Its number.
+    pub number: usize,
+    /// Which points.
+    pub spread: Spread,
+    /// Whether it leaves another branch.
+    pub begins_at_crossing: bool,
+    /// Steps of the flow per response period, estimated.
+    pub steps: f64,
+}
+
 /// What the flow said of all branches.
 pub(super) struct Verification {
     rows: Vec<Row>,
@@ -58,7 +70,12 @@ impl Verification {
         &mut self,
         (settings, swept): (&BranchSettings, &Swept<'_>),
         galerkin: &mut dyn PeriodicResidual,
-        (number, spread): (usize, Spread),
+        Taken {
+            number,
+            spread,
+            begins_at_crossing,
+            steps,
+        }: Taken,
         branch: &mut Branch,
         recorder: &mut dyn Recorder,
     ) -> Result<Vec<String>, SolveError> {
@@ -71,6 +88,8 @@ impl Verification {
         self.integrator = shooting.integrator();
         let options = ConfirmOptions {
             spread,
+            begins_at_crossing,
+            steps,
             weight,
             range: swept.range,
             resolution: swept.resolution(settings.stability_resolution),

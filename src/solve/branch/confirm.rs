@@ -32,6 +32,8 @@ const POOR: f64 = 1e-3;
 const POOR_MULTIPLIERS: f64 = 0.2;
 /// Coordinates up to which a system counts as small: its flow takes microseconds per period.
 const SMALL: usize = 6;
+/// Steps per response period up to which the flow's branch is followed wherever something is open.
+const FEW_STEPS: f64 = 300.0;
 /// Difference of states, relative to their size, up to which an orbit of the flow is the one of the series.
 const SAME_ORBIT: f64 = 0.1;
 /// Difference of states at the same parameter over the one to the nearest orbit: above it the orbit at the same parameter may lie
@@ -55,6 +57,10 @@ pub enum Spread {
 pub struct ConfirmOptions<'a> {
     /// Points that are taken through the flow.
     pub spread: Spread,
+    /// Whether the first point is a crossing with another branch, at which a multiplier of the flow is anywhere near the circle.
+    pub begins_at_crossing: bool,
+    /// Steps of the flow per response period, estimated.
+    pub steps: f64,
     /// Weight of the states in the arclength.
     pub weight: f64,
     /// The range of the parameter.
@@ -175,6 +181,16 @@ impl Station {
 }
 
 impl<F: Family> Confirmer<'_, F> {
+    /// Whether the flow's branch is cheap to follow.
+    fn is_quick(&self) -> bool {
+        self.options.steps <= FEW_STEPS
+    }
+
+    /// Whether the flow takes microseconds per period.
+    fn is_small(&self) -> bool {
+        self.is_quick() && self.flow.shooting.dim() <= 2 * SMALL
+    }
+
     /// Solves the points of the spread.
     fn spread(&mut self) -> Result<(), SolveError> {
         let count = self.states.len();
@@ -194,10 +210,11 @@ impl<F: Family> Confirmer<'_, F> {
     /// Solves more points where the spread shows that it has to be: all of a poor series, those whose stability it leaves open.
     fn complete(&mut self) -> Result<(), SolveError> {
         if self.options.spread == Spread::Some {
-            let is_small = self.flow.shooting.dim() <= 2 * SMALL;
             let events = &self.branch.events;
             let is_refuted = events.iter().any(|e| e.verdict == Verdict::Refuted);
-            if is_small && (is_refuted || self.stations.iter().flatten().any(Station::is_poor)) {
+            if self.is_small()
+                && (is_refuted || self.stations.iter().flatten().any(Station::is_poor))
+            {
                 for k in 0..self.states.len() {
                     self.station(k)?;
                 }

@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 /// Places through which P is interpolated at most.
 pub const MOST: usize = 4;
 /// Factor on the estimated error.
-const SAFETY: f64 = 1.5;
+const SAFETY: f64 = 2.5;
 /// Ratio on the grid of angles above which the circle between its points is not looked at.
 const CLEAR: f64 = 8.0;
 /// Share of the way left out at both ends, whose multipliers are known.
@@ -33,6 +33,8 @@ const CLOSER: usize = 8;
 const ROUNDS: usize = 3;
 /// Share of the largest error nearby on the circle that is reckoned with: a single term of Newton's formula vanishes here and there.
 const SHARED: f64 = 0.5;
+/// Share of the term before the last one that counts as error: the last one may be small by chance.
+const CHANCE: f64 = 0.1;
 /// What is nearby [rad].
 const AROUND: f64 = 0.6;
 /// Error in the last stretch: half the surprise in its middle.
@@ -172,6 +174,8 @@ struct Weights {
     curvature: [f64; MOST],
     /// Factor of the last divided difference in the error.
     error: f64,
+    /// That of the one before.
+    error_before: f64,
     rounding: f64,
 }
 
@@ -182,6 +186,8 @@ impl Weights {
         let mut u = [0.0; MOST];
         u.iter_mut().zip(places).for_each(|(u, p)| *u = x - p.x);
         let error = [low, x, high].map(|x| error(&places[..count], x));
+        let bend = |x: f64| ((x - places[0].x) * (x - places[1].x)).abs();
+        let bend = bend(low).max(bend(x)).max(bend(high));
         Weights {
             count,
             half: 0.5 * (high - low),
@@ -194,6 +200,10 @@ impl Weights {
             ],
             curvature: [0.0, 0.0, 1.0, u[0] + u[1] + u[2]],
             error: SAFETY * error.into_iter().fold(0.0, f64::max),
+            error_before: match count {
+                MOST => CHANCE * bend,
+                _ => 0.0,
+            },
             rounding,
         }
     }
@@ -211,7 +221,8 @@ impl Weights {
             _ => 0.0,
         };
         let drift = sum(&self.slope).norm() * h + sum(&self.curvature).norm() * h * h + cubic;
-        let error = self.error * d[self.count - 1].norm().max(least);
+        let error = self.error * d[self.count - 1].norm().max(least)
+            + self.error_before * d[self.count - 2].norm();
         sum(&self.value).norm() / (drift + error + self.rounding)
     }
 }

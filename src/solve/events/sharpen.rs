@@ -9,9 +9,9 @@ use crate::solve::residual::Extent;
 use num_complex::Complex;
 
 /// Distance of the nearer places from the branch point, as a share of the step; the farther ones are twice as far.
-const DISTANCE: f64 = 0.02;
+const DISTANCE: f64 = 4e-3;
 /// The least of it.
-const LEAST: f64 = 1e-3;
+const LEAST: f64 = 2e-4;
 /// Share of that distance by which the branch point may move.
 const NEAR: f64 = 0.1;
 

@@ -57,16 +57,19 @@ impl<F: Family> Confirmer<'_, F> {
     pub(super) fn explain(&mut self) -> Result<(), SolveError> {
         self.settle();
         for (a, b) in self.contradictions() {
-            if b - a > 1 && b - a <= MOST {
+            if self.is_quick() && b - a > 1 && b - a <= MOST {
                 for k in a..=b {
                     self.station(k)?;
                 }
             }
         }
         self.settle();
-        let mut open = self.contradictions();
-        open.extend(self.unseen_touches());
-        open.extend(self.restless());
+        let mut open = Vec::new();
+        if self.is_quick() {
+            open.extend(self.contradictions());
+            open.extend(self.unseen_touches());
+            open.extend(self.restless());
+        }
         open.sort_unstable();
         open.dedup();
         for (a, b) in open {
@@ -80,6 +83,7 @@ impl<F: Family> Confirmer<'_, F> {
         let explained = std::mem::take(&mut self.explained);
         self.drop_resolved(&explained);
         let mut left = self.contradictions();
+        self.drop_refuted(&left);
         left.retain(|step| !explained.contains(step));
         for step in left {
             self.leave_open(step);
@@ -118,6 +122,22 @@ impl<F: Family> Confirmer<'_, F> {
             .retain(|e| e.kind != EventKind::Unresolved || !is_explained(e.after_point));
     }
 
+    /// Where the flow knows both ends of a step and its counts contradict nothing, what the series could not explain does not exist.
+    fn drop_refuted(&mut self, open: &[(usize, usize)]) {
+        let known = |k: usize| {
+            let station = self.stations.get(k).and_then(Option::as_ref);
+            station.is_some_and(|s| s.orbit().is_some())
+        };
+        let is_settled = |k: usize| {
+            let is_open = open.iter().any(|(a, b)| (*a..*b).contains(&k));
+            known(k) && known(k + 1) && !is_open
+        };
+        let is_left =
+            |e: &BifurcationEvent| e.kind != EventKind::Unresolved || !is_settled(e.after_point);
+        let events = std::mem::take(&mut self.branch.events);
+        self.branch.events = events.into_iter().filter(is_left).collect();
+    }
+
     /// An event for a change of the count between two points that nothing explains, unless there is one.
     fn leave_open(&mut self, (a, b): (usize, usize)) {
         let events = &mut self.branch.events;
@@ -154,7 +174,8 @@ impl<F: Family> Confirmer<'_, F> {
         let mut items = self.crossings.clone();
         for (k, station) in self.stations.iter().enumerate() {
             let orbit = station.as_ref().and_then(Station::orbit);
-            if let Some(orbit) = orbit.filter(|p| p.is_decided()) {
+            let is_crossing = k == 0 && self.options.begins_at_crossing;
+            if let Some(orbit) = orbit.filter(|p| p.is_decided() && !is_crossing) {
                 let count = orbit.unstable();
                 items.push(Item {
                     at: k as f64,

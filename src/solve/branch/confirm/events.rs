@@ -16,7 +16,7 @@ const NUDGE: f64 = 1e-4;
 /// First distance from the event, as a share of the step around it.
 const STRIDE: f64 = 0.05;
 /// Distance from a branch point at which its multipliers are looked at, as a share of the step around it; others are twice as far.
-const AROUND: f64 = 0.02;
+const AROUND: f64 = 4e-3;
 /// Share of that distance by which a branch point may move.
 const NEAR: f64 = 0.1;
 /// Events of one kind this near to each other, in the arclength, are one.

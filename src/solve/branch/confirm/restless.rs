@@ -8,19 +8,29 @@ use crate::solve::family::Family;
 
 /// Points on either side of a step through which multipliers are interpolated.
 const AROUND: usize = 2;
+/// Steps of one branch that are followed for this reason.
+const MOST_STEPS: usize = 40;
 
 impl<F: Family> Confirmer<'_, F> {
-    /// Where all points are known: steps between two with the same count, in which the multipliers of the points around do not prove that none passes the
-    /// circle, or in which an orbit grazes.
+    /// Where all points are known: steps between two with the same count, in which the multipliers of the points around do not
+    /// prove that none passes the circle, or in which an orbit grazes.
     pub(super) fn restless(&self) -> Vec<(usize, usize)> {
-        if self.stations.iter().any(Option::is_none) {
+        if !self.is_small() || self.stations.iter().any(Option::is_none) {
             return Vec::new();
         }
         let mut quiet = Quiet::default();
         let lengths = self.arclengths();
-        let steps = 0..self.states.len().saturating_sub(1);
+        let first = usize::from(self.options.begins_at_crossing);
+        let steps = first..self.states.len().saturating_sub(1);
         let is_restless = |k: &usize| self.is_restless(*k, &lengths, &mut quiet);
-        steps.filter(is_restless).map(|k| (k, k + 1)).collect()
+        let list = steps.filter(is_restless).map(|k| (k, k + 1));
+        list.take(MOST_STEPS).collect()
+    }
+
+    /// Whether a step is wider than what is looked for.
+    fn is_wide(&self, k: usize) -> bool {
+        let [a, b] = [k, k + 1].map(|k| self.branch.points[k].lambda);
+        (b - a).abs() > self.options.resolution.width(0.5 * (a + b))
     }
 
     fn is_restless(&self, k: usize, lengths: &[f64], quiet: &mut Quiet) -> bool {
@@ -28,7 +38,10 @@ impl<F: Family> Confirmer<'_, F> {
             return false;
         };
         let passes = |at: f64| (k as f64..=(k + 1) as f64).contains(&at);
-        if a.unstable() != b.unstable() || self.crossings.iter().any(|c| passes(c.at)) {
+        if !self.is_wide(k)
+            || a.unstable() != b.unstable()
+            || self.crossings.iter().any(|c| passes(c.at))
+        {
             return false;
         }
         let mut numbers = vec![k, k + 1];

@@ -1,6 +1,7 @@
 //! The flow's own branch followed through an interval in which the events leave something open.
 
 use super::events::SAME;
+use super::flow::FlowPoint;
 use super::{Confirmer, Station};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, BranchPoint, Recorder, TraceOptions, trace};
@@ -12,12 +13,16 @@ use crate::solve::residual::PeriodicResidual;
 use crate::system::System;
 use nalgebra::DVector;
 
-/// Steps of the flow's branch to one of the series'.
-const FINER: f64 = 6.0;
-/// Points at most.
-const MOST_POINTS: usize = 120;
+/// Steps of the flow's branch to one of the series': at first, and where events are not located in them.
+const FINER: [f64; 2] = [6.0, 30.0];
+/// Points at most, over that number.
+const MOST_POINTS: f64 = 20.0;
 /// Distance from the beginning, over the length of the interval, at which the path has gone astray.
 const ASTRAY: f64 = 3.0;
+
+/// Largest distance of the path from the end of the interval where it passes beside it, over the length of the interval: beyond it
+/// the path has gone over to another branch.
+const BESIDE: f64 = 0.02;
 
 /// Ends the path where it passes the end of the interval.
 struct Watch {
@@ -25,6 +30,8 @@ struct Watch {
     from: DVector<f64>,
     to: DVector<f64>,
     length: f64,
+    /// The point before.
+    last: DVector<f64>,
     has_arrived: bool,
 }
 
@@ -32,6 +39,23 @@ impl Watch {
     fn dot(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let n = a.len() - 1;
         self.weight * a.rows(0, n).dot(&b.rows(0, n)) + a[n] * b[n]
+    }
+
+    fn distance(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+        let gap = a - b;
+        self.dot(&gap, &gap).sqrt()
+    }
+
+    /// Distance of the end of the interval from the last step, where that passes it.
+    fn passing(&self, x: &DVector<f64>) -> Option<f64> {
+        let along = &self.to - &self.from;
+        let behind = self.dot(&(x - &self.to), &along);
+        let before = self.dot(&(&self.last - &self.to), &along);
+        (before < 0.0 && behind >= 0.0).then(|| {
+            let share = before / (before - behind);
+            let there = &self.last + (x - &self.last) * share;
+            self.distance(&there, &self.to)
+        })
     }
 }
 
@@ -41,38 +65,59 @@ impl Recorder for Watch {
     fn accept(&mut self, point: &BranchPoint) -> bool {
         let mut x = point.unknowns.clone().insert_row(point.unknowns.len(), 0.0);
         x[point.unknowns.len()] = point.lambda;
-        let behind = &x - &self.to;
-        let gap = self.dot(&behind, &behind).sqrt();
-        let has_passed = self.dot(&behind, &(&self.to - &self.from)) >= 0.0;
-        self.has_arrived = has_passed && gap <= self.length;
-        let gone = &x - &self.from;
-        !self.has_arrived && self.dot(&gone, &gone).sqrt() <= ASTRAY * self.length
+        let passing = self.passing(&x);
+        self.has_arrived = passing.is_some_and(|gap| gap <= BESIDE * self.length);
+        let is_near = self.distance(&x, &self.from) <= ASTRAY * self.length;
+        self.last = x;
+        !self.has_arrived && is_near
     }
 }
 
 impl<F: Family> Confirmer<'_, F> {
-    /// Follows the flow's branch from one point of the series to another and adopts its events; whether it arrived.
+    /// Follows the flow's branch from one point of the series to another and adopts its events; whether it arrived and located
+    /// them all.
     pub(super) fn retrace(&mut self, a: usize, b: usize) -> Result<bool, SolveError> {
         let orbit = |k: usize| self.stations[k].as_ref().and_then(Station::orbit);
-        let (Some(from), Some(to)) = (orbit(a), orbit(b)) else {
+        let (Some(from), Some(to)) = (orbit(a).cloned(), orbit(b).cloned()) else {
             return Ok(false);
         };
-        let (begin, from, to) = ((from.state(), from.lambda()), from.x.clone(), to.x.clone());
-        let length = self.flow.distance(&from, &to);
+        for finer in FINER {
+            let Some(events) = self.followed(&from, &to, finer)? else {
+                continue;
+            };
+            if events.iter().all(|e| e.point.is_some()) {
+                for event in events {
+                    self.adopt(event, (a, b))?;
+                }
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Events of the flow's branch from one orbit to another, followed in a fraction of the steps of the series; `None` where it leads
+    /// elsewhere.
+    fn followed(
+        &mut self,
+        from: &FlowPoint,
+        to: &FlowPoint,
+        finer: f64,
+    ) -> Result<Option<Vec<BifurcationEvent>>, SolveError> {
+        let length = self.flow.distance(&from.x, &to.x);
         let range = self.options.range;
-        let ahead = (to[to.len() - 1] - begin.1) * (range.1 - range.0);
+        let ahead = (to.lambda() - from.lambda()) * (range.1 - range.0);
         let sides = match ahead >= 0.0 {
             true => [Side::Forward, Side::Backward],
             false => [Side::Backward, Side::Forward],
         };
-        let step = length / FINER;
+        let step = length / finer;
         let options = TraceOptions {
             continuation: ContinuationOptions {
                 range,
                 step,
                 min_step: 1e-6 * step,
                 max_step: step,
-                max_points: MOST_POINTS,
+                max_points: (MOST_POINTS * finer) as usize,
                 weight: self.options.weight,
                 newton: self.options.newton,
             },
@@ -85,25 +130,22 @@ impl<F: Family> Confirmer<'_, F> {
         for side in sides {
             let mut watch = Watch {
                 weight: self.options.weight,
-                from: from.clone(),
-                to: to.clone(),
+                from: from.x.clone(),
+                to: to.x.clone(),
                 length,
+                last: from.x.clone(),
                 has_arrived: false,
             };
-            let start = Begin::Inside(begin.0.clone(), begin.1, side);
-            let traced = trace(self.flow.shooting, start, &options, &mut watch);
-            let branch = match traced {
+            let start = Begin::Inside(from.state(), from.lambda(), side);
+            let branch = match trace(self.flow.shooting, start, &options, &mut watch) {
                 Err(SolveError::NoSystem { .. }) => continue,
-                other => other?,
+                traced => traced?,
             };
             if let (true, Ok(branch)) = (watch.has_arrived, branch) {
-                for event in branch.events {
-                    self.adopt(event, (a, b))?;
-                }
-                return Ok(true);
+                return Ok(Some(branch.events));
             }
         }
-        Ok(false)
+        Ok(None)
     }
 
     /// Takes an event of the flow's branch over: for one of the series that was not confirmed, or as one that the series lacks.
@@ -115,8 +157,8 @@ impl<F: Family> Confirmer<'_, F> {
         let mut x = point.u.clone().insert_row(n, 0.0);
         x[n] = point.lambda;
         let (step, fraction) = self.position(&x, a);
-        if step == 0 && fraction < BESIDE_CROSSING {
-            // A branch that leaves a crossing begins with it.
+        if self.options.begins_at_crossing && step == 0 && fraction < BESIDE_CROSSING {
+            // The crossing itself.
             return Ok(());
         }
         let ends = [self.place(a), self.place(b)].map(|end| self.flow.distance(&x, end));
