@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ._errors import missing
@@ -18,6 +19,13 @@ MARKS = {
     "grazing": ("P", "cross-thin"),
 }
 OTHER_MARK = ("v", "triangle-down")
+# Kinds of cells of a map: light, so that curves stay visible on them (Tol); and cells of which nothing is known.
+KINDS = ("#77AADD", "#EE8866", "#EEDD88", "#99DDFF", "#FFAABB", "#44BB99", "#BBCC33", "#AAAA00")
+UNKNOWN = "#DDDDDD"
+# Sizes of units of frequency in rad/s; nondimensional ones are in omega_c.
+RADIANS = {"RadianPerSecond": 1.0, "Hertz": math.tau, "RevolutionsPerMinute": math.tau / 60}
+# Styles that take no colour of their own.
+COLOURLESS = ("Events", "Cells")
 STATES = ("stable", "unstable", "stability unknown")
 
 
@@ -54,7 +62,7 @@ def _colored(figure: dict) -> list[dict]:
         seen: dict[tuple[str, str], str] = {}
         for curve in panel["curves"]:
             key = (_style(curve), _family(curve, False))
-            if key[0] != "Events" and seen.setdefault(key, curve["label"]) != curve["label"]:
+            if key[0] not in COLOURLESS and seen.setdefault(key, curve["label"]) != curve["label"]:
                 return True
         return False
 
@@ -65,7 +73,11 @@ def _colored(figure: dict) -> list[dict]:
         curves = []
         for curve in panel["curves"]:
             family = _family(curve, by_label)
-            if family not in families and _style(curve) != "Events":
+            style = _style(curve)
+            if style == "Dots" and any(_style(other) == "Cells" for other in panel["curves"]):
+                curves.append({**curve, "color": NEUTRAL})
+                continue
+            if family not in families and style not in COLOURLESS:
                 families.append(family)
             color = PALETTE[families.index(family) % len(PALETTE)] if family in families else NEUTRAL
             curves.append({**curve, "color": color})
@@ -90,7 +102,7 @@ def _resolve(panel: dict, result: Any) -> list[dict]:
             y = _on_branches(result, table, curve, x)
         else:
             y = numpy.asarray(table[curve["y"]], dtype=float)
-        x = numpy.where(keep, x, numpy.nan)
+        x = numpy.where(keep, x, numpy.nan) * _shown(panel["x_frequency"])
         own = {"color": curve["color"], "label": curve["label"]}
         if style == "Branch":
             names = curve["style"]["Branch"]
@@ -99,6 +111,8 @@ def _resolve(panel: dict, result: Any) -> list[dict]:
                 xs, ys = _strokes(x, y, branch, stable, state)
                 if len(xs):
                     drawn.append({**own, "look": "stroke", "state": state, "x": xs, "y": ys})
+        elif style == "Cells":
+            drawn.append({**own, "look": "cells", **_cells(x, y, table[curve["style"]["Cells"]["value"]], curve["style"]["Cells"]["names"])})
         elif style == "Line":
             drawn.append({**own, "look": "stroke", "state": None, "x": x, "y": y})
         elif style == "Events":
@@ -110,6 +124,40 @@ def _resolve(panel: dict, result: Any) -> list[dict]:
         else:
             drawn.append({**own, "look": style.lower(), "x": x, "y": y})
     return drawn
+
+
+def _shown(axis: dict | None) -> float:
+    """Numbers that are drawn over those that the table holds."""
+    if not axis or axis.get("shown", axis["written"]) == axis["written"]:
+        return 1.0
+    size = lambda unit: RADIANS.get(unit, axis["omega_c"])
+    return size(axis["written"]) / size(axis["shown"])
+
+
+def _cells(x: Any, y: Any, values: Any, names: list) -> dict:
+    """A grid of numbers z, and for words and whole numbers what each means: (text, colour). Gaps take what lies beside them."""
+    import numpy
+
+    kinds = None
+    if values.dtype.kind == "f":
+        numbers = values
+    else:
+        known = [key for key, _ in names]
+        known += [word for word in dict.fromkeys(str(value) for value in values) if word not in known]
+        texts = [*(text for _, text in names), *known[len(names) :]]
+        kinds = [(text, UNKNOWN if text == "undecided" else KINDS[k % len(KINDS)]) for k, text in enumerate(texts)]
+        numbers = numpy.array([known.index(str(value)) for value in values], dtype=float)
+    present = numpy.isfinite(x) & numpy.isfinite(y)
+    columns, at_x = numpy.unique(x[present], return_inverse=True)
+    rows, at_y = numpy.unique(y[present], return_inverse=True)
+    z = numpy.full((len(rows), len(columns)), numpy.nan)
+    z[at_y.reshape(-1), at_x.reshape(-1)] = numbers[present]
+    # A grid that is refined in parts has rows for some places only.
+    while numpy.isnan(z).any() and not numpy.isnan(z).all():
+        wide = numpy.pad(z, 1, constant_values=numpy.nan)
+        for beside in (wide[:-2, 1:-1], wide[1:-1, :-2], wide[1:-1, 2:], wide[2:, 1:-1]):
+            z = numpy.where(numpy.isnan(z), beside, z)
+    return {"x": columns, "y": rows, "z": z, "kinds": kinds}
 
 
 def _strokes(x: Any, y: Any, branch: Any, stable: Any, state: int) -> tuple[Any, Any]:
@@ -208,6 +256,8 @@ def _panel(axis: Any, panel: dict, drawn: list) -> None:
             label = once(curve["label"])
             if label:
                 axis.plot([], [], "-", color=color, linewidth=1.4, label=label)
+        elif curve["look"] == "cells":
+            _draw_cells(axis, curve, once)
         elif curve["look"] == "event":
             mark = MARKS.get(curve["kind"], OTHER_MARK)[0]
             label = once(_said(curve["kind"]))
@@ -238,6 +288,22 @@ def _legend(whole: Any, axes: list) -> None:
         whole.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=4, fontsize=8, frameon=False)
 
 
+def _draw_cells(axis: Any, curve: dict, once: Any) -> None:
+    from matplotlib.colors import ListedColormap
+
+    kinds = curve["kinds"]
+    if kinds is None:
+        mesh = axis.pcolormesh(curve["x"], curve["y"], curve["z"], shading="nearest", cmap="viridis", rasterized=True)
+        axis.figure.colorbar(mesh, ax=axis, label=curve["label"])
+        return
+    colors = ListedColormap([color for _, color in kinds])
+    limits = {"vmin": -0.5, "vmax": len(kinds) - 0.5}
+    axis.pcolormesh(curve["x"], curve["y"], curve["z"], shading="nearest", cmap=colors, rasterized=True, **limits)
+    for k, (text, color) in enumerate(kinds):
+        if (curve["z"] == k).any():
+            axis.plot([], [], "s", color=color, markersize=8, label=once(text))
+
+
 def _plotly(figure: dict, panels: list) -> Any:
     try:
         from plotly.subplots import make_subplots
@@ -247,6 +313,16 @@ def _plotly(figure: dict, panels: list) -> Any:
     said = set()
     for row, (panel, drawn) in enumerate(panels, start=1):
         for curve in drawn:
+            if curve["look"] == "cells":
+                heat = {"type": "heatmap", "x": curve["x"], "y": curve["y"], "z": curve["z"], "name": curve["label"]}
+                if curve["kinds"] is not None:
+                    words, colors = zip(*curve["kinds"])
+                    count = len(words)
+                    scale = [[(k + end) / count, color] for k, color in enumerate(colors) for end in (0, 1)]
+                    bar = {"tickvals": list(range(count)), "ticktext": list(words)}
+                    heat |= {"zmin": -0.5, "zmax": count - 0.5, "colorscale": scale, "colorbar": bar}
+                whole.add_trace(heat, row=row, col=1)
+                continue
             text = _said(curve["kind"]) if curve["look"] == "event" else curve["label"]
             trace = {"type": "scatter", "x": curve["x"], "y": curve["y"], "name": text, "legendgroup": text}
             trace["showlegend"] = bool(text) and text not in said

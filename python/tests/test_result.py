@@ -170,6 +170,35 @@ def test_figures_are_drawn(model, analysis):
     plt.close("all")
 
 
+def _map(values, kind, written, shown):
+    """A result with a map of cells over a frequency."""
+    places = [(x, y) for x in (10.0, 20.0) for y in (1.0, 2.0, 3.0)][: len(values)]
+    x, y = (np.array(column).tobytes() for column in zip(*places))
+    data = values if kind == "text" else np.array(values).tobytes()
+    table = gl._native.Table.of("", [("x", "Hz", "float", x), ("y", "", "float", y), ("v", "", kind, data)])
+    style = {"Cells": {"value": "v", "names": [["b", "bees"]]}}
+    curve = {"table": "", "x": "x", "y": "y", "label": "map", "style": style, "only": None}
+    axis = {"written": written, "shown": shown, "omega_c": 100.0}
+    panel = {"x_label": "speed", "y_label": "y", "x_range": None, "x_frequency": axis, "curves": [curve]}
+    text = dict(name="m", kind="regime_map", title="t", caption="", assumed=[], warnings=[], ended_early=None, summary={})
+    return gl.Result({**text, "figure": {"title": "t", "panels": [panel]}, "tables": [table]})
+
+
+def test_maps_are_drawn_in_the_unit_of_their_axis():
+    from gearlash import _plot
+
+    kinds = _map(["a", "b", "a", "undecided", "b"], "text", "Hertz", "RevolutionsPerMinute")
+    figure = kinds.plot()
+    assert {text.get_text() for text in figure.legends[0].get_texts()} == {"a", "bees", "undecided"}
+    (cells,) = _plot._resolve(kinds._parts["figure"]["panels"][0] | {"curves": _plot._colored(kinds._parts["figure"])[0]["curves"]}, kinds)
+    assert np.allclose(cells["x"], [600, 1200])
+    # The last place has no row: it takes the value of the one below.
+    assert cells["z"].tolist() == [[1, 2], [0, 0], [1, 0]]
+    numbers = _map([1.0, 2.0, np.nan, 4.0, 5.0, 6.0], "float", "Nondimensional", "RadianPerSecond")
+    assert len(numbers.plot().axes) == 2
+    assert numbers.plot(backend="plotly").data[0].x[1] == 2000.0 and kinds.plot(backend="plotly").data
+
+
 def test_ctrl_c_ends_a_run_with_what_it_has(tmp_path):
     script = textwrap.dedent(
         f"""
