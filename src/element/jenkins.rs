@@ -31,6 +31,9 @@ crate::register_element! {
     example: "{type: jenkins, slip_force: 0.3}",
 }
 
+/// Share of a deformation within which a slider is at its limit.
+pub(super) const ROUNDING: f64 = 1e-14;
+
 /// Number of the region of a slider in which it sticks; then come slipping up and slipping down.
 const STICKS: usize = 0;
 const SLIPS_UP: usize = 1;
@@ -105,7 +108,9 @@ impl Element for Jenkins {
     fn respond(&self, q: f64, v: f64, _phase: f64, memory: &[f64]) -> Response {
         let stretch = q - memory[0];
         let reach = self.slip_force;
-        let slips = stretch.abs() >= reach && stretch * v > 0.0 || stretch.abs() > reach;
+        let rounding = ROUNDING * (q.abs() + reach);
+        let slips = stretch.abs() > reach + rounding
+            || stretch.abs() >= reach - rounding && stretch * v > 0.0;
         Response {
             f: stretch.clamp(-reach, reach),
             df_dq: if slips { 0.0 } else { 1.0 },

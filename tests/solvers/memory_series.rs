@@ -32,12 +32,14 @@ fn problem(record: &Value, harmonics: usize) -> (Galerkin<FrequencyFamily>, DVec
     let orbit = shooting
         .orbit(&DVector::from_vec(start.clone()), omega)
         .unwrap();
-    let mut samples = vec![vec![0.0; SAMPLES]; n];
-    let mut at = vec![0.0; start.len()];
-    for j in 0..SAMPLES {
+    let at_sample = |j: usize| {
+        let mut at = vec![0.0; start.len()];
         orbit.state(TAU * j as f64 / SAMPLES as f64, &mut at);
-        (0..n).for_each(|i| samples[i][j] = at[i]);
-    }
+        at
+    };
+    let states: Vec<Vec<f64>> = (0..SAMPLES).map(at_sample).collect();
+    let coordinate = |i: usize| states.iter().map(|at| at[i]).collect();
+    let samples: Vec<Vec<f64>> = (0..n).map(coordinate).collect();
     let size = GalerkinOptions {
         harmonics,
         samples: SAMPLES,

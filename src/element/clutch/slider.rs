@@ -4,6 +4,7 @@ use crate::element::Response;
 use crate::element::automaton::{
     Automaton, Direction, Guard, MemoryRate, Region, RegionForce, Reset, Surface,
 };
+use crate::element::jenkins::ROUNDING;
 
 /// A slider on windows of the deformation.
 #[derive(Debug, Clone, Copy)]
@@ -147,7 +148,9 @@ impl Slider {
 
     pub(super) fn respond(&self, q: f64, v: f64, z: f64) -> Response {
         let stretch = self.seen(q) - z;
-        let slips = stretch.abs() > self.reach || stretch.abs() == self.reach && stretch * v > 0.0;
+        let rounding = ROUNDING * (q.abs() + self.reach);
+        let slips = stretch.abs() > self.reach + rounding
+            || stretch.abs() >= self.reach - rounding && stretch * v > 0.0;
         let slope = if self.is_within(q) && !slips {
             self.stiffness
         } else {

@@ -35,7 +35,7 @@ pub(super) fn transition(
     let (mut phi, mut next) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
     let mut fill = Filler::new(system, orbit);
     hand_over(system, &tracks, 0.0, &mut phi);
-    for cut in cuts(system, orbit, (extrema, &tracks)).windows(2) {
+    for cut in cuts(system, orbit, extrema, &tracks).windows(2) {
         let width = cut[1] - cut[0];
         if width <= 0.0 {
             continue;
@@ -52,7 +52,8 @@ pub(super) fn transition(
 fn cuts(
     system: &System,
     orbit: &FourierOrbit,
-    (extrema, tracks): (&[Vec<(f64, f64)>], &[Track]),
+    extrema: &[Vec<(f64, f64)>],
+    tracks: &[Track],
 ) -> Vec<f64> {
     let mut list = vec![0.0, TAU];
     for (e, mount) in system.mounts().iter().enumerate() {

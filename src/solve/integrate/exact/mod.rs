@@ -192,10 +192,9 @@ impl Exact {
                     None => 0,
                 },
             };
-            if is_stale || !self.kinks.is_empty() {
-                if let Err(end) = self.stiffen(system, span.middle) {
-                    return end;
-                }
+            let is_due = is_stale || !self.kinks.is_empty();
+            if is_due && let Err(end) = self.stiffen(system, span.middle) {
+                return end;
             }
             let reach = self.expand(span, state, &motion);
             if let Some(fault) = self.fault(system, tau) {
