@@ -1,5 +1,4 @@
-//! States at phase 0 of the excitation against a parameter: the attractor followed, or many random initial states
-//! (figures 7 to 9).
+//! States at phase 0 of the excitation against a parameter: the attractor followed, or many random initial states (figures 7 to 9).
 
 mod sweep;
 

@@ -217,7 +217,7 @@ fn laws() {
         &law("{type: backlsh, half_gap: 1}"),
         &[
             "m.yaml:9:21: connections.mesh.element.type: unknown law",
-            "known: backlash, cubic",
+            "known: backlash, clutch, cubic",
             "did you mean `backlash`?",
         ],
     );

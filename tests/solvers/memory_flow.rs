@@ -161,8 +161,9 @@ fn a_slider_decays_through_the_instants_of_the_closed_form() {
         let mut log = Log::default();
         let end = flow(&system).advance(&system, (0.0, TAU), &mut state, &mut log);
         assert_eq!(end, IntegrationEnd::Reached);
-        let events = record["events"].as_array().unwrap();
-        for (event, switch) in events.iter().zip(&log.0) {
+        let is_switch = |e: &&Value| e["event"] == "sticks" || e["event"] == "starts to slip";
+        let events = record["events"].as_array().unwrap().iter();
+        for (event, switch) in events.filter(is_switch).zip(&log.0) {
             let time = switch.tau * 60.0 / TAU;
             assert!(
                 (time - event["T"].as_f64().unwrap()).abs() < 1e-9,

@@ -155,10 +155,12 @@ impl March<'_> {
             let Some(guard) = farthest.copied() else {
                 break;
             };
-            if let (MemoryRate::Follows { offset }, Surface::Deformation { level, gain }) =
-                (self.here().memory, guard.surface)
-            {
-                self.z = level + gain * self.z + offset;
+            if let MemoryRate::Follows { offset } = self.here().memory {
+                let here = match guard.surface {
+                    Surface::Deformation { level, gain } => level + gain * self.z,
+                    _ => q,
+                };
+                self.z = here + offset;
             }
             self.region = guard.to;
         }

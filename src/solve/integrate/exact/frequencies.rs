@@ -24,7 +24,10 @@ pub fn frequency_bound(system: &System, laws: &[LawPart], chosen: fn(f64, f64) -
         }
         radius(&(stiffness * system.element_map().abs()))
     };
-    let springs = coupled(&mut slopes.iter().map(|s| s.0.max(LEAST_SLOPE)));
+    // Without any spring the characteristic frequency is the measure: only loads move such a train.
+    let is_free = laws.iter().all(|p| p.law.slopes(f64::max).0 == 0.0);
+    let least = if is_free { 1.0 } else { LEAST_SLOPE };
+    let springs = coupled(&mut slopes.iter().map(|s| s.0.max(least)));
     let dampers = match slopes.iter().any(|s| s.1 > 0.0) {
         true => coupled(&mut slopes.iter().map(|s| s.1)),
         false => 0.0,
