@@ -27,9 +27,10 @@ reduced:
 fn labels_and_shares_are_those_of_an_independent_program() {
     for case in reference("basins_one_dof")["cases"].as_array().unwrap() {
         let p = &case["parameters"];
+        let (x, v) = (&case["box"]["x"], &case["box"]["v"]);
         let analysis = format!(
-            "{{type: basins, at: {}, grid: {{q.m: {{from: -3, to: 3, points: 41}}, v.m: {{from: -3, to: 3, points: 41}}}}}}",
-            p["omega"]
+            "{{type: basins, at: {}, grid: {{q.m: {{from: {}, to: {}, points: 41}}, v.m: {{from: {}, to: {}, points: 41}}}}}}",
+            p["omega"], x[0], x[1], v[0], v[1]
         );
         let report = run(&model(p), &analysis);
         let attractors = report.table("attractors").unwrap();

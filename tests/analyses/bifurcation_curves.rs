@@ -59,7 +59,7 @@ fn grazings_of_the_linear_response_have_a_closed_form() {
 fn folds_meet_at_a_cusp() {
     let analysis = format!(
         "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.4, 2], [0.02, 1.2]], \
-         start: {{kind: fold, at: {{frequency: 0.9, {QA}: 0.1}}}}}}"
+         start: {{kind: fold, at: {{frequency: 0.94, {QA}: 0.076}}}}}}"
     );
     let report = run(ONE, &analysis);
     has(

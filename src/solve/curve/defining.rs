@@ -17,6 +17,10 @@ const STEP: f64 = 4e-6;
 /// Distances from a touching, in sizes, at which derivatives are taken; farther than the steps of the differences reach.
 const APART: [f64; 2] = [6e-5, 1.2e-4];
 
+/// Largest difference between Phi at a touching and Phi extrapolated to it, relative to its entries: beyond it another passage of a
+/// breakpoint lies in between.
+const AGREEING: f64 = 1e-3;
+
 /// Phi with the slopes of P in both parameters.
 type Side = (DMatrix<f64>, [DVector<f64>; 2]);
 
@@ -39,6 +43,8 @@ pub struct Defining<'a> {
     pub(super) borders: Option<Borders>,
     /// Size of the state: what unknowns are measured in.
     pub(super) size: f64,
+    /// Why there was no system at the last place that has none.
+    pub(super) missing: Option<String>,
     state: Vec<f64>,
     phi: DMatrix<f64>,
 }
@@ -55,6 +61,7 @@ impl<'a> Defining<'a> {
             shots,
             kind,
             borders: None,
+            missing: None,
             size: if largest > 0.0 { largest } else { 1.0 },
             state: vec![0.0; n],
             phi: DMatrix::identity(n, n),
@@ -311,6 +318,26 @@ impl Residual for Defining<'_> {
         p2: f64,
         out: &mut Linearisation,
     ) -> Result<(), SolveError> {
+        match self.fill(x, p2, out) {
+            // A trial step beyond the model is a step that fails.
+            Err(SolveError::NoSystem { reason }) => {
+                out.r.fill(f64::NAN);
+                self.missing = Some(reason);
+                Ok(())
+            }
+            done => done,
+        }
+    }
+}
+
+impl Defining<'_> {
+    /// The residual with its derivatives.
+    fn fill(
+        &mut self,
+        x: &DVector<f64>,
+        p2: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
         let (n, dim) = (self.shots.size(), self.dim());
         let spot = self.spot(x, p2);
         let mut values = vec![f64::NAN; dim];
@@ -320,7 +347,10 @@ impl Residual for Defining<'_> {
         let mut phi = self.phi.clone();
         let is_grazing = matches!(self.kind, CurveKind::Grazing { .. });
         let mut slopes = None;
-        if is_grazing && let Some(side) = self.one_sided(&spot)? {
+        if is_grazing
+            && let Some(side) = self.one_sided(&spot)?
+            && (&side.0 - &phi).amax() <= AGREEING * phi.amax()
+        {
             (phi, slopes) = (side.0, Some(side.1));
         }
         let mut sides = [vec![0.0; dim], vec![0.0; dim]];

@@ -202,6 +202,7 @@ impl Walker<'_> {
             if !keep_going(self.arm.points.len()) {
                 return Ok(CurveEnd::Path(PathEnd::Interrupted));
             }
+            problem.missing = None;
             let end = match path.advance(problem)? {
                 Advance::Point(_) => None,
                 Advance::End(end) => Some(end),
@@ -212,7 +213,14 @@ impl Walker<'_> {
                     true => self.touch(problem, TOUCHING.1)?,
                     false => None,
                 };
-                return Ok(touch.unwrap_or_else(|| ended(end)));
+                let is_outside = self.arm.points.last().is_some_and(|p| !p.is_inside());
+                let missing = problem.missing.take().filter(|_| is_lost);
+                return Ok(match (touch, missing) {
+                    (Some(touch), _) => touch,
+                    (None, _) if is_lost && is_outside => CurveEnd::LeftRange,
+                    (None, Some(reason)) => CurveEnd::NoModel(reason),
+                    (None, None) => ended(end),
+                });
             }
             let last = path.point().clone();
             let spot = problem.spot(&last.u, last.lambda);
