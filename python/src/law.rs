@@ -57,7 +57,7 @@ pub struct PythonLaw {
 
 gearlash::register_element! {
     tag: "python",
-    doc: "f = force/K, the force a function in Python, registered with gearlash.law; for prototypes, some microseconds per call",
+    doc: "f = force/K, the force a function in Python, registered with gearlash.law; for prototypes, tens of microseconds per call",
     parameters: [
         { name: "function", doc: "name given to gearlash.law", kind: ParameterKind::Text, dimension: Dimension::NONE, default: None },
         { name: "parameters", doc: "named numbers, handed over as keyword arguments, in SI units", kind: ParameterKind::Map, dimension: Dimension::NONE, default: Some("{}") },
