@@ -244,6 +244,10 @@ fn coefficient(
         Op::Multiply(x, y) => convolve(&registers[x], &registers[y], k),
         Op::Divide(x, y) => {
             let (above, below) = (&registers[x], &registers[y]);
+            // A quotient that has vanished, as 1/cosh x far out, stays so.
+            if below[0].is_infinite() && above[k].is_finite() {
+                return 0.0;
+            }
             (above[k] - partial(below, &registers[place], 1, k)) / below[0]
         }
         Op::Power(x, n) => power(&registers[x], &registers[place], n, k),

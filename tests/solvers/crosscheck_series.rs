@@ -1,6 +1,6 @@
 //! Series flow against DOPRI5 on random trains: stiffness that varies, transmission errors, impact damping, cubic laws, formulas.
 
-use crate::common::backlash;
+use crate::common::{backlash, load};
 use crate::crosscheck_integrators::train;
 use gearlash::element::{
     Backlash, Cubic, Element, Expression, ImpactDampingLaw, Preloaded, TanhFriction,
@@ -206,5 +206,47 @@ fn a_pole_on_the_path_ends_the_motion() {
             }
             end => panic!("{force}: {end:?} at {state:?}"),
         }
+    }
+}
+
+/// Where tanh has saturated, or an exponential is far below rounding, the coefficients of a series say nothing of what comes: the
+/// turn of the force must not be stepped over.
+#[test]
+fn forces_that_hide_in_small_exponentials_are_found() {
+    for force in [
+        "q + 0.3*tanh(v/1e-2)",
+        "q + 0.3*tanh(v/1e-4)",
+        "q + 0.2*(1 + 0.5*exp(-(v/2e-3)^2))*tanh(v/1e-3)",
+        "q + 0.4*exp(-((q - 0.2)/4e-3)^2)",
+        "q + 0.3*v/cosh(v/1e-2)",
+        "q + 0.3/cosh((v - 0.1)/1e-4)^2",
+    ] {
+        let law = Expression::new(force, &[]).unwrap();
+        let mounts = vec![Mount::new(Box::new(law) as Box<dyn Element>)];
+        let one = |x| DMatrix::from_element(1, 1, x);
+        let mut system = System::new(
+            one(0.1),
+            one(1.0),
+            one(1.0),
+            mounts,
+            vec![load(1, 0, 0.1, 0.4)],
+        )
+        .unwrap();
+        system.set_excitation_frequency(0.3);
+        let (mut state, mut other) = ([0.5, 0.2], [0.5, 0.2]);
+        let mut flow = Exact::new(&system, 1000).unwrap();
+        let end = flow.advance(&system, (0.0, TAU), &mut state, &mut ());
+        assert_eq!((flow.name(), end), ("series", IntegrationEnd::Reached));
+        let options = Dopri5Options {
+            relative: 1e-13,
+            absolute: 1e-15,
+            max_step: 2e-4,
+            ..Dopri5Options::default()
+        };
+        let mut dopri5 = Dopri5::new(&system, options);
+        dopri5.advance(&system, (0.0, TAU), &mut other, &mut ());
+        let apart = (0..2).map(|i| (state[i] - other[i]).abs());
+        let apart = apart.fold(0.0, f64::max);
+        assert!(apart < 1e-9, "{force}: {state:?}, not {other:?}");
     }
 }

@@ -134,6 +134,26 @@ impl Acting {
         part.force[k]
     }
 
+    /// The first theta within a step at which a force that the series cannot see comes back: the step ends there.
+    pub fn come_back<'a>(
+        &self,
+        piece: impl Fn(usize) -> &'a Piece,
+        count: usize,
+        step: f64,
+    ) -> Option<f64> {
+        let end = |k: &usize| match piece(*k) {
+            Piece::Affine(_) => None,
+            Piece::Smooth(smooth) => {
+                let registers = &self.parts[*k].registers;
+                let ends = smooth.hidden.iter();
+                // The forces of the last two coefficients are not made.
+                let ends = ends.filter_map(|h| h.end(registers, count - 2, step));
+                ends.reduce(f64::min)
+            }
+        };
+        self.list.iter().filter_map(end).reduce(f64::min)
+    }
+
     /// A connection whose force has no series at the begin of the step, with its deformation and rate there.
     pub fn fault(&self, count: usize) -> Option<(usize, f64, f64)> {
         let is_faulty = |k: &&usize| {

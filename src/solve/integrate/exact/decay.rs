@@ -2,24 +2,60 @@
 
 use crate::numeric::taylor::Polynomial;
 
+/// What the terms of a series are judged by, where the flow is no closed form.
+///
+/// The motion and its error are measured as rates. A force far faster than the motion makes the unit of time short: beside q, the
+/// change of a velocity per unit of time would be small whatever it is beside the velocity.
+#[derive(Debug, Clone, Copy)]
+pub struct Control {
+    /// Error of a step relative to the motion.
+    pub tolerance: f64,
+    /// Rate per unit of time of the series that counts like a deflection of 1.
+    pub share: f64,
+}
+
+impl Control {
+    /// For a unit of time in omega_c t.
+    pub fn new(tolerance: f64, unit: f64) -> Control {
+        Control {
+            tolerance,
+            share: unit.min(1.0),
+        }
+    }
+
+    /// Size of the motion at theta: of its rates from the first terms, and of what it is.
+    fn size(&self, list: &[Polynomial], theta: f64) -> f64 {
+        let mut size = f64::MIN_POSITIVE;
+        for q in list {
+            size = size.max(self.share * q[0].abs());
+            let mut power = 1.0;
+            for (k, c) in q.iter().enumerate().take(SIZE_TERMS).skip(1) {
+                size = size.max(power * k as f64 * c.abs());
+                power *= theta;
+            }
+        }
+        size
+    }
+}
+
 /// Whether the terms of a series count in the time that remains.
 pub struct Ending {
     remaining: f64,
-    tolerance: f64,
+    control: Control,
     size: f64,
     before: f64,
     power: f64,
 }
 
 impl Ending {
-    /// For a time in units of the series and an error relative to the motion.
-    pub fn new(remaining: f64, tolerance: f64) -> Ending {
+    /// For a time in units of the series.
+    pub fn new(remaining: f64, control: Control) -> Ending {
         Ending {
             remaining,
-            tolerance,
+            control,
             size: f64::MIN_POSITIVE,
             before: f64::INFINITY,
-            power: remaining * remaining,
+            power: remaining,
         }
     }
 
@@ -29,12 +65,12 @@ impl Ending {
             return false;
         }
         if k + 3 == SIZE_TERMS {
-            self.size = size(q, self.remaining.min(1.0));
+            self.size = self.control.size(q, self.remaining.min(1.0));
         }
         let term = largest * self.power * (k + 2) as f64;
         let last = term.max(self.before);
         (self.before, self.power) = (term, self.power * self.remaining);
-        k + 3 > SIZE_TERMS && last <= self.tolerance * self.size
+        k + 3 > SIZE_TERMS && last <= self.control.tolerance * self.size
     }
 }
 
@@ -63,19 +99,22 @@ pub fn reach_of_closed_form(list: &[Polynomial], count: usize, pace: f64) -> f64
 /// The same where the step itself is the scale: near a pole the terms grow whatever the unit, and only what the first ones add up to
 /// within the step is the motion.
 ///
-///     last theta^(count - 1) (count - 1) <= tolerance max_k |c_k| theta^k,   k < 5, theta <= 1
-pub fn reach_within(list: &[Polynomial], count: usize, tolerance: f64) -> f64 {
-    let mut theta = reach_at(list, count, (tolerance, 1.0));
+///     last theta^(count - 2) (count - 1) <= tolerance size(theta),   theta <= 1
+pub fn reach_within(list: &[Polynomial], count: usize, control: Control) -> f64 {
     let mut last = 0.0_f64;
     for q in list {
         last = last.max(q[count - 2].abs().max(q[count - 1].abs()));
     }
+    let ratio =
+        |theta: f64| control.tolerance * control.size(list, theta) / ((count - 1) as f64 * last);
+    let first = ratio(1.0);
+    let power = if first < 1.0 { count - 3 } else { count - 2 };
+    let mut theta = first.powf(1.0 / power as f64).min(MAX_REACH);
     for _ in 0..ROUNDS {
         if theta >= 1.0 {
             break;
         }
-        let ratio = tolerance * size(list, theta) / ((count - 1) as f64 * last);
-        let next = ratio.powf(1.0 / (count - 2) as f64).min(theta);
+        let next = ratio(theta).powf(1.0 / (count - 3) as f64).min(theta);
         if next > CLOSE * theta {
             return next;
         }

@@ -1,6 +1,7 @@
 //! Small deviations from the motion where the slopes of forces change in time: their series, all columns at once.
 
 use super::acting::Acting;
+use super::decay::Control;
 use super::entries::Entry;
 use super::series::Series;
 use crate::numeric::taylor::{COUNT, Polynomial};
@@ -31,7 +32,6 @@ impl Deviations {
         system: &System,
         (series, acting): (&Series, &Acting),
         phi: &DMatrix<f64>,
-        tolerance: f64,
     ) -> f64 {
         let (n, columns) = (system.dof(), phi.ncols());
         self.columns = columns;
@@ -52,7 +52,7 @@ impl Deviations {
         for k in 0..self.count - 2 {
             self.step(system, series, acting, k);
         }
-        self.reach(n, tolerance)
+        self.reach(n, series.control)
     }
 
     /// Coefficient k + 2 of all coordinates in all columns.
@@ -115,29 +115,20 @@ impl Deviations {
         next.iter_mut().for_each(|a| *a *= factor);
     }
 
-    /// Largest theta at which the last two terms, as rates, are negligible beside the first two at theta.
-    fn reach(&self, n: usize, tolerance: f64) -> f64 {
+    /// Largest theta at which the last two terms, as rates, are negligible.
+    fn reach(&self, n: usize, control: Control) -> f64 {
         let block = n * self.columns;
         let largest = |terms: &[f64]| terms.iter().fold(f64::MIN_POSITIVE, |m, c| m.max(c.abs()));
         let values = largest(&self.terms[..block]);
         let rates = largest(&self.terms[block..2 * block]);
         let last = largest(&self.terms[(self.count - 2) * block..self.count * block]);
-        let at = |scale: f64| {
-            let size = values.max(rates * scale);
-            let ratio = tolerance * size / ((self.count - 1) as f64 * last);
-            let power = match ratio < 1.0 && scale == 1.0 {
-                true => self.count - 3,
-                false => self.count - 2,
-            };
-            ratio.powf(1.0 / power as f64)
+        let size = rates.max(control.share * values);
+        let ratio = control.tolerance * size / ((self.count - 1) as f64 * last);
+        let power = match ratio < 1.0 {
+            true => self.count - 3,
+            false => self.count - 2,
         };
-        let first = at(1.0);
-        if first >= 1.0 {
-            return first;
-        }
-        // Shorter than the unit of time: the rates count for what they add within the step.
-        let second = at(first).min(first);
-        at(second).min(second)
+        ratio.powf(1.0 / power as f64)
     }
 
     /// The transition matrix at theta.

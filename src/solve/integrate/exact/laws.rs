@@ -1,5 +1,6 @@
 //! The laws of a system as the flow sees them: in every region between breakpoints an affine function or a program.
 
+use super::hidden::{self, Hidden};
 use crate::element::Element;
 use crate::element::automaton::{Automaton, RegionForce, line};
 use crate::element::tape::Tape;
@@ -38,6 +39,8 @@ pub struct Smooth {
     pub force: Program,
     /// Two outputs: df/dx, df/dv.
     pub partials: Program,
+    /// What the series of the force may not see.
+    pub hidden: Vec<Hidden>,
 }
 
 impl Law {
@@ -237,10 +240,14 @@ fn trace(element: &dyn Element, q: f64) -> Result<Piece, String> {
     let force = element.trace(q, v, phase)?;
     Ok(match force.value.affine() {
         Some(affine) => Piece::Affine(affine),
-        None => Piece::Smooth(Smooth {
-            force: tape.program(&[force.value]),
-            partials: tape.program(&[force.dq, force.dv]),
-        }),
+        None => {
+            let program = tape.program(&[force.value]);
+            Piece::Smooth(Smooth {
+                hidden: hidden::find(&program),
+                force: program,
+                partials: tape.program(&[force.dq, force.dv]),
+            })
+        }
     })
 }
 

@@ -14,6 +14,7 @@ mod deviations;
 mod entries;
 mod forcing;
 mod frequencies;
+mod hidden;
 mod holding;
 mod impacts;
 mod impulse;
@@ -261,17 +262,18 @@ impl Exact {
             acting,
             regions,
             deviations,
-            options,
             ..
         } = self;
         series.expand(system, (acting, regions), span, state);
         let reach = series.reach(acting);
+        let step = reach.min(span.remaining);
+        let reach = (acting.come_back(|k| regions.piece(k), series.count, step)).unwrap_or(reach);
         match &motion.phi {
             None => reach,
             Some(_) if acting.list.is_empty() => reach.min(variation::REACH * series.pace()),
             Some(phi) => {
                 acting.differentiate(|k| regions.piece(k), series.count);
-                let own = deviations.expand(system, (series, acting), phi, options.tolerance);
+                let own = deviations.expand(system, (series, acting), phi);
                 reach.min(own)
             }
         }

@@ -25,7 +25,7 @@ impl Default for SeriesOptions {
             tolerance: 1e-12,
             terms: COUNT,
             max_switches: MAX_SWITCHES,
-            spare_steps: 2_000,
+            spare_steps: 100_000,
             bound: 1e12,
         }
     }

@@ -89,7 +89,7 @@ impl Series {
             (q[0], q[1]) = (state[i], state[n + i] * self.unit);
         }
         let square = self.unit * self.unit;
-        let mut ending = Ending::new(span.remaining, self.tolerance);
+        let mut ending = Ending::new(span.remaining, self.control);
         for k in 0..self.terms - 2 {
             let order = (k + 1) as f64;
             for (q, load) in self.q.iter_mut().zip(&self.load) {

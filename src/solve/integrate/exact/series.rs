@@ -2,7 +2,7 @@
 
 use super::SeriesOptions;
 use super::acting::Acting;
-use super::decay::{reach_of_closed_form, reach_within};
+use super::decay::{Control, reach_of_closed_form, reach_within};
 use super::entries::{Entry, couple, entries};
 use super::forcing::{Instant, Place, Sources};
 use super::frequencies::frequency_bound;
@@ -44,7 +44,7 @@ pub struct Series {
     constant: Vec<f64>,
     slope: Vec<f64>,
     /// Error of a step allowed where the force is no constant multiple of the deformation, relative to the motion.
-    pub(super) tolerance: f64,
+    pub(super) control: Control,
     /// Coefficients at most there.
     pub(super) terms: usize,
     pace: Pace,
@@ -134,7 +134,7 @@ impl Series {
             error: vec![[0.0; COUNT]; e],
             q: vec![[0.0; COUNT]; n],
             deformation: vec![[0.0; COUNT]; e],
-            tolerance: options.tolerance,
+            control: Control::new(options.tolerance, unit),
             terms: options.terms.clamp(FEWEST_TERMS, COUNT),
             count: COUNT,
         }
@@ -346,7 +346,7 @@ impl Series {
     pub fn reach(&self, acting: &Acting) -> f64 {
         let reach = |list: &[Polynomial], count: usize| match acting.list.is_empty() {
             true => reach_of_closed_form(list, count, self.pace.unit),
-            false => reach_within(list, count, self.tolerance),
+            false => reach_within(list, count, self.control),
         };
         let own = reach(&self.q, self.count);
         if self.errors.is_none() {
