@@ -373,20 +373,16 @@ impl BifurcationDiagram {
     /// Points of the first two coordinates and the largest exponent against the parameter.
     fn figure(&self, setting: &Setting<'_>, plan: &Plan, labels: &[String]) -> Figure {
         let list = columns::coordinates(setting);
-        let x_label = if plan.unit.is_empty() {
-            self.parameter.clone()
-        } else {
-            format!("{} [{}]", self.parameter, plan.unit)
+        let written = match plan.unit.as_str() {
+            "" => self.parameter.clone(),
+            unit => format!("{} [{unit}]", self.parameter),
         };
-        let x_label = match plan.parameter {
-            Parameter::Frequency => columns::frequency_label(setting, &x_label),
-            Parameter::Path(_) => x_label,
-        };
-        let x_frequency = match plan.parameter {
-            Parameter::Frequency => {
-                columns::frequency_axis(setting, FrequencyUnit::RadianPerSecond)
-            }
-            Parameter::Path(_) => None,
+        let (x_label, x_frequency) = match plan.parameter {
+            Parameter::Frequency => (
+                columns::frequency_label(setting, &written),
+                columns::frequency_axis(setting, FrequencyUnit::RadianPerSecond),
+            ),
+            Parameter::Path(_) => (written, None),
         };
         let panel = |y_label: String, curves| Panel {
             x_label: x_label.clone(),

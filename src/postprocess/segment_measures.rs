@@ -6,6 +6,7 @@ use super::measures::{Measures, is_clearance};
 use crate::element::Element;
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::quadrature::unit_nodes;
+use crate::numeric::roots::summit;
 use crate::solve::integrate::{Switch, SwitchKind};
 use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, StretchDeformation};
@@ -67,6 +68,28 @@ impl Piece<'_> {
     }
 }
 
+impl Piece<'_> {
+    /// Extremes of a force whose stiffness varies, between the nodes: they need not lie at those of the deformation.
+    fn refine_force(&self, sums: &mut Sums) {
+        let mut nodes: Vec<(f64, f64)> = unit_nodes()
+            .map(|(x, _)| (x, self.response(x)[2]))
+            .collect();
+        nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for sign in [1.0, -1.0] {
+            let Some(top) = (0..nodes.len())
+                .max_by(|a, b| (sign * nodes[*a].1).total_cmp(&(sign * nodes[*b].1)))
+            else {
+                return;
+            };
+            let low = top.checked_sub(1).map_or(0.0, |k| nodes[k].0);
+            let high = nodes.get(top + 1).map_or(1.0, |node| node.0);
+            let start = (nodes[top].0, sign * nodes[top].1);
+            let force = |x: f64| sign * self.response(x)[2];
+            sums.widen_force(sign * summit(force, start, (low, high), 0.0));
+        }
+    }
+}
+
 /// Measures of every connection.
 pub(super) fn measure(system: &System, orbit: &SegmentOrbit) -> Vec<Measures> {
     let all = (0..system.element_count()).map(|e| connection(system, orbit, e));
@@ -117,6 +140,9 @@ fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
             sums.damping += weight * damping;
             sums.widen_force(f);
             sums.pulls |= pulls_possible && f64::from(mount.element.flank(q)) * f < 0.0;
+        }
+        if mount.stiffness_variation.is_some() {
+            piece.refine_force(&mut sums);
         }
         for x in piece.deformation.extrema().into_iter().chain([0.0, 1.0]) {
             let [q, _, f, _, _] = piece.response(x);

@@ -4,7 +4,7 @@ use crate::program::Place;
 
 fn model(load: &str) -> String {
     format!(
-        "schema: 1\nbodies: {{A: {{inertia: 1.0e-3}}}}\nconnections: {{s: {{ground: A, stiffness: 1.0e3, damping: 0.1}}}}\n\
+        "schema: 1\nbodies: {{A: {{inertia: 1.0e-3}}, B: {{inertia: 2.0e-3}}}}\nconnections: {{s: {{shaft: [A, B], stiffness: 1.0e3, damping: 0.1}}}}\n\
          loads: {{A: {load}}}\nreference: {{body: A, speed: 600 rpm}}\nreport: {{units: si}}\n\
          analyses: {{it: {{type: time_history, at: 600 rpm, duration: 50 ms, points: 11}}}}\n"
     )

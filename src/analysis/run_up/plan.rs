@@ -38,7 +38,7 @@ pub struct Plan {
 const REVOLUTIONS: usize = 100_000;
 const SAMPLES: usize = 1 << 16;
 /// Samples per revolution at least, and per wave of the highest order, where the settings say nothing.
-const FEWEST_SAMPLES: usize = 256;
+const FEWEST_SAMPLES: usize = 64;
 const PER_WAVE: f64 = 8.0;
 /// Orders tracked at most where the loads give them.
 const MOST_ORDERS: usize = 24;

@@ -2,6 +2,7 @@
 
 use super::plan::Plan;
 use super::record::{Record, Window};
+use super::signals::Signal;
 use crate::analysis::columns::{float, integer};
 use crate::analysis::transient::switch_table;
 use crate::analysis::{Setting, columns, frequencies_at_rest};
@@ -156,6 +157,14 @@ fn orders(setting: &Setting<'_>, plan: &Plan, windows: &[Window]) -> Table {
     for (s, signal) in plan.signals.iter().enumerate() {
         let heading = signal.heading(setting).prefixed("amplitude.");
         list.push(heading.column(rows().map(|r| r.1.waves[s][r.2].0)));
+    }
+    // Deformations under the name of the connection alone as well.
+    for (s, signal) in plan.signals.iter().enumerate() {
+        if let Signal::Deformation(k) = signal {
+            let name = format!("amplitude.{}", setting.assembly.connections[*k]);
+            let heading = setting.units().displacement(name, *k);
+            list.push(heading.column(rows().map(|r| r.1.waves[s][r.2].0)));
+        }
     }
     for (s, signal) in plan.signals.iter().enumerate() {
         let name = format!("phase.{}", signal.heading(setting).name);

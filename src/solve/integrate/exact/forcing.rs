@@ -23,6 +23,8 @@ pub struct Instant {
 /// A place in a course of speed.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
+    /// Phase at the begin of the step, full turns included: what an order that is no whole number sees.
+    pub phase: f64,
     /// Time at the begin of the step and inside the stretch, omega_c t.
     pub time: (f64, f64),
     /// Unit of time of the series.
@@ -41,8 +43,12 @@ impl Instant {
     /// ```
     fn waves(&self, order: f64) -> [Polynomial; 2] {
         let (w, a) = (order * self.rate, order * self.change);
+        let phase = match &self.course {
+            Some(place) if order.fract() != 0.0 => place.phase,
+            _ => self.phase,
+        };
         let (mut c, mut s) = ([0.0; COUNT], [0.0; COUNT]);
-        (s[0], c[0]) = (order * self.phase).sin_cos();
+        (s[0], c[0]) = (order * phase).sin_cos();
         (c[1], s[1]) = (-w * s[0], w * c[0]);
         for k in 1..COUNT - 1 {
             let share = 1.0 / (k + 1) as f64;

@@ -310,6 +310,7 @@ impl Series {
             rate: begin.frequency * self.unit,
             change: begin.change * self.unit * self.unit,
             course: system.course().map(|_| Place {
+                phase: begin.phase,
                 time: (span.tau, span.middle),
                 unit: self.unit,
                 speed: inside.frequency * system.revolutions() as f64,
