@@ -47,6 +47,7 @@ pub struct Diagnostic {
 
 /// Misuse of the solvers, detected before or while they run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SolveError {
     /// A quantity that must be finite is not.
     #[error("{what} is not finite")]
@@ -95,6 +96,7 @@ pub enum SolveError {
 
 /// Everything that ends a command with exit status 2, and faults of the outside world.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// Mistakes in the input, all that could be found in one go.
     #[error("{}", summary(.0))]

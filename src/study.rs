@@ -18,12 +18,14 @@ mod load;
 mod memory;
 mod merge;
 mod record;
+mod results;
 mod run;
 mod shard;
 mod shelf;
 
 pub use bundle::Extent;
 pub use merge::merge;
+pub use results::{History, Iterates, ResponseCurves, ResponseEvent, ResponsePoint};
 pub use shard::Shard;
 
 use load::{analyses, assembled, build, load_run, names, without_repetition};

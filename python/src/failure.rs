@@ -47,12 +47,6 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
                 .call1((text.trim_end(), diagnostics))?;
             Ok(PyErr::from_value(value))
         }
-        Error::Solve(error) => {
-            let value = errors
-                .getattr("GearlashError")?
-                .call1((error.to_string(),))?;
-            Ok(PyErr::from_value(value))
-        }
         Error::File {
             action,
             path,
@@ -63,6 +57,12 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
             let value = errors
                 .getattr("file_error")?
                 .call1((number, text, path.as_os_str()))?;
+            Ok(PyErr::from_value(value))
+        }
+        other => {
+            let value = errors
+                .getattr("GearlashError")?
+                .call1((other.to_string(),))?;
             Ok(PyErr::from_value(value))
         }
     }

@@ -22,6 +22,7 @@ use sweep::{Plan, Point, Work};
 /// Settings of `bifurcation_diagram`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct BifurcationDiagram {
     /// `frequency`, or the path of a number of the model.
     #[serde(default = "frequency")]
@@ -218,12 +219,14 @@ impl BifurcationDiagram {
                 let message = "the excitation frequency is the parameter; leave `at` out";
                 faults.push(Fault::new("at", message));
             }
-            (Parameter::Path(path), None) => {
-                let message =
-                    format!("missing: the excitation frequency at which {path} is varied");
+            (Parameter::Number(knob), None) => {
+                let message = format!(
+                    "missing: the excitation frequency at which {} is varied",
+                    knob.name()
+                );
                 faults.push(Fault::new("at", message));
             }
-            (Parameter::Path(_), Some(at)) => {
+            (Parameter::Number(_), Some(at)) => {
                 faults.extend(flow::frequency(setting, "at", at).err());
             }
             (Parameter::Frequency, None) => {}
@@ -337,13 +340,9 @@ impl BifurcationDiagram {
         let mut ran: Vec<&str> = points.iter().map(|p| p.integrator).collect();
         ran.sort_unstable();
         ran.dedup();
-        let parameter = match &plan.parameter {
-            Parameter::Frequency => "frequency",
-            Parameter::Path(path) => path,
-        };
         for (key, value) in [
             ("options", options),
-            ("parameter", json!(parameter)),
+            ("parameter", json!(plan.parameter.name())),
             ("integrator", json!(ran.join(", "))),
             ("runs", json!(labels)),
             ("points", json!(points.len())),
@@ -382,7 +381,7 @@ impl BifurcationDiagram {
                 columns::frequency_label(setting, &written),
                 columns::frequency_axis(setting, FrequencyUnit::RadianPerSecond),
             ),
-            Parameter::Path(_) => (written, None),
+            Parameter::Number(_) => (written, None),
         };
         let panel = |y_label: String, curves| Panel {
             x_label: x_label.clone(),

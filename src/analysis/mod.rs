@@ -7,6 +7,7 @@ mod bifurcation_curve;
 mod bifurcation_diagram;
 mod branch_figure;
 mod branch_table;
+mod build;
 mod columns;
 pub mod cost;
 mod effective_frequencies;

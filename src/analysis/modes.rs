@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 /// Settings of `modes`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Modes {
     /// First and last effective stiffness.
     pub effective_stiffness: [f64; 2],

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 /// Settings of `operating_point`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct OperatingPoint {
     /// Excitation frequency.
     pub at: Quantity,
@@ -100,7 +101,7 @@ impl Analysis for OperatingPoint {
         let Ok(response) = self.response() else {
             return Ok(Report::default());
         };
-        let mut report = response.run(setting)?;
+        let mut report = Analysis::run(&response, setting)?;
         report.tables = joined(report.tables);
         report.figure = None;
         let options = serde_json::to_value(self).unwrap_or(Value::Null);

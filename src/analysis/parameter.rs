@@ -1,37 +1,51 @@
-//! A parameter of the model that an analysis varies: the excitation frequency, or a number of the model file by its dotted
-//! path. The document is read and assembled again with that number changed; the scales stay those of the model as written.
+//! Parameters of the model that an analysis varies: the excitation frequency, and numbers of the model by name. The scales stay
+//! those of the model as written.
 
 use super::Setting;
-use crate::assembly::{Assembly, Scales, assemble};
+use crate::assembly::{Assembly, Scales, assemble, reassemble, renumber};
 use crate::error::Diagnostic;
-use crate::model::{self, FrequencyScale, Model, Structure};
+use crate::model::{self, FrequencyScale, Knob, Model, Reach, Structure};
 use crate::quantity::Quantity;
 use crate::system::System;
-use crate::yaml::Node;
+use crate::yaml::{Node, Value};
 
 /// What is varied.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Parameter {
     /// The excitation frequency.
     Frequency,
-    /// The number at a full dotted path of the document.
-    Path(String),
+    /// A number of the model.
+    Number(Box<Knob>),
 }
-
-/// Parts of a document that hold numbers of the mechanics.
-const ROOTS: [&str; 5] = ["bodies", "connections", "damping", "loads", "reduced"];
 
 impl Parameter {
     /// The parameter that a user names: `frequency`, a dotted path as for `--set`, or a short form of one: some of its steps in
     /// their order, the last one included, such as `mesh_2.half_gap`.
     ///
     /// # Errors
-    /// A name that is no path of the model, or a short form of several.
+    /// A name of no number of the model, or a short form of several.
     pub fn find(setting: &Setting<'_>, written: &str) -> Result<Parameter, String> {
         if written == "frequency" {
             return Ok(Parameter::Frequency);
         }
-        setting.model.path_of(written).map(Parameter::Path)
+        let knob = setting.model.resolve(written)?;
+        Ok(Parameter::Number(Box::new(knob)))
+    }
+
+    /// The number of the model, if it is one.
+    pub fn knob(&self) -> Option<&Knob> {
+        match self {
+            Parameter::Frequency => None,
+            Parameter::Number(knob) => Some(knob),
+        }
+    }
+
+    /// `frequency`, or the full dotted path.
+    pub fn name(&self) -> &str {
+        match self {
+            Parameter::Frequency => "frequency",
+            Parameter::Number(knob) => knob.name(),
+        }
     }
 
     /// A value of the parameter: omega/omega_c, or SI base units (nondimensional for reduced models).
@@ -41,7 +55,7 @@ impl Parameter {
     pub fn value(&self, setting: &Setting<'_>, written: &Quantity) -> Result<f64, String> {
         match self {
             Parameter::Frequency => setting.frequency(written),
-            Parameter::Path(_) => Ok(written.value),
+            Parameter::Number(_) => Ok(written.value),
         }
     }
 
@@ -52,31 +66,7 @@ impl Parameter {
                 ("rad/s".into(), setting.assembly.scales.frequency)
             }
             Parameter::Frequency => (String::new(), 1.0),
-            Parameter::Path(_) => (written.dimension.map_or(String::new(), |d| d.unit()), 1.0),
-        }
-    }
-
-    /// The system at a value, its excitation frequency `at` omega_c where that is not the parameter itself.
-    ///
-    /// # Errors
-    /// A value that the model refuses.
-    pub fn system(
-        &self,
-        setting: &Setting<'_>,
-        value: f64,
-        at: f64,
-    ) -> Result<System, Vec<Diagnostic>> {
-        match self {
-            Parameter::Frequency => {
-                let mut system = setting.assembly.system.clone();
-                system.set_reference_frequency(value);
-                Ok(system)
-            }
-            Parameter::Path(path) => {
-                let mut system = rebuilt(setting, path, Node::number(value))?;
-                system.set_reference_frequency(at);
-                Ok(system)
-            }
+            Parameter::Number(_) => (written.dimension.map_or(String::new(), |d| d.unit()), 1.0),
         }
     }
 
@@ -85,15 +75,17 @@ impl Parameter {
     /// # Errors
     /// What the model says about it.
     pub fn check(&self, setting: &Setting<'_>, written: &Quantity) -> Result<(), String> {
-        let Parameter::Path(path) = self else {
+        let Parameter::Number(knob) = self else {
             return setting.frequency(written).map(|_| ());
         };
         let node = match written.dimension {
-            None => Node::number(written.value),
+            None => knob.node(written.value),
             Some(_) => Node::quoted(written.text.as_str()),
         };
-        let refused = |list: Vec<Diagnostic>| joined(&list);
-        rebuilt(setting, path, node).map(|_| ()).map_err(refused)
+        let mut root = mechanics(setting);
+        let read = root.set(knob.name(), node).map_err(|d| vec![d]);
+        let read = read.and_then(|()| rebuild(&root, setting.assembly));
+        read.map(|_| ()).map_err(|list| joined(&list))
     }
 }
 
@@ -115,48 +107,143 @@ pub(super) fn said(mistake: &Diagnostic) -> String {
     }
 }
 
-/// The model with one number of the document changed and everything else, its scales too, as written.
-pub struct Variation<'a> {
-    setting: &'a Setting<'a>,
-    /// The mechanics of the document.
-    root: Node,
-    path: &'a str,
+/// The systems of a model over several parameters at once: the excitation frequency, numbers, or both. Scales, relative
+/// coordinates and all other numbers stay as written.
+pub struct Systems<'a> {
+    variation: Variation<'a>,
+    /// Places of the numbers and of the frequency among the parameters.
+    numbers: Vec<usize>,
+    frequency: Option<usize>,
+    at: f64,
+    subharmonic: usize,
+    /// The last values of the numbers, and their system.
+    last: Option<(Vec<f64>, System)>,
 }
 
-impl<'a> Variation<'a> {
-    /// The model of a setting, to be varied at a full dotted path.
-    pub fn new(setting: &'a Setting<'a>, path: &'a str) -> Variation<'a> {
-        let kept = [
-            "schema",
-            "name",
-            "report",
-            "scaling",
-            "reference",
-            "balance",
-        ];
-        let kept = kept.into_iter().chain(ROOTS);
-        let parts = kept.filter_map(|key| Some((key, setting.model.document().get(key)?.clone())));
-        Variation {
-            setting,
-            root: Node::map(parts),
-            path,
+impl<'a> Systems<'a> {
+    /// The systems of a setting. `at`: excitation frequency over omega_c where it is none of the parameters.
+    pub fn new(
+        setting: &Setting<'a>,
+        parameters: &[Parameter],
+        at: f64,
+        subharmonic: usize,
+    ) -> Systems<'a> {
+        let (mut knobs, mut numbers, mut frequency) = (Vec::new(), Vec::new(), None);
+        for (k, parameter) in parameters.iter().enumerate() {
+            match parameter {
+                Parameter::Frequency => frequency = Some(k),
+                Parameter::Number(knob) => {
+                    knobs.push(knob.as_ref().clone());
+                    numbers.push(k);
+                }
+            }
+        }
+        Systems {
+            variation: Variation::new(setting, knobs),
+            numbers,
+            frequency,
+            at,
+            subharmonic,
+            last: None,
         }
     }
 
-    /// The model with this value and its assembly.
+    /// The system at values of the parameters, in their order: omega/omega_c, SI numbers (nondimensional in a reduced model).
     ///
     /// # Errors
-    /// What the model says about it.
-    pub fn at(&mut self, value: Node) -> Result<(Model, Assembly), Vec<Diagnostic>> {
-        self.root.set(self.path, value).map_err(|d| vec![d])?;
-        rebuild(&self.root, self.setting.assembly)
+    /// What the model says about the values.
+    pub fn at(&mut self, values: &[f64]) -> Result<&System, Vec<Diagnostic>> {
+        let numbers: Vec<f64> = self.numbers.iter().map(|k| values[*k]).collect();
+        let known = self.last.take().filter(|(last, _)| *last == numbers);
+        let mut system = match known {
+            Some((_, system)) => system,
+            None => {
+                let mut system = self.variation.system(&numbers)?;
+                system.set_subharmonic(self.subharmonic);
+                system
+            }
+        };
+        system.set_reference_frequency(self.frequency.map_or(self.at, |k| values[k]));
+        Ok(&self.last.insert((numbers, system)).1)
     }
 }
 
-/// The system with one number of the document changed and the scales frozen.
-fn rebuilt(setting: &Setting<'_>, path: &str, value: Node) -> Result<System, Vec<Diagnostic>> {
-    let (_, assembly) = Variation::new(setting, path).at(value)?;
-    Ok(assembly.system)
+/// The model with some numbers changed and everything else, its scales too, as written.
+pub struct Variation<'a> {
+    unchanged: &'a Assembly,
+    knobs: Vec<Knob>,
+    /// Scales frozen; the numbers as they were last.
+    model: Model,
+    /// The mechanics of the document, where a number has no place of its own in the model.
+    root: Option<Node>,
+    /// What the numbers enter.
+    reach: Reach,
+}
+
+impl<'a> Variation<'a> {
+    /// The model of a setting, to be varied in some numbers.
+    pub fn new(setting: &Setting<'a>, knobs: Vec<Knob>) -> Variation<'a> {
+        let mut model = setting.model.clone();
+        freeze(&mut model, &setting.assembly.scales);
+        let reaches: Option<Vec<Reach>> = knobs.iter().map(Knob::reach).collect();
+        Variation {
+            unchanged: setting.assembly,
+            root: reaches.is_none().then(|| mechanics(setting)),
+            reach: reaches
+                .and_then(|list| list.into_iter().max())
+                .unwrap_or(Reach::Laws),
+            knobs,
+            model,
+        }
+    }
+
+    /// The system at values of the numbers.
+    ///
+    /// # Errors
+    /// What the model says about them.
+    pub fn system(&mut self, values: &[f64]) -> Result<System, Vec<Diagnostic>> {
+        if self.root.is_some() {
+            return Ok(self.at(values)?.1.system);
+        }
+        self.write(values)?;
+        renumber(&self.model, self.unchanged, self.reach)
+    }
+
+    /// The model at values of the numbers and its assembly.
+    ///
+    /// # Errors
+    /// What the model says about them.
+    pub fn at(&mut self, values: &[f64]) -> Result<(Model, Assembly), Vec<Diagnostic>> {
+        if let Some(root) = &mut self.root {
+            for (knob, value) in self.knobs.iter().zip(values) {
+                let set = root.set(knob.name(), knob.node(*value));
+                set.map_err(|mistake| vec![mistake])?;
+            }
+            return rebuild(root, self.unchanged);
+        }
+        self.write(values)?;
+        let assembly = reassemble(&self.model, self.unchanged)?;
+        Ok((self.model.clone(), assembly))
+    }
+
+    fn write(&mut self, values: &[f64]) -> Result<(), Vec<Diagnostic>> {
+        let written = self.knobs.iter().zip(values);
+        let wrong = written.filter_map(|(knob, value)| self.model.write(knob, *value).err());
+        let wrong: Vec<Diagnostic> = wrong.collect();
+        match wrong.is_empty() {
+            true => Ok(()),
+            false => Err(wrong),
+        }
+    }
+}
+
+/// The document without its analyses.
+fn mechanics(setting: &Setting<'_>) -> Node {
+    let mut root = setting.model.document().as_ref().clone();
+    if let Value::Map(map) = &mut root.value {
+        map.shift_remove("analyses");
+    }
+    root
 }
 
 /// The model of a changed document and its assembly, with the scales and relative coordinates of the unchanged one.

@@ -5,10 +5,10 @@ use super::parameter::{Parameter, Variation, joined};
 use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
 use super::{Analysis, Fault, Setting, columns};
 use crate::error::Error;
+use crate::model::Knob;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
 use crate::system::System;
-use crate::yaml::Node;
 use serde_json::json;
 
 response_keys! {
@@ -32,8 +32,8 @@ impl Analysis for ParameterResponse {
         if let Err(message) = setting.frequency(&self.at) {
             faults.push(Fault::new("at", message));
         }
-        let values = self.path(setting).map_err(|fault| vec![fault]);
-        let values = values.and_then(|path| check_values(setting, &settings, &path));
+        let values = self.knob(setting).map_err(|fault| vec![fault]);
+        let values = values.and_then(|knob| check_values(setting, &settings, knob));
         match values {
             Ok(first) => faults.extend(settings.check(setting, &first)),
             Err(list) => {
@@ -60,11 +60,13 @@ impl Analysis for ParameterResponse {
         let settings = branch_settings!(self);
         let at = setting.frequency(&self.at);
         let at = at.map_err(|message| refused(Fault::new("at", message)))?;
-        let path = self.path(setting).map_err(refused)?;
-        let swept = Swept::number(setting, &settings, (&path, &self.parameter), at);
+        let knob = self.knob(setting).map_err(refused)?;
+        let swept = Swept::number(setting, &settings, (&knob, &self.parameter), at);
         let options = serde_json::to_value(self).unwrap_or(serde_json::Value::Null);
         let mut report = response::run(&settings, &swept.map_err(refused)?, options)?;
-        report.summary.insert("parameter".into(), json!(path));
+        report
+            .summary
+            .insert("parameter".into(), json!(knob.name()));
         Ok(report)
     }
 
@@ -76,47 +78,34 @@ impl Analysis for ParameterResponse {
         let settings = branch_settings!(self);
         let at = setting.frequency(&self.at);
         let at = at.map_err(|message| refused(Fault::new("at", message)))?;
-        let path = self.path(setting).map_err(refused)?;
-        let swept = Swept::number(setting, &settings, (&path, &self.parameter), at);
+        let knob = self.knob(setting).map_err(refused)?;
+        let swept = Swept::number(setting, &settings, (&knob, &self.parameter), at);
         response::event_states(&settings, &swept.map_err(refused)?).map(Some)
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
         let settings = branch_settings!(self);
-        let path = self.path(setting).unwrap_or_default();
-        let swept = Swept::number(setting, &settings, (&path, &self.parameter), 1.0);
+        let Ok(knob) = self.knob(setting) else {
+            return Vec::new();
+        };
+        let swept = Swept::number(setting, &settings, (&knob, &self.parameter), 1.0);
         swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
     }
 }
 
 impl ParameterResponse {
-    /// Full path of the number that is varied.
-    fn path(&self, setting: &Setting<'_>) -> Result<String, Fault> {
+    /// The number that is varied.
+    fn knob(&self, setting: &Setting<'_>) -> Result<Knob, Fault> {
         let fault = |message: String| Fault::new("parameter", message);
         let is_frequency = ["frequency", "at", "omega"].contains(&self.parameter.as_str());
-        let path = match Parameter::find(setting, &self.parameter).map_err(fault) {
-            Ok(Parameter::Path(path)) => path,
-            Err(fault) if !is_frequency => return Err(fault),
+        match Parameter::find(setting, &self.parameter).map_err(fault) {
+            Ok(Parameter::Number(knob)) => Ok(*knob),
+            Err(fault) if !is_frequency => Err(fault),
             _ => {
                 let message = "the excitation frequency is what the type `frequency_response` varies: use that, and give the \
                                frequencies as `from` and `to`";
-                return Err(fault(message.into()));
+                Err(fault(message.into()))
             }
-        };
-        match setting.model.document().at(&path) {
-            // A default that is not written: the model says whether it knows the key.
-            None => {
-                let mut document = setting.model.document().as_ref().clone();
-                let lost = document.set(&path, Node::number(0.0)).err();
-                lost.map_or(Ok(path), |mistake| Err(fault(joined(&[mistake]))))
-            }
-            Some(node) => match Quantity::from_node(node, &path) {
-                Ok(_) => Ok(path),
-                Err(_) => Err(fault(format!(
-                    "{path} is {}, wanted the path of a number",
-                    node.describe()
-                ))),
-            },
         }
     }
 }
@@ -125,9 +114,10 @@ impl ParameterResponse {
 fn check_values(
     setting: &Setting<'_>,
     settings: &BranchSettings,
-    path: &str,
+    knob: Knob,
 ) -> Result<System, Vec<Fault>> {
-    let parameter = Parameter::Path(path.into());
+    let parameter = Parameter::Number(Box::new(knob.clone()));
+    let path = knob.name().to_owned();
     let value = |written: &Quantity| {
         parameter.check(setting, written)?;
         parameter.value(setting, written)
@@ -144,12 +134,9 @@ fn check_values(
             faults
         });
     }
-    let mut variation = Variation::new(setting, path);
+    let mut variation = Variation::new(setting, vec![knob]);
     let (from, to) = settings.ends().map(|(from, to)| (from.value, to.value))?;
-    let mut system = |value: f64| {
-        let found = variation.at(Node::number(value));
-        found.map(|f| f.1.system).map_err(|list| joined(&list))
-    };
+    let mut system = |value: f64| variation.system(&[value]).map_err(|list| joined(&list));
     let one = |message: String| vec![Fault::new("parameter", message)];
     let first = system(from).map_err(one)?;
     if settings.is_single() {

@@ -20,6 +20,7 @@ use std::time::Instant;
 /// Settings of `poincare_map`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct PoincareMap {
     /// Excitation frequency.
     pub at: Quantity,

@@ -23,6 +23,7 @@ use std::time::Instant;
 /// Settings of `time_history`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct TimeHistory {
     /// Excitation frequency; with `duration` the one of the model's reference when absent.
     #[serde(default)]

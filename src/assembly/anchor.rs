@@ -76,7 +76,9 @@ impl Anchor {
 
     /// What acts on a body, each with its factor; their sum over the inertia is the absolute acceleration.
     ///
-    ///     z'' = M^-1 (F - C P^+ r' - B^T diag(K_j) f_j + B^T diag(c) e')
+    /// ```text
+    /// z'' = M^-1 (F - C P^+ r' - B^T diag(K_j) f_j + B^T diag(c) e')
+    /// ```
     ///
     /// Exact for trees and loops and for any damping. Rook & Singh (1995), eq. (6a).
     pub fn actions(&self, body: usize) -> impl Iterator<Item = (f64, Action<'_>)> {
@@ -157,7 +159,9 @@ impl Assembly {
 
 /// A warning when the mean loads accelerate a rigid-body motion, with the acceleration and the torque that is missing.
 ///
-///     z'' = N (N^T M N)^-1 N^T F
+/// ```text
+/// z'' = N (N^T M N)^-1 N^T F
+/// ```
 ///
 /// Torques are compared as they act on each rigid-body motion: the remainder N^T F with the largest mean load in it, and with
 /// all that the loads do, alternating parts included.
@@ -167,8 +171,8 @@ pub(super) fn unbalanced_mean_load(train: &Train, coupling: &Coupling) -> Option
     let mut swing = DVector::<f64>::zeros(train.bodies.len());
     for (name, load) in &train.loads {
         if let Some(body) = train.bodies.get_index_of(name) {
-            force[body] += load.mean();
-            swing[body] += load.mean().abs() + load.swing();
+            force[body] += load.mean_torque();
+            swing[body] += load.mean_torque().abs() + load.swing();
         }
     }
     let is_unbalanced = motions.column_iter().any(|motion| {

@@ -16,7 +16,9 @@ const ROUNDING: f64 = 1e-13;
 
 /// Coupling of the bodies of a train.
 ///
-///     r = P z,    deformations = W r,    W P = B,    B N = 0
+/// ```text
+/// r = P z,    deformations = W r,    W P = B,    B N = 0
+/// ```
 ///
 /// P: rows of B accepted in the order of the file while linearly independent. Independence is judged on rows and columns of
 /// unit size, so that rad and m, large and small wheels compare and no inertia can make a train look like a loop;

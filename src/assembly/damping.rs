@@ -29,7 +29,9 @@ pub(super) fn ratios(damping: &Damping, n: usize) -> Result<Option<Vec<f64>>, Ve
 
 /// C of the absolute coordinates, n_b x n_b.
 ///
-///     C = M U 2 zeta Lam^(1/2) U^T M + B^T (diag(c) + c_K K) B,    U^T C U = 2 zeta Lam^(1/2) (modal part)
+/// ```text
+/// C = M U 2 zeta Lam^(1/2) U^T M + B^T (diag(c) + c_K K) B,    U^T C U = 2 zeta Lam^(1/2) (modal part)
+/// ```
 ///
 /// Every elastic mode has its ratio zeta, rigid-body motion none. N s/m per lever arm squared: N m s/rad for turning bodies.
 /// `ratios`: zeta of the elastic modes, ascending. Rook & Singh (1995), sentence after eq. (3).
@@ -60,21 +62,22 @@ pub fn body_damping(
 ///
 /// P^+ itself is not needed: with K z = B^T K W r for any z with P z = r,
 ///
-///     C P^+ = M U 2 zeta Lam^(-1/2) (B U)^T K W + B^T (diag(c) + c_K K) W
+/// ```text
+/// C P^+ = M U 2 zeta Lam^(-1/2) (B U)^T K W + B^T (diag(c) + c_K K) W
+/// ```
 ///
 /// Without modal damping the pattern of the train stays: what must vanish is exactly 0.
 pub(super) fn rate_map(
     train: &Train,
     coupling: &Coupling,
-    modes: &ElasticModes,
-    ratios: Option<&[f64]>,
+    modal: Option<(&ElasticModes, &[f64])>,
 ) -> DMatrix<f64> {
     let mut cw = coupling.element_map.clone();
     for (mut row, dashpot) in cw.row_iter_mut().zip(local(train)) {
         row *= dashpot;
     }
     let mut map = coupling.incidence.tr_mul(&cw);
-    if let Some(ratios) = ratios {
+    if let Some((modes, ratios)) = modal {
         let mut kw = coupling.element_map.clone();
         for (mut row, connection) in kw.row_iter_mut().zip(train.connections.values()) {
             row *= connection.contact_stiffness();

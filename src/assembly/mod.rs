@@ -10,6 +10,7 @@
 //!
 //! `reduced` is the nondimensional front door.
 
+mod again;
 mod anchor;
 mod closure;
 mod coupling;
@@ -22,6 +23,7 @@ mod slips;
 mod summary;
 mod torque;
 
+pub use again::{reassemble, renumber};
 pub use anchor::{Action, Anchor};
 pub use coupling::couple;
 pub use damping::{body_damping, refuse_damped_rigid_body};
@@ -109,7 +111,8 @@ fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
     let inertia = inertias(train);
     let c = body_damping(train, &coupling, &modes, ratios.as_deref());
     refuse_damped_rigid_body(&c, &inertia, &coupling.rigid_body, &bodies)?;
-    let rates = damping::rate_map(train, &coupling, &modes, ratios.as_deref());
+    let modal = ratios.as_deref().map(|ratios| (&modes, ratios));
+    let rates = damping::rate_map(train, &coupling, modal);
     let scales = scaling::scales(train, &modes)?;
     let mut system = scaling::system(train, &coupling, &rates, &scales).map_err(refused)?;
     system.set_revolutions(train.revolutions);

@@ -7,7 +7,9 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Elastic modes in full contact, without damping.
 ///
-///     B^T K B U = M U Lam,    U^T M U = I
+/// ```text
+/// B^T K B U = M U Lam,    U^T M U = I
+/// ```
 #[derive(Debug, Clone)]
 pub struct ElasticModes {
     /// Squares of the natural frequencies [rad^2/s^2], ascending, n values.

@@ -3,7 +3,7 @@
 use super::modes::symmetric_eigen;
 use super::{Assembly, Scales, full_damping, mistake, refused};
 use crate::error::Diagnostic;
-use crate::model::{Reduced, ReducedDamping};
+use crate::model::{Reduced, ReducedDamping, ReducedElement};
 use crate::numeric::periodic::Periodic;
 use crate::numeric::symmetric::symmetriser;
 use crate::system::{LoadKind, LoadSource, Mount, System};
@@ -24,23 +24,13 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
         );
         return Err(vec![mistake("reduced", message, None)]);
     }
-    let mut springs = reduced.stiffness.clone();
-    for (mut column, law) in springs.column_iter_mut().zip(reduced.elements.values()) {
-        if !law.element.is_spring() {
-            column.fill(0.0);
-        }
-    }
-    let full_contact = springs * &reduced.element_map;
+    let full_contact = full_contact(reduced);
     let mut warnings = Vec::new();
+    if matches!(reduced.damping, ReducedDamping::ModalRatio(_)) {
+        warnings.extend(full_damping(n));
+    }
     let spectrum = Spectrum::new(&full_contact);
-    let gamma = match &reduced.damping {
-        ReducedDamping::Matrix(gamma) => gamma.clone(),
-        ReducedDamping::StiffnessProportional(c) => &full_contact * *c,
-        ReducedDamping::ModalRatio(ratio) => {
-            warnings.extend(full_damping(n));
-            2.0 * *ratio * spectrum.root(&full_contact).map_err(refuse_modal)?
-        }
-    };
+    let system = system_of(reduced, &full_contact, &|| spectrum.root(&full_contact))?;
     let squares = match &spectrum {
         Spectrum::Symmetric { values, .. } => values.iter().copied().collect(),
         Spectrum::Real(values) => values.clone(),
@@ -50,20 +40,6 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
         }
     };
     let elastic: Vec<f64> = squares.into_iter().filter(|x| *x > 0.0).collect();
-    let mounts = reduced.elements.values().map(|law| Mount {
-        element: law.element.clone(),
-        stiffness_variation: law.stiffness_variation.clone(),
-        transmission_error: law.transmission_error.clone(),
-    });
-    let mut system = System::new(
-        gamma,
-        reduced.stiffness.clone(),
-        reduced.element_map.clone(),
-        mounts.collect(),
-        loads(&reduced.loads),
-    )
-    .map_err(refused)?;
-    system.set_revolutions(reduced.revolutions);
     let connections: Vec<String> = reduced.elements.keys().cloned().collect();
     Ok(Assembly {
         system,
@@ -81,13 +57,65 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
     })
 }
 
+/// The system alone.
+pub(super) fn system(reduced: &Reduced) -> Result<System, Vec<Diagnostic>> {
+    let full_contact = full_contact(reduced);
+    system_of(reduced, &full_contact, &|| {
+        Spectrum::new(&full_contact).root(&full_contact)
+    })
+}
+
+/// kappa W with the columns of springs only.
+fn full_contact(reduced: &Reduced) -> DMatrix<f64> {
+    let mut springs = reduced.stiffness.clone();
+    for (mut column, law) in springs.column_iter_mut().zip(reduced.elements.values()) {
+        if !law.element.is_spring() {
+            column.fill(0.0);
+        }
+    }
+    springs * &reduced.element_map
+}
+
+/// `root`: (kappa W)^(1/2), which modal damping alone asks for.
+fn system_of(
+    reduced: &Reduced,
+    full_contact: &DMatrix<f64>,
+    root: &dyn Fn() -> Result<DMatrix<f64>, String>,
+) -> Result<System, Vec<Diagnostic>> {
+    let gamma = match &reduced.damping {
+        ReducedDamping::Matrix(gamma) => gamma.clone(),
+        ReducedDamping::StiffnessProportional(c) => full_contact * *c,
+        ReducedDamping::ModalRatio(ratio) => 2.0 * *ratio * root().map_err(refuse_modal)?,
+    };
+    let mut system = System::new(
+        gamma,
+        reduced.stiffness.clone(),
+        reduced.element_map.clone(),
+        mounts(reduced),
+        loads(&reduced.loads),
+    )
+    .map_err(refused)?;
+    system.set_revolutions(reduced.revolutions);
+    Ok(system)
+}
+
 fn refuse_modal(reason: String) -> Vec<Diagnostic> {
     let message = format!("modal damping needs the square root of kappa W, but {reason}");
     let help = "give damping: {matrix: [[..]]}, or correct stiffness and element_map";
     vec![mistake("reduced.damping", message, Some(help.into()))]
 }
 
-fn loads(series: &[Periodic]) -> Vec<LoadSource> {
+/// The laws in place.
+pub(super) fn mounts(reduced: &Reduced) -> Vec<Mount> {
+    let mount = |law: &ReducedElement| Mount {
+        element: law.element.clone(),
+        stiffness_variation: law.stiffness_variation.clone(),
+        transmission_error: law.transmission_error.clone(),
+    };
+    reduced.elements.values().map(mount).collect()
+}
+
+pub(super) fn loads(series: &[Periodic]) -> Vec<LoadSource> {
     let n = series.len();
     (series.iter().enumerate())
         .filter(|(_, s)| s.mean() != 0.0 || !s.is_constant())
@@ -211,7 +239,9 @@ fn general(matrix: &DMatrix<f64>) -> Spectrum {
 /// Principal square root by the coupled Newton iteration of Denman and Beavers with determinantal scaling; `None` when it
 /// does not converge (an eigenvalue on the closed negative axis).
 ///
-///     Y <- (s Y + (s Z)^-1) / 2,    Z <- (s Z + (s Y)^-1) / 2,    Y -> A^(1/2), Z -> A^(-1/2)
+/// ```text
+/// Y <- (s Y + (s Z)^-1) / 2,    Z <- (s Z + (s Y)^-1) / 2,    Y -> A^(1/2), Z -> A^(-1/2)
+/// ```
 ///
 /// It needs no eigenvectors: repeated eigenvalues are no special case.
 fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {

@@ -59,10 +59,12 @@ fn length(connection: &Connection, scaling: &Scaling) -> f64 {
 
 /// The system of a train, nondimensional.
 ///
-///     kappa = omega_c^-2 D_r^-1 P M^-1 B^T diag(K) D      (n x e)
-///     Gam   = omega_c^-1 D_r^-1 P M^-1 C P^+ D_r          (n x n)
-///     W*    = D^-1 W D_r                                  (e x n)
-///     Q     = omega_c^-2 D_r^-1 P M^-1 F
+/// ```text
+/// kappa = omega_c^-2 D_r^-1 P M^-1 B^T diag(K) D      (n x e)
+/// Gam   = omega_c^-1 D_r^-1 P M^-1 C P^+ D_r          (n x n)
+/// W*    = D^-1 W D_r                                  (e x n)
+/// Q     = omega_c^-2 D_r^-1 P M^-1 F
+/// ```
 ///
 /// D = diag(l_j), D_r its rows of the accepted connections. `rates`: C P^+, n_b x n. A dashpot c_j parallel to a transmission error
 /// e adds omega_c^-1 D_r^-1 P M^-1 B_j^T c_j de/dT to Q. Rook & Singh (1995), eq. (4b-e); loops and several scales beyond it.
@@ -95,8 +97,7 @@ pub(super) fn system(
         // The quotient first: accepted connections keep an exact 1.
         coupling.element_map[(k, i)] * (l_r[i] / l[k])
     });
-    let mounts = train.connections.values().enumerate();
-    let mounts = mounts.map(|(k, c)| mount(c, w_c, l[k])).collect();
+    let mounts = mounts(train, scales);
     let loads = loads(train, &mobility, &drive, scales);
     let balance = balance(train, coupling, scales, loads.len());
     Ok(System::new(gamma, kappa, w, mounts, loads)?.with_balance(balance))
@@ -104,7 +105,9 @@ pub(super) fn system(
 
 /// The balance of forces at rest; `loads`: how many the system has, those of the bodies first.
 ///
-///     W*^T diag(K l^2) f = D_r g,    P^T g = F - M N (N^T M N)^-1 N^T F
+/// ```text
+/// W*^T diag(K l^2) f = D_r g,    P^T g = F - M N (N^T M N)^-1 N^T F
+/// ```
 ///
 /// What the loads leave unbalanced accelerates the train as a whole: its inertia torques are taken off (d'Alembert), and no
 /// inertia enters otherwise.
@@ -177,6 +180,14 @@ impl<'a> RigidBody<'a> {
             *torque -= &self.heavy * share.solve(&self.motions.tr_mul(torque));
         }
     }
+}
+
+/// The laws in place.
+pub(super) fn mounts(train: &Train, scales: &Scales) -> Vec<Mount> {
+    let placed = train.connections.values().zip(&scales.displacement);
+    placed
+        .map(|(c, l)| mount(c, scales.frequency, *l))
+        .collect()
 }
 
 fn mount(connection: &Connection, w_c: f64, l: f64) -> Mount {

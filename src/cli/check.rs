@@ -1,6 +1,6 @@
 //! `gearlash check`.
 
-use super::{CheckArguments, kinematics, print};
+use super::{CheckArguments, kinematics, numbers, print};
 use crate::analysis::cost::Cost;
 use crate::analysis::frequencies_at_rest;
 use crate::assembly::summary;
@@ -21,6 +21,9 @@ use std::fmt::Write;
 /// Loads and validates everything, analyses included, and prints the system.
 pub fn check(arguments: &CheckArguments) -> Result<(), Error> {
     let study = Study::load(&arguments.file, &arguments.set, &[])?;
+    if arguments.numbers && !arguments.json {
+        return print(&numbers::text(&study.model)).map(|_| ());
+    }
     let state = AtRest::of(&study);
     let mut warnings = warnings(&study, &state);
     let costs = study.costs(&Interrupt::default())?;
@@ -133,6 +136,7 @@ fn as_value(study: &Study, state: &AtRest, warnings: &[String]) -> Value {
             .map(|r| r.name.clone())
             .collect::<Vec<_>>()
     );
+    value["numbers"] = json!(study.model.numbers());
     value["warnings"] = json!(warnings);
     value
 }

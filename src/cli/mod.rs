@@ -5,6 +5,7 @@ mod elements;
 mod kinematics;
 mod merge;
 mod new;
+mod numbers;
 mod progress;
 mod run;
 mod signals;
@@ -114,6 +115,9 @@ struct CheckArguments {
     /// Replace a value of the file (may be repeated).
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<String>,
+    /// List every number of the mechanics with its name, value, unit and range, instead of the system.
+    #[arg(long)]
+    numbers: bool,
     /// As JSON.
     #[arg(long)]
     json: bool,

@@ -21,8 +21,10 @@ pub enum ImpactDampingLaw {
 
 /// Backlash with impact damping.
 ///
-///     p(q) = q - b for q > b, 0 inside, q + b for q < -b
-///     f = p (1 + beta sign(p) v) + c v    (dissipative)    or    p (1 + beta v) + c v    (literal), c v in contact only
+/// ```text
+/// p(q) = q - b for q > b, 0 inside, q + b for q < -b
+/// f = p (1 + beta sign(p) v) + c v    (dissipative)    or    p (1 + beta v) + c v    (literal), c v in contact only
+/// ```
 ///
 /// b is HALF the total backlash. Not physical where 1 + beta sign(p) v < 0 (literal: 1 + beta v < 0): the contact pulls. With contact
 /// damping c the force jumps by c v as contact is made, and the contact pulls just before it is lost.
@@ -39,6 +41,27 @@ pub struct Backlash {
     pub impact_damping_law: ImpactDampingLaw,
     /// Damping c in contact [force time/displacement], >= 0: c v/K while a flank is touched.
     pub contact_damping: f64,
+}
+
+impl Backlash {
+    /// Backlash with half of the total gap b [m; rad for shafts] and no impact damping.
+    pub fn half_gap(half_gap: f64) -> Backlash {
+        Backlash {
+            half_gap,
+            impact_damping: 0.0,
+            impact_damping_law: ImpactDampingLaw::Dissipative,
+            contact_damping: 0.0,
+        }
+    }
+
+    /// The same with impact damping beta [s/m; s/rad for shafts].
+    #[must_use]
+    pub fn impact_damping(self, impact_damping: f64) -> Backlash {
+        Backlash {
+            impact_damping,
+            ..self
+        }
+    }
 }
 
 /// The parameters as a user writes them: the half gap or the whole gap.

@@ -3,7 +3,7 @@
 use super::derivatives::from_force;
 use super::number::Number;
 use super::tape::Symbol;
-use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response};
+use super::{Dimension, Element, Parameter, ParameterKind, Response};
 use serde::{Deserialize, Serialize};
 
 /// f = q + cubic q^3. Hardening for cubic > 0; for cubic < 0 the force falls beyond |q| = (-3 cubic)^(-1/2), where the law
@@ -67,9 +67,5 @@ impl Element for Cubic {
 
     fn depends_on_velocity(&self) -> bool {
         false
-    }
-
-    fn validate(&self) -> Result<(), InvalidParameter> {
-        super::finite("cubic", self.cubic)
     }
 }

@@ -27,7 +27,9 @@ const MAX_STACK: usize = 64;
 
 /// A law typed as a formula of q, v and phase.
 ///
-///     f = F(q, v, phase) / K
+/// ```text
+/// f = F(q, v, phase) / K
+/// ```
 ///
 /// F: force in N of q in m and v in m/s (N m, rad, rad/s for shafts; nondimensional in reduced models), K: reference stiffness.
 /// phase: that of the excitation, from 0 to 2 pi. Numbers (`1e5`, `.5`), `+ - * / ^` with `-q^2` = -(q^2) and `2^3^2` =

@@ -11,7 +11,9 @@ use serde::{Deserialize, Serialize};
 
 /// Jenkins element: a spring in series with a slider.
 ///
-///     sticks: f = q - z, z' = 0, until |f| = F/K;    slips: f = sign(v) F/K, z = q - sign(v) F/K, until v = 0
+/// ```text
+/// sticks: f = q - z, z' = 0, until |f| = F/K;    slips: f = sign(v) F/K, z = q - sign(v) F/K, until v = 0
+/// ```
 ///
 /// F: slip force, K: stiffness of the connection, z: deformation at which the spring is free. The force is a function of the
 /// history; [`Element::eval`] is the first loading from z = 0.

@@ -329,12 +329,13 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         !self.depends_on_velocity()
     }
 
-    /// Checks the parameters. The loader and the conformance check call it.
+    /// Checks the parameters. The loader and the conformance check call it. Default: every parameter is within the range that the law is
+    /// registered with; a law overrides it where its parameters depend on one another.
     ///
     /// # Errors
     /// The first parameter outside its range.
     fn validate(&self) -> Result<(), InvalidParameter> {
-        Ok(())
+        registry::within_ranges(self.typetag_name(), self.clone_box())
     }
 
     /// Whole time series at once: one virtual call per element per sweep; `eval` is inlined per type.

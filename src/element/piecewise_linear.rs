@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 /// A continuous broken line with f(0) = 0.
 ///
-///     f(q) = s_r q + sum_k (s_{k+1} - s_k) x_k,    x_k = max(q - b_k, 0) for b_k >= 0, max(b_k - q, 0) for b_k < 0
+/// ```text
+/// f(q) = s_r q + sum_k (s_{k+1} - s_k) x_k,    x_k = max(q - b_k, 0) for b_k >= 0, max(b_k - q, 0) for b_k < 0
+/// ```
 ///
 /// s_k: slopes relative to the reference stiffness, s_r the one at q = 0; b_k: ascending breakpoints. A stretch of zero force and zero slope
 /// counts as open (no contact).

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 
 /// Backlash with a preload on both flanks.
 ///
-///     f = q - b + F0/K for q > b, 0 inside, q + b - F0/K for q < -b
+/// ```text
+/// f = q - b + F0/K for q > b, 0 inside, q + b - F0/K for q < -b
+/// ```
 ///
 /// b: half gap, F0: preload (a force), K: reference stiffness. The force jumps by F0 at the flanks. With b = 0 the joint is
 /// always in contact and has to be torn off its middle: f = q + sign(q) F0/K.

@@ -3,7 +3,7 @@
 //! typetag's own registry is private: it offers no list of tags and no documentation. `register_element!` adds an entry
 //! beside it.
 
-use super::{Dimension, Element};
+use super::{Dimension, Element, InvalidParameter};
 use crate::yaml;
 
 /// What a parameter of a law accepts.
@@ -39,6 +39,18 @@ pub enum ParameterRange {
     /// > 0.
     #[serde(rename = "> 0")]
     Positive,
+}
+
+impl ParameterRange {
+    /// What is wanted of a number outside; `None` within. No range holds infinities and NaN.
+    pub fn refusal(self, value: f64) -> Option<&'static str> {
+        match self {
+            _ if !value.is_finite() => Some("finite"),
+            ParameterRange::Positive if value <= 0.0 => Some("> 0"),
+            ParameterRange::NotNegative if value < 0.0 => Some(">= 0"),
+            _ => None,
+        }
+    }
 }
 
 /// Description of one parameter.
@@ -160,6 +172,27 @@ pub fn table_mistakes() -> Vec<String> {
         }
     }
     found
+}
+
+/// Whether the parameters that a law offers are within the ranges of its entry.
+///
+/// # Errors
+/// The first parameter outside its range.
+pub(super) fn within_ranges(tag: &str, mut law: Box<dyn Element>) -> Result<(), InvalidParameter> {
+    let parameters = find(tag).map_or(&[][..], |info| info.parameters);
+    let mut wrong = None;
+    law.visit_parameters(&mut |p| {
+        let range = parameters.iter().find(|info| info.name == p.name);
+        let range = range.map_or(ParameterRange::Any, |info| info.range);
+        if let (None, Some(wanted)) = (&wrong, range.refusal(*p.value)) {
+            let name = match p.index {
+                Some(k) => format!("{}[{k}]", p.name),
+                None => p.name.to_owned(),
+            };
+            wrong = Some(InvalidParameter::new(name, *p.value, wanted));
+        }
+    });
+    wrong.map_or(Ok(()), Err)
 }
 
 /// The law of the example of an entry.

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 
 /// Rigid stops at q = b, q = -b or both.
 ///
-///     v+ = -r v-  at |q| = b with approach;  q stays at b while the force that holds it there presses
+/// ```text
+/// v+ = -r v-  at |q| = b with approach;  q stays at b while the force that holds it there presses
+/// ```
 ///
 /// r: coefficient of restitution. Impacts that follow each other ever faster end in a contact that is held. The stiffness of the
 /// connection does not count, only the direction in which it acts. A motion that jumps in its velocity has no Fourier series that

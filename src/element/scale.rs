@@ -9,7 +9,9 @@ use super::{Response, Units};
 /// Most laws become nondimensional parameter by parameter. A law whose parameters are no powers of displacement, time and
 /// force (a formula, a table from a file) keeps a `Scale` instead, skipped by serde, and evaluates through it:
 ///
-///     f*(q*, v*) = F(l q*, l omega_c v*) / (K l)
+/// ```text
+/// f*(q*, v*) = F(l q*, l omega_c v*) / (K l)
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     displacement: f64,

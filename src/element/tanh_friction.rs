@@ -3,14 +3,14 @@
 use super::derivatives::from_force;
 use super::number::Number;
 use super::tape::Symbol;
-use super::{
-    Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
-};
+use super::{Dimension, Element, Parameter, ParameterKind, ParameterRange, Response};
 use serde::{Deserialize, Serialize};
 
 /// Friction that grows from 0 to a constant force within a small velocity.
 ///
-///     f = (F/K) tanh(v / v0)
+/// ```text
+/// f = (F/K) tanh(v / v0)
+/// ```
 ///
 /// F: friction force, v0: regularisation, K: reference stiffness. Carries no static load: below F it creeps with
 /// v = v0 artanh(load/F), it never sticks. Take v0 small against the velocities of interest; the smaller, the stiffer the
@@ -82,15 +82,5 @@ impl Element for TanhFriction {
 
     fn clone_box(&self) -> Box<dyn Element> {
         Box::new(*self)
-    }
-
-    fn validate(&self) -> Result<(), InvalidParameter> {
-        super::not_negative("force", self.force)?;
-        super::finite("velocity", self.velocity)?;
-        if self.velocity > 0.0 {
-            Ok(())
-        } else {
-            Err(InvalidParameter::new("velocity", self.velocity, "> 0"))
-        }
     }
 }

@@ -72,7 +72,7 @@ impl LooseBody {
             return f64::NAN;
         };
         let load = train.loads.get(&self.name);
-        let drag = load.map_or(0.0, Load::mean);
+        let drag = load.map_or(0.0, Load::mean_torque);
         train.bodies[self.number].inertia * peaks[self.number] / drag.abs()
     }
 }
@@ -90,7 +90,7 @@ fn loose_bodies(model: &Model, assembly: &Assembly) -> Vec<LooseBody> {
     };
     let loose = |(number, name): (usize, &String)| {
         let load = train.loads.get(name)?;
-        let is_loose = load.mean() != 0.0 && load.is_constant() && !is_held(number);
+        let is_loose = load.mean_torque() != 0.0 && load.is_constant() && !is_held(number);
         is_loose.then(|| LooseBody {
             number,
             name: name.clone(),

@@ -17,7 +17,9 @@ const SAME_DISTANCE: f64 = 1e-6;
 
 /// The node of a law with its `backlash` as the half gap on the line of action; any other node as it is.
 ///
-///     b = j_t cos(alpha_t) / 2 (circumferential),  j_n / (2 cos beta_b) (normal),  j R_b / 2 (angle of the first wheel)
+/// ```text
+/// b = j_t cos(alpha_t) / 2 (circumferential),  j_n / (2 cos beta_b) (normal),  j R_b / 2 (angle of the first wheel)
+/// ```
 pub(super) fn on_line_of_action(
     node: &Node,
     path: &str,

@@ -162,10 +162,8 @@ fn number(node: &Node, path: &str, measure: Measure, range: Range) -> Result<f64
             )
         })?,
     };
-    let wanted = match range {
-        Range::Positive if value <= 0.0 => "> 0",
-        Range::NotNegative if value < 0.0 => ">= 0",
-        _ => return Ok(value),
+    let Some(wanted) = range.refusal(value) else {
+        return Ok(value);
     };
     let found: String = quantity.text.chars().take(LONGEST).collect();
     let message = format!("found {found}, must be {wanted}");

@@ -1,6 +1,8 @@
 //! Mean motion of a train: speeds, ratios and tooth orders, from rows of lever arms without any compliance.
 //!
-//!     B thdot = 0:  contact is kept on average in every connection
+//! ```text
+//! B thdot = 0:  contact is kept on average in every connection
+//! ```
 //!
 //! Rows of tooth numbers stand for rows of base radii, so that ratios are exact fractions.
 

@@ -246,7 +246,9 @@ fn add_mean(loads: &mut IndexMap<String, Load>, body: &str, torque: f64) {
 
 /// The mean torques of the bodies named by `balance`, added to their loads.
 ///
-///     sum over bodies of T thdot = 0 in every rigid motion
+/// ```text
+/// sum over bodies of T thdot = 0 in every rigid motion
+/// ```
 pub(super) fn balance(
     root: &Fields<'_>,
     bodies: &Bodies,
@@ -288,7 +290,7 @@ pub(super) fn balance(
     };
     let torque = |k: usize| {
         let load = bodies.get_index(k).and_then(|(name, _)| loads.get(name));
-        load.map_or(0.0, |load| load.mean())
+        load.map_or(0.0, |load| load.mean_torque())
     };
     let mut balanced = Vec::new();
     for body in &list {

@@ -1,5 +1,6 @@
 //! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
 
+mod builder;
 mod connection;
 mod cycle;
 mod drawing;
@@ -17,14 +18,17 @@ mod profile;
 mod read;
 mod reduced;
 mod series;
+mod slot;
 mod teeth;
 mod train;
 mod value;
 
+pub use builder::ModelBuilder;
 pub use fields::{NAMES, check_name, is_name};
 pub use geometry::GEOMETRY;
 pub use mean_motion::MeanMotion;
 pub use read::{SCHEMA, locate, read};
+pub use slot::Reach;
 pub use teeth::Teeth;
 pub use value::{Knob, NamedNumber};
 
@@ -151,7 +155,9 @@ pub struct Body {
 
 /// A torque that opposes the mean rotation of a body.
 ///
-///     T = -sign(w) (constant + viscous |w|)
+/// ```text
+/// T = -sign(w) (constant + viscous |w|)
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Drag {
     /// N m (N for a translating mass), >= 0.
@@ -296,8 +302,8 @@ pub enum LoadPart {
 }
 
 impl Load {
-    /// Mean over a period.
-    pub fn mean(&self) -> f64 {
+    /// Mean torque over a period.
+    pub fn mean_torque(&self) -> f64 {
         let part = |part: &LoadPart| match part {
             LoadPart::Cycle(series) | LoadPart::Growing(series, ..) => series.mean(),
             LoadPart::Profile(line) => start_of(line),

@@ -5,6 +5,7 @@ use super::fields::{Found, Mistakes};
 use super::read::interpret;
 use crate::element::{ParameterKind, find};
 use crate::error::{did_you_mean, nearest};
+use crate::quantity::Quantity;
 use crate::yaml::{Node, Value, join};
 use indexmap::IndexMap;
 
@@ -140,7 +141,29 @@ impl Model {
 fn recorded(document: &Node) -> IndexMap<String, Found> {
     let mut mistakes = Mistakes::with_numbers();
     interpret(document, &mut mistakes);
-    mistakes.take_numbers()
+    let mut numbers = IndexMap::new();
+    for (path, mut found) in mistakes.take_numbers() {
+        let path = match written_once(&path) {
+            Some(one) if document.at(&path).is_none() && document.at(&one).is_some() => one,
+            _ => path,
+        };
+        // The reader may have made something else of what is written.
+        let written = document
+            .at(&path)
+            .and_then(|node| Quantity::from_node(node, &path).ok());
+        found.value = written.map_or(found.value, |quantity| quantity.value);
+        numbers.entry(path).or_insert(found);
+    }
+    numbers
+}
+
+/// The path of a number of one of several planets, `bodies.planet_2.inertia`, in the document, which has it once.
+fn written_once(path: &str) -> Option<String> {
+    let mut steps: Vec<&str> = path.split('.').collect();
+    let (name, copy) = steps.get(1)?.rsplit_once('_')?;
+    copy.parse::<usize>().ok()?;
+    steps[1] = name;
+    Some(steps.join("."))
 }
 
 /// Paths of all scalars below a node.

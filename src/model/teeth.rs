@@ -1,6 +1,8 @@
 //! Meshes given by tooth numbers: base radii, exact ratios, tooth orders.
 //!
-//!     R_b = m_n z cos(alpha_t) / (2 cos beta),    tan(alpha_t) = tan(alpha_n) / cos(beta)
+//! ```text
+//! R_b = m_n z cos(alpha_t) / (2 cos beta),    tan(alpha_t) = tan(alpha_n) / cos(beta)
+//! ```
 //!
 //! m_n normal module, alpha_n normal pressure angle, beta helix angle, z teeth.
 
@@ -69,7 +71,9 @@ impl Teeth {
     /// Sum of the profile shift coefficients (their difference in an internal mesh) that a centre distance asks for; `None`
     /// where no involute mesh has it.
     ///
-    ///     x = z (inv alpha_w - inv alpha_t) / (2 tan alpha_n),    cos alpha_w = a_ref cos alpha_t / a
+    /// ```text
+    /// x = z (inv alpha_w - inv alpha_t) / (2 tan alpha_n),    cos alpha_w = a_ref cos alpha_t / a
+    /// ```
     pub fn profile_shift(&self, centre_distance: f64) -> Option<f64> {
         let (alpha, reference) = (
             self.transverse_pressure_angle(),

@@ -1,6 +1,7 @@
 //! Models as values: read from a text, a file or a tree, with numbers that have names.
 
 use super::fields::Found;
+use super::slot::{Reach, Slot};
 use super::{Model, measured, read};
 use crate::element::ParameterRange;
 use crate::error::{Diagnostic, Error};
@@ -19,6 +20,8 @@ pub struct Knob {
     range: ParameterRange,
     /// Value where the model does not write it.
     default: f64,
+    /// Its place in the mechanics; `None` where several places follow from it.
+    slot: Option<Slot>,
 }
 
 impl Knob {
@@ -37,8 +40,13 @@ impl Knob {
         self.range
     }
 
+    /// What a change of it enters; `None` where the document has to be read again.
+    pub(crate) fn reach(&self) -> Option<Reach> {
+        self.slot.map(Slot::reach)
+    }
+
     /// The value as the document writes it. The unit stays: it decides what a stiffness or an inertia belongs to.
-    fn node(&self, value: f64) -> Node {
+    pub(crate) fn node(&self, value: f64) -> Node {
         match self.dimension {
             Some(dimension) if self.has_unit => {
                 Node::quoted(format!("{value:?} {}", dimension.unit()))
@@ -155,25 +163,51 @@ impl Model {
     /// [`Error::Input`]: a name that is unknown, with the nearest known one; one that fits several numbers; one of something else.
     pub fn knob(&self, name: &str) -> Result<Knob, Error> {
         let refuse = |message| Error::Input(vec![unknown(name, message)]);
-        let path = self.path_of(name).map_err(refuse)?;
+        self.resolve(name).map_err(refuse)
+    }
+
+    /// The number of a name, or what is wrong with the name.
+    pub(crate) fn resolve(&self, name: &str) -> Result<Knob, String> {
+        let path = self.path_of(name)?;
         let Some(found) = self.number_at(&path) else {
-            let message = match self.document.at(&path) {
-                Some(node) => format!("{path} is {}, wanted the path of a number", node.describe()),
-                None => {
-                    let names = self.written_numbers();
-                    let hint = crate::error::did_you_mean(&path, names.keys());
-                    format!("the model has no number of this name; {hint}")
-                }
-            };
-            return Err(refuse(message));
+            return Err(self.no_number(&path));
         };
         Ok(Knob {
+            slot: Slot::of(self, &path, found.value),
             dimension: found.dimension,
             has_unit: found.has_unit,
             range: found.range,
             default: found.value,
             path,
         })
+    }
+
+    /// Why there is no number at a path, in the words of the reader where it has some.
+    fn no_number(&self, path: &str) -> String {
+        match self.document.at(path) {
+            Some(node) if Quantity::from_node(node, path).is_ok() => {
+                format!("{path} cannot be varied continuously: it is a count or an order")
+            }
+            Some(node) => format!("{path} is {}, wanted the path of a number", node.describe()),
+            None => {
+                let mut document = self.document.as_ref().clone();
+                if let Err(lost) = document.set(path, Node::number(0.0)) {
+                    return lost.to_string();
+                }
+                let refused = read(&document).err().unwrap_or_default();
+                let about = refused.into_iter().find(|mistake| mistake.path == path);
+                about.map_or_else(
+                    || format!("the model has no number called {path}"),
+                    |mistake| {
+                        Diagnostic {
+                            location: None,
+                            ..mistake
+                        }
+                        .to_string()
+                    },
+                )
+            }
+        }
     }
 
     /// The value of a number, in SI units; nondimensional in a reduced model.
@@ -202,6 +236,21 @@ impl Model {
                 Err(Error::Input(list))
             }
         }
+    }
+
+    /// Writes a number into the mechanics and leaves the document as it was: for models that only serve to be assembled.
+    ///
+    /// # Errors
+    /// A value out of range; a number that has no place of its own.
+    pub(crate) fn write(&mut self, knob: &Knob, value: f64) -> Result<(), Diagnostic> {
+        let refuse = |message| unknown(&knob.path, message);
+        if let Some(wanted) = knob.range.refusal(value) {
+            return Err(refuse(format!("found {value}, must be {wanted}")));
+        }
+        let slot = knob
+            .slot
+            .ok_or_else(|| refuse("follows from others".into()))?;
+        slot.write(&mut self.structure, value).map_err(refuse)
     }
 
     /// All numbers of the mechanics, written ones in the order of reading, then defaults.

@@ -138,7 +138,9 @@ pub fn hull<const N: usize>(coefficients: &[f64; N]) -> (f64, f64) {
 
 /// Value and derivative of c_0 + c_1 x + ...
 ///
-///     p(x) = E(x^2) + x O(x^2),   p'(x) = O + 2 x (E' + x O')
+/// ```text
+/// p(x) = E(x^2) + x O(x^2),   p'(x) = O + 2 x (E' + x O')
+/// ```
 pub fn evaluate(coefficients: &[f64], x: f64) -> (f64, f64) {
     // Even and odd powers apart: two short chains of operations instead of a long one.
     let y = x * x;

@@ -2,7 +2,9 @@
 //!
 //! With the coordinates in the order of their elimination, S_kk the block of the k-th when its turn comes:
 //!
-//!     X_kp = S_kk^-1 S_kp,    S_qp <- S_qp - S_qk X_kp    for all later p, q that share a block with k
+//! ```text
+//! X_kp = S_kk^-1 S_kp,    S_qp <- S_qp - S_qk X_kp    for all later p, q that share a block with k
+//! ```
 //!
 //! Rows are exchanged inside S_kk only. A border (last row and column) travels along and is eliminated together with the
 //! last coordinate, in one block with pivoting. At a fold the matrix without its border is singular along the tangent of

@@ -3,7 +3,9 @@
 //! The column of such a coordinate k has blocks that mix the coefficients of one harmonic only ([`Pairs`]), and they stay so as
 //! long as no other coordinate has been eliminated:
 //!
-//!     X_kp = S_kk^-1 S_kp,    S_qp <- S_qp - S_qk X_kp    for all p, q that share a block with k
+//! ```text
+//! X_kp = S_kk^-1 S_kp,    S_qp <- S_qp - S_qk X_kp    for all p, q that share a block with k
+//! ```
 //!
 //! costs (2H + 1)^2 a block, not (2H + 1)^3, and (2H + 1) where p is such a coordinate too. What is left, with its fill, is a
 //! matrix of blocks again, for the other coordinates. The border of a path is condensed along.

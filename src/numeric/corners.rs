@@ -2,7 +2,9 @@
 //!
 //! A function of straight pieces with jumps d_j of its value and s_j of its slope at the corners phi_j has the coefficients
 //!
-//!     X_l = 1/(2 pi) sum_j e^(-i l phi_j) [d_j / (i l) + s_j / (i l)^2],    l >= 1
+//! ```text
+//! X_l = 1/(2 pi) sum_j e^(-i l phi_j) [d_j / (i l) + s_j / (i l)^2],    l >= 1
+//! ```
 //!
 //! of e^(i l phase): nothing is sampled, so nothing aliases.
 

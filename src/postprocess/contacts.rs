@@ -139,7 +139,9 @@ impl Contacts {
 
 /// Mass that the deformation of a connection feels while every other connection is open, times omega_c^2 over the stiffness.
 ///
-///     m_j = 1 / (B_j M^-1 B_j^T),    m_j omega_c^2 / K_j = 1 / (W kappa)_jj
+/// ```text
+/// m_j = 1 / (B_j M^-1 B_j^T),    m_j omega_c^2 / K_j = 1 / (W kappa)_jj
+/// ```
 ///
 /// For an external mesh m = 1 / (R_A^2/I_A + R_B^2/I_B). Half of it times the square of an impact speed is the kinetic
 /// energy of the relative motion at the impact, over K_j l_j^2. `None` where (W kappa)_jj is not positive: a reduced system of

@@ -25,7 +25,9 @@ pub struct DescribingFunction {
 /// Averages of a law over one period of the motion q = mean + amplitude cos(phi), integrated between the passages of its
 /// breakpoints.
 ///
-///     k_a = (<f q> - <f><q>) / (<q^2> - <q>^2) = (2/(pi a)) int_0^pi f cos(phi) dphi
+/// ```text
+/// k_a = (<f q> - <f><q>) / (<q^2> - <q>^2) = (2/(pi a)) int_0^pi f cos(phi) dphi
+/// ```
 ///
 /// The law is taken at rate and phase zero: forces odd in the rate have no share in (8) under this motion.
 ///

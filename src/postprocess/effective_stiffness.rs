@@ -7,7 +7,9 @@ use nalgebra::DMatrix;
 
 /// Effective stiffness of a connection from the Fourier coefficients of its deformation and its force.
 ///
-///     k_a = (a . c - a_0 c_0) / (a . a - a_0^2)
+/// ```text
+/// k_a = (a . c - a_0 c_0) / (a . a - a_0^2)
+/// ```
 ///
 /// with the means counted once and every other product halved, as the averages of (8b) demand. `a`, `c`: coefficients,
 /// mean first. Dimensionless; 1 in permanent contact, 0 in free flight. `None` where the deformation does not move beyond
@@ -29,7 +31,9 @@ pub fn direct(mean_deformation: f64, mean_force: f64, scale: f64) -> Option<f64>
 
 /// Natural frequencies over omega_c, ascending, n values, of the system with every law replaced by a slope.
 ///
-///     det(kappa diag(k) W - w^2 I) = 0
+/// ```text
+/// det(kappa diag(k) W - w^2 I) = 0
+/// ```
 ///
 /// Rook & Singh (1995), eq. (9); loops through W. A slope below zero can make w^2 negative: 0 is returned for such a mode.
 /// NaN where slopes or stiffnesses are too large to be multiplied.

@@ -10,7 +10,9 @@ use std::f64::consts::TAU;
 /// Estimated multipliers over one response period, by falling modulus, 2n values; NaN where the means are not finite or the
 /// eigenvalues do not converge.
 ///
-///     Phi(2 pi) ~ exp(2 pi Abar),    Abar = [[0, I], [-kappa diag(k_f1) W, -(Gam + kappa diag(k_f2) W)]] / Om   (in q, v)
+/// ```text
+/// Phi(2 pi) ~ exp(2 pi Abar),    Abar = [[0, I], [-kappa diag(k_f1) W, -(Gam + kappa diag(k_f2) W)]] / Om   (in q, v)
+/// ```
 ///
 /// `means`: k_f1 = <df/dq>, k_f2 = <df/dv> of every connection, (21). Exact for linear systems; elsewhere the parametric part of A(tau)
 /// is lost: an estimate, never a verdict on stability. det Phi is exact where no law depends on the velocity.

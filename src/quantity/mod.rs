@@ -111,6 +111,49 @@ impl Quantity {
     }
 }
 
+impl Default for Quantity {
+    /// The bare number 0.
+    fn default() -> Quantity {
+        Quantity::from(0.0)
+    }
+}
+
+/// A bare number: SI units, or nondimensional.
+impl From<f64> for Quantity {
+    fn from(value: f64) -> Quantity {
+        Quantity {
+            value,
+            dimension: None,
+            text: format!("{value:?}"),
+        }
+    }
+}
+
+/// A frequency in Hz.
+pub fn hertz(value: f64) -> Quantity {
+    frequency(value, "Hz", 2.0 * PI)
+}
+
+/// A frequency in revolutions per minute.
+pub fn rpm(value: f64) -> Quantity {
+    frequency(value, "rpm", PI / 30.0)
+}
+
+/// A frequency in rad/s.
+pub fn radians_per_second(value: f64) -> Quantity {
+    frequency(value, "rad/s", 1.0)
+}
+
+/// A frequency as if it were written, so that programs and model files compute with the same number.
+fn frequency(value: f64, unit: &str, factor: f64) -> Quantity {
+    let text = format!("{value:?} {unit}");
+    Quantity::parse(&text).unwrap_or(Quantity {
+        value: value * factor,
+        dimension: Some(UnitDimension::FREQUENCY),
+        text,
+    })
+}
+
 const RATE: UnitDimension = UnitDimension::new(0, 0, -1, 0);
 
 /// Value of a scalar node in SI units of the wanted dimension; `path` is the dotted path of the node.

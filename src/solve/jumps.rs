@@ -3,7 +3,9 @@
 //! A force that jumps by J as the deformation rises through a level has a slope J times Dirac's impulse there. Passed at a rate
 //! v, the impulse turns deviations from the motion by the saltation matrix
 //!
-//!     S = [[I, 0], [-kappa_k (J / |v|) w_k, I]]
+//! ```text
+//! S = [[I, 0], [-kappa_k (J / |v|) w_k, I]]
+//! ```
 //!
 //! kappa_k: column k of kappa, w_k: row k of W, in (q, dq/d(omega_c t)). A kink (J = 0) needs none.
 

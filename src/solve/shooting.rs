@@ -1,6 +1,8 @@
 //! Shooting: fixed points of the Poincaré map over nu excitation periods.
 //!
-//!     R(u_0) = P^nu(u_0) - u_0,    dR/du_0 = Phi - I,    u_0 = {q(0), v(0)}
+//! ```text
+//! R(u_0) = P^nu(u_0) - u_0,    dR/du_0 = Phi - I,    u_0 = {q(0), v(0)}
+//! ```
 //!
 //! Rook & Singh (1995), eq. (23); v = Om q' as everywhere.
 

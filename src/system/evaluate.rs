@@ -119,7 +119,9 @@ impl System {
 
     /// Partial derivatives of the acceleration with respect to q and v, n x n each, at the last evaluation in `scratch`.
     ///
-    ///     d/dq = -kappa diag(df/dq) W,    d/dv = -Gam - kappa diag(df/dv) W
+    /// ```text
+    /// d/dq = -kappa diag(df/dq) W,    d/dv = -Gam - kappa diag(df/dv) W
+    /// ```
     pub fn acceleration_partials(
         &self,
         scratch: &Scratch,

@@ -1,18 +1,19 @@
 //! The one system that every solver sees, nondimensional, in relative coordinates.
 //!
-//!     Om^2 q'' + Om Gam q' + kappa f(W q - e, Om (W q' - nu de/dphase), phase) = Q(tau),    phase = nu tau
+//! ```text
+//! Om^2 q'' + Om Gam q' + kappa f(W q - e, Om (W q' - nu de/dphase), phase) = Q(tau),    phase = nu tau
+//! ```
 //!
 //! n coordinates, e connections. tau in [0, 2 pi) is the phase of the response, Om = omega / (nu omega_c), velocities are
 //! v = Om q' = dq/d(omega_c t). Rook & Singh (1995), eq. (4a) multiplied by Om^2; loops and transmission error beyond it.
 
+mod alike;
 mod course;
 mod evaluate;
-mod line;
 mod mount;
 
 pub use course::{Course, Moment};
 pub use evaluate::Scratch;
-pub use line::Line;
 pub use mount::Mount;
 
 use crate::element::Element;
@@ -54,7 +55,9 @@ pub struct LoadSource {
 
 /// The balance of forces in which a train rests, free of inertias.
 ///
-///     W^T diag(k) f(W q - mean(e)) = sum over loads of mean F
+/// ```text
+/// W^T diag(k) f(W q - mean(e)) = sum over loads of mean F
+/// ```
 ///
 /// The equation of motion says the same multiplied by the inverse of the generalised masses, kappa = A W^T diag(k) and Q = A F:
 /// a nearly massless body then takes digits away that the balance has.
@@ -344,6 +347,23 @@ impl System {
             mount.transmission_error = None;
         }
         copy
+    }
+
+    /// The same system with other laws in place, one per connection.
+    pub fn with_mounts(&self, mounts: Vec<Mount>) -> System {
+        debug_assert_eq!(mounts.len(), self.mounts.len());
+        System {
+            mounts,
+            ..self.clone()
+        }
+    }
+
+    /// The same system with other excitations, whose directions have n values.
+    pub fn with_loads(&self, loads: Vec<LoadSource>) -> System {
+        System {
+            loads,
+            ..self.clone()
+        }
     }
 
     /// The same system with every law replaced by one, but for those that are no springs.

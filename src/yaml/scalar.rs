@@ -97,7 +97,9 @@ fn radix(digits: &str, base: u32) -> Option<Number> {
 
 /// Length in bytes of the decimal number that a text starts with; `None` when it starts with none.
 ///
-///     [-+]? ( \. [0-9]+ | [0-9]+ ( \. [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
+/// ```text
+/// [-+]? ( \. [0-9]+ | [0-9]+ ( \. [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
+/// ```
 pub fn decimal_length(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let digits = |from: usize| {

@@ -514,3 +514,27 @@ fn a_warning_is_given_once() {
     let ended = place.run(&["run", "m.yaml", "--quiet"]).ends_with(0);
     assert_eq!(ended.err.matches("also scales").count(), 1, "{}", ended.err);
 }
+
+#[test]
+fn check_lists_the_numbers_of_the_mechanics() {
+    let place = Place::with(TRAIN);
+    let ended = place.run(&["check", "m.yaml", "--numbers"]).ends_with(0);
+    for wanted in [
+        "connections.mesh.element.half_gap",
+        "5e-5",
+        "loads.A.harmonics.0.amplitude",
+        "kg m^2",
+        ">= 0",
+        "default",
+    ] {
+        assert!(ended.out.contains(wanted), "{wanted}\n{}", ended.out);
+    }
+    let ended = place.run(&["check", "m.yaml", "--json"]).ends_with(0);
+    let value: Value = serde_json::from_str(&ended.out).unwrap();
+    let list = value["numbers"].as_array().unwrap();
+    let gap = list
+        .iter()
+        .find(|n| n["name"] == "connections.mesh.element.half_gap");
+    let wanted = json!({"name": "connections.mesh.element.half_gap", "value": 50e-6, "unit": "m", "range": ">= 0", "is_written": true});
+    assert_eq!(gap, Some(&wanted));
+}

@@ -8,6 +8,9 @@ const CEILING: usize = 450;
 /// What anybody may name at the root of the crate: re-exports for macros.
 const EVERYBODY: &[&str] = &["inventory", "serde", "typetag", "register_element"];
 
+/// Modules of documentation and names for programs that use the library: they may show everything, and nobody imports them.
+const SHOWN: &[&str] = &["prelude", "conventions"];
+
 /// Modules at the root of the crate, lowest floor first, and what each may import.
 const FLOORS: &[(&str, &[&str])] = &[
     // floor 0
@@ -212,6 +215,27 @@ fn climbs_to_the_root(path: &str, code: &str) -> bool {
     code.contains(&"super::".repeat(depth + 1))
 }
 
+/// First line of an indented block in documentation, counted from 1.
+fn indented_block(text: &str) -> Option<usize> {
+    let (mut is_fenced, mut is_open) = (false, true);
+    for (k, line) in text.lines().enumerate() {
+        let line = line.trim_start();
+        let said = line
+            .strip_prefix("///")
+            .or_else(|| line.strip_prefix("//!"));
+        let Some(said) = said.filter(|said| said.is_empty() || said.starts_with(' ')) else {
+            (is_fenced, is_open) = (false, true);
+            continue;
+        };
+        is_fenced ^= said.trim_start().starts_with("```");
+        if !is_fenced && is_open && said.starts_with("     ") && !said.trim().is_empty() {
+            return Some(k + 1);
+        }
+        is_open = said.trim().is_empty();
+    }
+    None
+}
+
 /// Everything in which a file breaks the rules.
 fn violations(source: &Source) -> Vec<String> {
     let Source { path, text } = source;
@@ -227,7 +251,12 @@ fn violations(source: &Source) -> Vec<String> {
             found.push(format!("{path}: names `{word}`, which only {home} may"));
         }
     }
-    let Some(own) = module(path) else {
+    if let Some(line) = indented_block(text) {
+        found.push(format!(
+            "{path}:{line}: an indented block in documentation is a program to be tested; equations stand between ```text and ```"
+        ));
+    }
+    let Some(own) = module(path).filter(|own| !SHOWN.contains(own)) else {
         return found;
     };
     let Some((_, allowed)) = FLOORS.iter().find(|(name, _)| *name == own) else {
@@ -272,6 +301,10 @@ fn violations_are_noticed() {
         })
         .join("\n")
     };
+    let block = "/// Sum.\n///\n///     a + b\n";
+    assert!(found("solve/made_up.rs", block).contains("made_up.rs:3: an indented block"));
+    let fenced = "/// Sum.\n///\n/// ```text\n///     a + b\n/// ```\n";
+    assert_eq!(found("solve/made_up.rs", fenced), "");
     let use_model = "use crate::model::Model;\n";
     assert!(found("solve/made_up.rs", use_model).contains("`solve` may not import `model`"));
     assert!(found("system/mod.rs", use_model).contains("`system` may not import `model`"));

@@ -4,9 +4,11 @@
 mod program;
 
 mod architecture;
+mod circles;
 mod kinematics;
 mod load_tables;
 mod loader_fuzz;
+mod manual;
 mod model_mistakes;
 mod model_read;
 mod model_value;

@@ -75,7 +75,7 @@ fn wrong_names_and_values_say_what_is_right() {
         ("mesh.half_gab", "did you mean `mesh.half_gap`?"),
         ("stiffness", "could be any of 3 numbers"),
         ("mesh.type", "wanted the path of a number"),
-        ("bodies.A.mass", "the model has no number of this name"),
+        ("bodies.A.inertya", "unknown key `inertya`"),
     ] {
         let found = said(model.knob(name));
         assert!(found.contains(wanted), "{name}: {found}");

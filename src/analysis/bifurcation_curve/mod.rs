@@ -12,7 +12,7 @@ use crate::quantity::Quantity;
 use crate::report::{Report, Table};
 use crate::solve::integrate::IntegratorChoice;
 use indexmap::IndexMap;
-pub(super) use plane::{Axes, Axis, Grounds, KEPT};
+pub(super) use plane::{Axes, Axis, Grounds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

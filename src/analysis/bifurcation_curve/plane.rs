@@ -1,15 +1,14 @@
 //! The two parameters of a curve, and the systems over them.
 
 use super::BifurcationCurve;
-use crate::analysis::parameter::{Parameter, joined, rebuild};
+use crate::analysis::parameter::{Parameter, Systems, Variation, joined};
 use crate::analysis::{Fault, Setting};
 use crate::assembly::Assembly;
-use crate::error::SolveError;
+use crate::error::{Diagnostic, SolveError};
 use crate::model::Model;
 use crate::quantity::Quantity;
 use crate::solve::curve::Plane;
-use crate::system::{Line, System};
-use crate::yaml::Node;
+use crate::system::System;
 
 /// One parameter.
 #[derive(Debug, Clone)]
@@ -250,49 +249,24 @@ impl Axes {
 
 /// The systems over the plane.
 pub(in crate::analysis) struct Grounds<'a> {
-    setting: &'a Setting<'a>,
     axes: Axes,
-    subharmonic: usize,
-    /// The mechanics of the document.
-    root: Node,
-    /// Where only one number changes the scaled equation, and does so affinely.
-    line: Option<Line>,
+    systems: Systems<'a>,
+    variation: Variation<'a>,
     /// Values met exactly: axis, share, native value.
     exact: Vec<(usize, f64, f64)>,
 }
 
-/// Keys of the document that make the model.
-pub(in crate::analysis) const KEPT: [&str; 11] = [
-    "schema",
-    "name",
-    "report",
-    "scaling",
-    "bodies",
-    "connections",
-    "damping",
-    "loads",
-    "reduced",
-    "reference",
-    "balance",
-];
-/// Places at which a straight line is held against the model.
-const PROBES: [f64; 3] = [0.061, 0.463, 0.937];
-
 impl<'a> Grounds<'a> {
     /// Over these axes.
     pub fn new(setting: &'a Setting<'a>, axes: Axes, subharmonic: usize) -> Grounds<'a> {
-        let parts = KEPT.into_iter();
-        let parts = parts.filter_map(|key| Some((key, setting.model.document().get(key)?.clone())));
-        let mut grounds = Grounds {
-            setting,
-            root: Node::map(parts),
+        let parameters: Vec<Parameter> = axes.list.iter().map(|a| a.parameter.clone()).collect();
+        let knobs = parameters.iter().filter_map(Parameter::knob).cloned();
+        Grounds {
+            systems: Systems::new(setting, &parameters, axes.at, subharmonic),
+            variation: Variation::new(setting, knobs.collect()),
             axes,
-            subharmonic,
-            line: None,
             exact: Vec::new(),
-        };
-        grounds.line = grounds.straight();
-        grounds
+        }
     }
 
     /// The same, with values of the second parameter that are met exactly.
@@ -300,18 +274,6 @@ impl<'a> Grounds<'a> {
         let share = |value: &f64| (1, self.axes.list[1].share(*value), *value);
         self.exact = marks.iter().map(share).collect();
         self
-    }
-
-    fn straight(&mut self) -> Option<Line> {
-        let k = self.frequency()?;
-        let mut at = |share: f64| {
-            let mut p = [0.5; 2];
-            p[1 - k] = share;
-            self.built(p).ok()
-        };
-        let line = Line::between(&at(0.0)?, &at(1.0)?)?;
-        let passes = |share: f64| at(share).is_some_and(|s| line.passes(share, &s));
-        PROBES.into_iter().all(passes).then_some(line)
     }
 
     fn native(&self, k: usize, share: f64) -> f64 {
@@ -324,24 +286,17 @@ impl<'a> Grounds<'a> {
 
     /// The model at a place, with its assembly; frequencies are left as they are.
     pub fn model(&mut self, p: [f64; 2]) -> Result<(Model, Assembly), SolveError> {
-        for (k, share) in p.into_iter().enumerate() {
-            let value = Node::number(self.native(k, share));
-            if let Parameter::Path(path) = &self.axes.list[k].parameter {
-                let done = self.root.set(path, value);
-                done.map_err(|mistake| SolveError::NoSystem {
-                    reason: joined(&[mistake]),
-                })?;
-            }
-        }
-        let found = rebuild(&self.root, self.setting.assembly);
-        found.map_err(|list| SolveError::NoSystem {
-            reason: joined(&list),
-        })
+        let numbers = [0, 1]
+            .into_iter()
+            .filter(|k| self.axes.list[*k].parameter.knob().is_some());
+        let values: Vec<f64> = numbers.map(|k| self.native(k, p[k])).collect();
+        self.variation.at(&values).map_err(no_system)
     }
+}
 
-    /// The system of the model, read and assembled.
-    fn built(&mut self, p: [f64; 2]) -> Result<System, SolveError> {
-        Ok(self.model(p)?.1.system)
+fn no_system(list: Vec<Diagnostic>) -> SolveError {
+    SolveError::NoSystem {
+        reason: joined(&list),
     }
 }
 
@@ -352,14 +307,8 @@ impl Plane for Grounds<'_> {
             let reason = format!("the frequency would be {frequency}");
             return Err(SolveError::NoSystem { reason });
         }
-        let inside = self.frequency().map(|k| p[1 - k]);
-        let mut system = match (&self.line, inside) {
-            (Some(line), Some(share)) if (0.0..=1.0).contains(&share) => line.system(share),
-            _ => self.built(p)?,
-        };
-        system.set_subharmonic(self.subharmonic);
-        system.set_reference_frequency(frequency);
-        Ok(system)
+        let values = [self.native(0, p[0]), self.native(1, p[1])];
+        self.systems.at(&values).cloned().map_err(no_system)
     }
 
     fn frequency(&self) -> Option<usize> {

@@ -222,7 +222,7 @@ fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Figure {
     });
     let x_frequency = match first.parameter {
         Parameter::Frequency => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
-        Parameter::Path(_) => None,
+        Parameter::Number(_) => None,
     };
     Figure {
         title: String::new(),

@@ -7,7 +7,6 @@ use crate::analysis::read::parts;
 use crate::analysis::saved::Wanted;
 use crate::analysis::{Analysis, EventState, Fault, Setting, columns, flow};
 use crate::error::{Error, did_you_mean};
-use crate::quantity::Quantity;
 use crate::solve::curve::{CurveKind, Defining, Guess, Guesses, NoStart, Plane, Spot, seek};
 use crate::solve::events::EventKind;
 
@@ -167,11 +166,7 @@ fn saved(
                 row.get(name).map(|x| x / axis.factor)
             }
             Parameter::Frequency => row.get("omega"),
-            Parameter::Path(path) => {
-                let node = setting.model.document().at(path);
-                let written = node.and_then(|node| Quantity::from_node(node, path).ok());
-                written.map(|quantity| quantity.value)
-            }
+            Parameter::Number(knob) => Some(setting.model.get(knob)),
         };
         let value = own.ok_or_else(|| format!("no value of {}", axis.written))?;
         p[k] = axis.share(value);
@@ -280,12 +275,10 @@ fn nearest(
     for (share, axis) in p.iter_mut().zip(&axes.list) {
         let value = match (&axis.parameter, &event.number) {
             (Parameter::Frequency, _) => Some(event.omega),
-            (Parameter::Path(path), Some((varied, value))) if path == varied => Some(*value),
-            (Parameter::Path(path), _) => {
-                let node = setting.model.document().at(path);
-                node.and_then(|node| Quantity::from_node(node, path).ok())
-                    .map(|q| q.value)
+            (Parameter::Number(knob), Some((varied, value))) if knob.name() == varied => {
+                Some(*value)
             }
+            (Parameter::Number(knob), _) => Some(setting.model.get(knob)),
         };
         let Some(value) = value else {
             return Err(format!(

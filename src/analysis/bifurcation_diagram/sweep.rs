@@ -2,7 +2,7 @@
 
 use super::{Reach, Seeds};
 use crate::analysis::flow::{self, LabelKeys};
-use crate::analysis::parameter::{Parameter, joined};
+use crate::analysis::parameter::{Parameter, Systems, joined};
 use crate::analysis::{Fault, Initial, Setting};
 use crate::interrupt;
 use crate::solve::attractor::{
@@ -239,12 +239,10 @@ impl<'a> Work<'a> {
         if self.setting.control.is_interrupted() {
             return None;
         }
-        match self
-            .plan
-            .parameter
-            .system(self.setting, value, self.plan.at)
-        {
-            Ok(system) => Some(system),
+        let parameters = std::slice::from_ref(&self.plan.parameter);
+        let mut systems = Systems::new(self.setting, parameters, self.plan.at, 1);
+        match systems.at(&[value]) {
+            Ok(system) => Some(system.clone()),
             Err(list) => {
                 self.stop(run, k, value, &joined(&list));
                 None

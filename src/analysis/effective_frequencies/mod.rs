@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 /// Settings of `effective_frequencies`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct EffectiveFrequencies {
     /// First and last amplitude of every deformation.
     pub amplitude: [Quantity; 2],

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 /// A quantity of each run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Collected {
     /// Table: `main`, or one with a name such as `events`.
     #[serde(default = "main")]

@@ -33,6 +33,7 @@ use serde::{Deserialize, Serialize};
 /// Settings of `parameter_study`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ParameterStudy {
     /// Values by path: every combination runs, the last path changing fastest.
     #[serde(default, skip_serializing_if = "Option::is_none")]

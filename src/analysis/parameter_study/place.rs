@@ -1,7 +1,7 @@
 //! What the runs of a study do, and where in it a path leads.
 
 use super::ParameterStudy;
-use crate::analysis::parameter::{Parameter, said};
+use crate::analysis::parameter::said;
 use crate::analysis::read::{COMMON_KEYS, Parts, parts};
 use crate::analysis::{Analysis, Fault, Setting};
 use crate::assembly::{Assembly, assemble};
@@ -134,15 +134,13 @@ impl Target {
         if written.starts_with("analyses.") {
             return Err("only settings of the analysis that the study runs can vary".into());
         }
-        match Parameter::find(setting, written)? {
-            Parameter::Path(path) => Ok(Place::Model(path)),
-            Parameter::Frequency if self.own.get("at").is_some() => {
-                Ok(Place::Analysis("at".into()))
-            }
-            Parameter::Frequency => Err(format!(
+        match written {
+            "frequency" if self.own.get("at").is_some() => Ok(Place::Analysis("at".into())),
+            "frequency" => Err(format!(
                 "`{}` does not run at one frequency; vary its own keys, such as `analysis.from`",
                 self.kind
             )),
+            _ => setting.model.path_of(written).map(Place::Model),
         }
     }
 }

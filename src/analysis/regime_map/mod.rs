@@ -252,7 +252,7 @@ fn users_unit(axis: &Axis, written: &Quantity) -> Option<(String, f64)> {
     let unit = text[end..].trim();
     let native = match axis.parameter {
         Parameter::Frequency => axis.ends.0 * axis.factor,
-        Parameter::Path(_) => axis.ends.0,
+        Parameter::Number(_) => axis.ends.0,
     };
     let is_usable = number != 0.0 && native != 0.0;
     is_usable.then(|| (unit.to_string(), native / number))

@@ -14,6 +14,7 @@ macro_rules! response_keys {
         $(#[$about])*
         #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
+        #[non_exhaustive]
         pub struct $name {
             $($own)*
             /// First value.
@@ -209,6 +210,7 @@ pub(in crate::analysis) mod defaults {
 /// How responses are computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Method {
     /// Multi-harmonic balance.
     #[default]
@@ -233,6 +235,7 @@ impl Method {
 /// How the Galerkin method integrates forces over a period.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Quadrature {
     /// Closed form where every law allows it and no `samples` are given, equally spaced samples elsewhere.
     #[default]

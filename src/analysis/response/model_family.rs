@@ -5,20 +5,11 @@ use crate::analysis::Setting;
 use crate::analysis::parameter::{Variation, joined};
 use crate::error::SolveError;
 use crate::solve::family::Family;
-use crate::system::{Line, System};
-use crate::yaml::Node;
+use crate::system::System;
 
 /// Systems kept: a value and its two neighbours, which Newton's iteration asks for in turn.
 const KEPT: usize = 3;
-/// Places at which a straight line is held against the model.
-const PROBES: [f64; 3] = [0.061, 0.463, 0.937];
-/// Ends of the line: where a load vanishes at an end, the system there lacks a number.
-const LINES: [(f64, f64); 2] = [(0.0, 1.0), (0.01, 0.99)];
-
 /// The systems between two values of a number of the model, over lambda from 0 to 1.
-///
-/// Many numbers enter the scaled equation affinely (loads, gaps, damping): the system is then a point on the line between two
-/// systems, and no model is read. For the others (inertias, stiffnesses, phases) the model is read and assembled again.
 ///
 /// Beyond the ends of the range, where the path following looks over the border, the system of the end stands in for one that
 /// does not exist.
@@ -26,7 +17,6 @@ pub(super) struct ModelFamily<'a> {
     variation: Variation<'a>,
     track: &'a Track,
     subharmonic: usize,
-    line: Option<(f64, f64, Line)>,
     /// With their lambda; NaN before the first use.
     kept: [(f64, System); KEPT],
     next: usize,
@@ -44,39 +34,22 @@ impl<'a> ModelFamily<'a> {
     ) -> Result<ModelFamily<'a>, SolveError> {
         let system = setting.assembly.system.clone();
         let mut family = ModelFamily {
-            variation: Variation::new(setting, &track.path),
+            variation: Variation::new(setting, vec![track.knob.clone()]),
             track,
             subharmonic,
-            line: None,
             kept: std::array::from_fn(|_| (f64::NAN, system.clone())),
             next: 0,
         };
         family.kept[0] = (0.0, family.built(0.0)?);
-        family.line = LINES.iter().find_map(|ends| family.line_between(*ends));
         Ok(family)
     }
 
-    /// The straight line through the systems at two places, if the others lie on it.
-    fn line_between(&mut self, (a, b): (f64, f64)) -> Option<(f64, f64, Line)> {
-        let (first, last) = (self.built(a).ok()?, self.built(b).ok()?);
-        let line = Line::between(&first, &last)?;
-        for place in PROBES {
-            let system = self.built(place).ok()?;
-            if !line.passes((place - a) / (b - a), &system) {
-                return None;
-            }
-        }
-        Some((a, b, line))
-    }
-
-    /// The system of the model, read and assembled.
+    /// The system of the model.
     fn built(&mut self, lambda: f64) -> Result<System, SolveError> {
-        let value = Node::number(self.track.value(lambda));
-        let found = self.variation.at(value);
-        let (_, assembly) = found.map_err(|list| SolveError::NoSystem {
+        let found = self.variation.system(&[self.track.value(lambda)]);
+        let mut system = found.map_err(|list| SolveError::NoSystem {
             reason: joined(&list),
         })?;
-        let mut system = assembly.system;
         system.set_subharmonic(self.subharmonic);
         system.set_reference_frequency(self.track.at);
         Ok(system)
@@ -84,17 +57,11 @@ impl<'a> ModelFamily<'a> {
 
     /// Makes the system at lambda the one in a slot.
     fn fill(&mut self, slot: usize, lambda: f64) -> Result<(), SolveError> {
-        if let Some((a, b, line)) = &self.line
-            && (*a..=*b).contains(&lambda)
-        {
-            self.kept[slot].1 = line.system((lambda - a) / (b - a));
-        } else {
-            let border = lambda.clamp(0.0, 1.0);
-            self.kept[slot].1 = match self.built(lambda) {
-                Err(_) if border != lambda => self.built(border)?,
-                built => built?,
-            };
-        }
+        let border = lambda.clamp(0.0, 1.0);
+        self.kept[slot].1 = match self.built(lambda) {
+            Err(_) if border != lambda => self.built(border)?,
+            built => built?,
+        };
         self.kept[slot].0 = lambda;
         Ok(())
     }

@@ -2,11 +2,11 @@
 
 use super::model_family::ModelFamily;
 use super::{BranchSettings, ResponseTable, Tables};
-use crate::analysis::parameter::{Parameter, Variation, joined};
+use crate::analysis::parameter::{Variation, joined};
 use crate::analysis::{Fault, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
-use crate::model::Model;
+use crate::model::{Knob, Model};
 use crate::postprocess::measures::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::closed_form::ClosedForm;
@@ -14,7 +14,6 @@ use crate::solve::events::Resolution;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::floquet::Spectrum;
 use crate::system::{Mount, System};
-use crate::yaml::Node;
 use std::borrow::Cow;
 
 /// The continued parameter lambda: omega/omega_c, or the share of the way between the two ends of a number of the model.
@@ -50,8 +49,8 @@ enum Kind {
 /// A number of the model between two values.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
-    /// Full dotted path.
-    pub path: String,
+    /// The number.
+    pub knob: Knob,
     /// The path as the user wrote it.
     written: String,
     /// Values at lambda = 0 and 1.
@@ -136,18 +135,17 @@ impl<'a> Swept<'a> {
         })
     }
 
-    /// The number of the model at a full path, `written` by the user, at a fixed excitation frequency.
+    /// A number of the model, `written` by the user, at a fixed excitation frequency.
     ///
     /// # Errors
     /// The first value that the model refuses.
     pub fn number(
         setting: &'a Setting<'a>,
         settings: &BranchSettings,
-        (path, written): (&str, &str),
+        (knob, written): (&Knob, &str),
         at: f64,
     ) -> Result<Swept<'a>, Fault> {
-        let parameter = Parameter::Path(path.into());
-        let (ends, marks) = read(settings, &|quantity| parameter.value(setting, quantity))?;
+        let (ends, marks) = read(settings, &|quantity| Ok(quantity.value))?;
         let span = ends.1 - ends.0;
         let share = |value: &f64| match span {
             0.0 => 0.0,
@@ -157,7 +155,7 @@ impl<'a> Swept<'a> {
         let mut exact = vec![(0.0, ends.0), (1.0, ends.1)];
         exact.extend(shares.iter().copied().zip(marks));
         let track = Track {
-            path: path.into(),
+            knob: knob.clone(),
             written: written.into(),
             ends,
             exact,
@@ -168,7 +166,7 @@ impl<'a> Swept<'a> {
             range: (0.0, if span == 0.0 { 0.0 } else { 1.0 }),
             marks: shares,
             starts: settings.starts_at().len(),
-            unit: unit(setting, settings, path),
+            unit: unit(settings, knob),
             tables: settings.tables.clone(),
             stability: settings.stability,
             subharmonic: settings.subharmonic,
@@ -220,8 +218,8 @@ impl<'a> Swept<'a> {
             } = self.setting;
             return Ok((Cow::Borrowed(model), Cow::Borrowed(assembly)));
         };
-        let mut variation = Variation::new(self.setting, &track.path);
-        let found = variation.at(Node::number(track.value(lambda)));
+        let mut variation = Variation::new(self.setting, vec![track.knob.clone()]);
+        let found = variation.at(&[track.value(lambda)]);
         let (model, assembly) = found.map_err(|list| joined(&list))?;
         Ok((Cow::Owned(model), Cow::Owned(assembly)))
     }
@@ -301,7 +299,7 @@ impl<'a> Swept<'a> {
     pub fn number_at(&self, lambda: f64) -> Option<(String, f64)> {
         match &self.kind {
             Kind::Frequency { .. } => None,
-            Kind::Number(track) => Some((track.path.clone(), track.value(lambda))),
+            Kind::Number(track) => Some((track.knob.name().to_owned(), track.value(lambda))),
         }
     }
 
@@ -339,13 +337,13 @@ fn read(
 }
 
 /// SI unit of a number of the model, from whatever of its values is written with a unit.
-fn unit(setting: &Setting<'_>, settings: &BranchSettings, path: &str) -> String {
+fn unit(settings: &BranchSettings, knob: &Knob) -> String {
     let ends = [&settings.from, &settings.to].into_iter().flatten();
-    let own = setting.model.document().at(path);
-    let own = own.and_then(|node| Quantity::from_node(node, path).ok());
-    let all = ends.chain(&settings.marks).chain(&own);
+    let all = ends.chain(&settings.marks);
     let dimension = all.filter_map(|quantity| quantity.dimension).next();
-    let is_number = |d: &UnitDimension| *d == UnitDimension::NUMBER;
-    let dimension = dimension.filter(|d| !is_number(d));
-    dimension.map_or(String::new(), UnitDimension::unit)
+    match dimension {
+        Some(UnitDimension::NUMBER) => String::new(),
+        Some(dimension) => dimension.unit(),
+        None => knob.unit(),
+    }
 }

@@ -7,6 +7,7 @@ use std::borrow::Cow;
 /// A table that costs something or takes space. Tables with a key of their own (`orbits`, `verify`, ..) follow that key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ResponseTable {
     /// One row per point: `NAME.csv`. Figures and page draw it, so it is always written.
     Main,

@@ -23,6 +23,7 @@ use std::time::Instant;
 /// Settings of `run_up`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct RunUp {
     /// Speed of the reference at the begin.
     pub from: Quantity,

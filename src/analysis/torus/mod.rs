@@ -167,7 +167,7 @@ impl Analysis for Torus {
         };
         let slowest = match axis.parameter {
             Parameter::Frequency => axis.ends.0.min(axis.ends.1),
-            Parameter::Path(_) => at,
+            Parameter::Number(_) => at,
         };
         let period = Period::of(setting, slowest);
         let unknowns = (self.most_points * 2 * setting.assembly.system.dof()) as f64;
@@ -222,11 +222,12 @@ impl Torus {
                 let message = "the excitation frequency is the parameter; leave `at` out";
                 return Err(Fault::new("at", message));
             }
-            (Parameter::Path(_), Some(at)) => {
+            (Parameter::Number(_), Some(at)) => {
                 let value = setting.frequency(at);
                 value.map_err(|message| Fault::new("at", message))?
             }
-            (Parameter::Path(path), None) => {
+            (Parameter::Number(knob), None) => {
+                let path = knob.name();
                 let message =
                     format!("missing: the excitation frequency at which {path} is varied");
                 return Err(Fault::new("at", message));

@@ -147,7 +147,7 @@ fn curves(setting: &Setting<'_>, rows: &[Row]) -> Table {
 fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Figure {
     let x_frequency = match axis.parameter {
         Parameter::Frequency => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
-        Parameter::Path(_) => None,
+        Parameter::Number(_) => None,
     };
     let line = |y: String, label: String| Curve {
         table: String::new(),

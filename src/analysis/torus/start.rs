@@ -88,7 +88,7 @@ fn from_event<'a>(
     let events = analysis.event_states(setting)?.unwrap_or_default();
     let own = |event: &EventState| match (&axis.parameter, &event.number) {
         (Parameter::Frequency, None) => Some(event.omega),
-        (Parameter::Path(path), Some((varied, value))) if path == varied => Some(*value),
+        (Parameter::Number(knob), Some((varied, value))) if knob.name() == varied => Some(*value),
         _ => None,
     };
     let near = keys.start.near.as_ref();

@@ -3,7 +3,9 @@
 //! Beyond the surface on which a derivative jumps, the Jacobian is another one and with it the tangent t+. The determinant of the
 //! bordered Jacobian tells which way along it leads on:
 //!
-//!     [dR/du  dR/dlambda] t+ = 0  just beyond the corner,    sign det [dR/du  dR/dlambda; t+] = the path's orientation
+//! ```text
+//! [dR/du  dR/dlambda] t+ = 0  just beyond the corner,    sign det [dR/du  dR/dlambda; t+] = the path's orientation
+//! ```
 //!
 //! Allgower & Georg (1990), Numerical continuation methods, chapter 15.
 

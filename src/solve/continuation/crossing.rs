@@ -85,7 +85,9 @@ impl Continuation {
     /// A path that stands at a crossing and leaves it along the direction that the known path does not have; `None` when
     /// there is no such direction.
     ///
-    ///     [dR/du  dR/dlambda] n = 0,    <tangent, n> = 0
+    /// ```text
+    /// [dR/du  dR/dlambda] n = 0,    <tangent, n> = 0
+    /// ```
     ///
     /// `crossing` is a point of the known path with its tangent.
     ///

@@ -1,6 +1,8 @@
 //! Equilibrium of a train with loops: the minimum of its energy.
 //!
-//!     minimise  sum_j k_j U_j(W_j q - e_j) - F q,    U_j' = f_j
+//! ```text
+//! minimise  sum_j k_j U_j(W_j q - e_j) - F q,    U_j' = f_j
+//! ```
 //!
 //! With laws that never fall the energy is convex, piecewise quadratic where the laws are broken lines. From any state, either
 //! the load does work on a motion that deforms open connections only: the state moves that way until they touch, and if none

@@ -95,7 +95,9 @@ impl Face {
 
     /// Balances the closed connections: wanted = t_B + C^T t_D with t_j + K_j dx_j in place of t_j.
     ///
-    ///     (1 + S^T S) y = K_B^(-1/2) (wanted - t_B - C^T t_D),    S = K_D^(1/2) C K_B^(-1/2),    dx_B = K_B^(-1/2) y
+    /// ```text
+    /// (1 + S^T S) y = K_B^(-1/2) (wanted - t_B - C^T t_D),    S = K_D^(1/2) C K_B^(-1/2),    dx_B = K_B^(-1/2) y
+    /// ```
     ///
     /// The basis is the stiffest, so that no entry of S is large and no spread of stiffnesses harms it.
     pub(super) fn balance(&self, energy: &Energy<'_>, wanted: DVector<f64>) -> Option<Step> {

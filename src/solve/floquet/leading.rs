@@ -67,7 +67,9 @@ struct Flow<'a> {
 impl<'a> Flow<'a> {
     /// Constant slopes are one exponential a stretch; smooth ones two a panel, of fourth order without commutators:
     ///
-    ///     exp(h (a2 A1 + a1 A2)) exp(h (a1 A1 + a2 A2)),    a1, a2 = 1/4 +- sqrt(3)/6
+    /// ```text
+    /// exp(h (a2 A1 + a1 A2)) exp(h (a1 A1 + a2 A2)),    a1, a2 = 1/4 +- sqrt(3)/6
+    /// ```
     ///
     /// A1, A2 at the two Gauss points.
     fn new(system: &'a System, orbit: &'a FourierOrbit, stretches: &'a Stretches) -> Self {

@@ -76,7 +76,9 @@ impl Floquet {
 
     /// State-transition matrix over one response period, in (q, v), 2n x 2n; the system stands at the orbit's frequency.
     ///
-    ///     dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]
+    /// ```text
+    /// dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]
+    /// ```
     ///
     /// The period is cut at every passage of a breakpoint and every kink of the stiffness variation. Between two cuts A is
     /// constant for piecewise-affine laws and one matrix exponential is exact; elsewhere Magnus' fourth-order rule on panels

@@ -3,7 +3,9 @@
 //! The solution, padded with zeros, leaves a residual there: what truncation, sampling and the corrector have left. One Newton
 //! correction of the larger problem is right to the second order of it,
 //!
-//!     J Du = -R(u, lambda),    error of a measure = measure(u + Du) - measure(u)
+//! ```text
+//! J Du = -R(u, lambda),    error of a measure = measure(u + Du) - measure(u)
+//! ```
 //!
 //! At a fold J is singular: there the nearest place of the branch counts, the smallest (Du, Dlambda) with J Du + dR/dlambda
 //! Dlambda = -R.

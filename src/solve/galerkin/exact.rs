@@ -3,7 +3,9 @@
 //! On a trigonometric polynomial x(tau) such a law is f = g x + h, slope g and offset h constant between two switches. With jumps
 //! dg_j at tau_j
 //!
-//!     G_k = 1/(2 pi i k) sum_j dg_j e^(-i k tau_j),    c_k = H_k + sum_l G_k-l X_l
+//! ```text
+//! G_k = 1/(2 pi i k) sum_j dg_j e^(-i k tau_j),    c_k = H_k + sum_l G_k-l X_l
+//! ```
 //!
 //! G and H the Fourier coefficients of g and h, X those of x. Nothing is sampled, so nothing aliases; F+ diag(g) F is the exact
 //! Jacobian, for a continuous force does not notice that its switches move. A stiffness variation steps (more jumps) or

@@ -3,7 +3,9 @@
 //! A force g that jumps by d at tau* = tau_s + theta h, between two samples a distance h apart, is integrated by the trapezoidal
 //! rule as if the jump lay in the middle of the cell. Each coefficient therefore gets
 //!
-//!     c_k <- c_k + n_k h (1/2 - theta) d phi_k(tau*),    n_0 = 1/(2 pi), n_k = 1/pi
+//! ```text
+//! c_k <- c_k + n_k h (1/2 - theta) d phi_k(tau*),    n_0 = 1/(2 pi), n_k = 1/pi
+//! ```
 //!
 //! phi_k the k-th function of the basis. With it the force is a continuous function of the unknowns and as accurate as one with a
 //! kink, and the derivative follows from that of tau*: d tau*/d a_l = -phi_l(tau*) / x'(tau*).

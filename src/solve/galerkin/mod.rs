@@ -1,6 +1,8 @@
 //! The Galerkin method: multi-harmonic balance with alternating frequency/time sampling.
 //!
-//!     R = (Om^2 D^2 (x) I + Om D (x) Gam) a + (I (x) kappa) c - d    (11b), times Om^2 of the paper's
+//! ```text
+//! R = (Om^2 D^2 (x) I + Om D (x) Gam) a + (I (x) kappa) c - d    (11b), times Om^2 of the paper's
+//! ```
 //!
 //! Unknowns are coordinate-major: coefficient k of coordinate i stands at i (2H + 1) + k, in the order mean, sin 1, cos 1, ...
 

@@ -99,7 +99,9 @@ pub fn reach_of_closed_form(list: &[Polynomial], count: usize, pace: f64) -> f64
 /// The same where the step itself is the scale: near a pole the terms grow whatever the unit, and only what the first ones add up to
 /// within the step is the motion.
 ///
-///     last theta^(count - 2) (count - 1) <= tolerance size(theta),   theta <= 1
+/// ```text
+/// last theta^(count - 2) (count - 1) <= tolerance size(theta),   theta <= 1
+/// ```
 pub fn reach_within(list: &[Polynomial], count: usize, control: Control) -> f64 {
     let mut last = 0.0_f64;
     for q in list {

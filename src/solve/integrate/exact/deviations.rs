@@ -10,7 +10,9 @@ use nalgebra::DMatrix;
 
 /// Series of the columns of a transition matrix.
 ///
-///     (k + 2)(k + 1) a_{k+2} = -h Gam (k + 1) a_{k+1} - h^2 kappa (slope W a_k + sum_j A_j W a_{k-j} + B_j W r_{k-j})
+/// ```text
+/// (k + 2)(k + 1) a_{k+2} = -h Gam (k + 1) a_{k+1} - h^2 kappa (slope W a_k + sum_j A_j W a_{k-j} + B_j W r_{k-j})
+/// ```
 ///
 /// A, B: series of s df/dx and s df/dv along the motion; r: rates of a in omega_c t.
 #[derive(Debug, Clone, Default)]

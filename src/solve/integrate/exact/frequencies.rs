@@ -37,7 +37,9 @@ pub fn frequency_bound(system: &System, laws: &[LawPart], chosen: fn(f64, f64) -
 
 /// A bound on the spectral radius of a matrix without negative numbers, close whatever the scales of its coordinates are.
 ///
-///     rho(A) <= max_i (A x)_i / x_i  for every x > 0 (Collatz and Wielandt),  x from the power iteration
+/// ```text
+/// rho(A) <= max_i (A x)_i / x_i  for every x > 0 (Collatz and Wielandt),  x from the power iteration
+/// ```
 pub fn radius(matrix: &DMatrix<f64>) -> f64 {
     let mut x = DVector::from_element(matrix.ncols(), 1.0);
     let mut bound = f64::INFINITY;

@@ -67,7 +67,9 @@ impl Pace {
 
     /// Takes over the coupling of a contact state, h^2 kappa diag(slope) W.
     ///
-    ///     rho(A) <= max_i (A x)_i / x_i  for every x > 0
+    /// ```text
+    /// rho(A) <= max_i (A x)_i / x_i  for every x > 0
+    /// ```
     pub fn read(&mut self, coupled: &[Entry]) {
         if !self.is_stiff {
             return;

@@ -244,7 +244,9 @@ impl Series {
 
     /// Coefficients of q and of the deformations from a state [q; v].
     ///
-    ///     (k + 2)(k + 1) q_{k+2} = h^2 Q_k - h Gam (k + 1) q_{k+1} - h^2 kappa (slope x_k + offset [k = 0] + forces_k)
+    /// ```text
+    /// (k + 2)(k + 1) q_{k+2} = h^2 Q_k - h Gam (k + 1) q_{k+1} - h^2 kappa (slope x_k + offset [k = 0] + forces_k)
+    /// ```
     pub fn expand(
         &mut self,
         system: &System,

@@ -70,7 +70,9 @@ impl Variation {
 
     /// Phi <- exp(A theta) Phi with the stiffness of the series' current regions.
     ///
-    ///     (k + 1) r_{k+2} = -theta (h Gam r_{k+1} + h^2 kappa s W a_k + [k = 0] h^2 kappa df/dz z),   a_k = theta r_k / k
+    /// ```text
+    /// (k + 1) r_{k+2} = -theta (h Gam r_{k+1} + h^2 kappa s W a_k + [k = 0] h^2 kappa df/dz z),   a_k = theta r_k / k
+    /// ```
     ///
     /// a_k: terms of the coordinates, r_k: terms of their rates.
     pub fn advance(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {

@@ -1,77 +1,14 @@
-//! Systems on a straight line between two others: every number is affine in one parameter.
+//! Whether two systems are the same: number by number, and in what they do.
 
 use super::{LoadKind, System};
 use crate::numeric::growth::Growth;
 use crate::numeric::periodic::Periodic;
 use nalgebra::DMatrix;
 
-/// Two systems of one shape, number by number.
-#[derive(Debug, Clone)]
-pub struct Line {
-    /// What all systems on the line have in common.
-    shape: System,
-    from: Vec<f64>,
-    to: Vec<f64>,
-    /// Length of every group of numbers that belong together.
-    groups: Vec<usize>,
-}
-
-/// Rounding allowed between a system and its place on the line, relative to the largest number of the group.
-const ROUNDING: f64 = 1e-13;
-/// The same for accelerations, where the rounding of some products adds up.
+/// Rounding allowed between accelerations, where that of some products adds up.
 const ACCELERATION_ROUNDING: f64 = 1e-11;
 /// States at which accelerations are compared.
 const STATES: usize = 24;
-
-impl Line {
-    /// The line from `from` (share 0) to `to` (share 1); `None` when one has numbers that the other has not.
-    pub fn between(from: &System, to: &System) -> Option<Line> {
-        let shape = from.clone();
-        let (from, groups) = numbers(from);
-        let (to, others) = numbers(to);
-        (groups == others).then_some(Line {
-            shape,
-            from,
-            to,
-            groups,
-        })
-    }
-
-    /// The system at a share: every number is (1 - share) from + share to.
-    pub fn system(&self, share: f64) -> System {
-        let mut system = self.shape.clone();
-        let mut ends = self.from.iter().zip(&self.to);
-        system.visit_numbers(&mut |group| {
-            for (x, (a, b)) in group.iter_mut().zip(&mut ends) {
-                *x = (1.0 - share) * a + share * b;
-            }
-        });
-        system.index();
-        system
-    }
-
-    /// Whether a system lies on the line at a share, to rounding: its numbers, and what it does with them.
-    pub fn passes(&self, share: f64, system: &System) -> bool {
-        let (found, groups) = numbers(system);
-        if groups != self.groups {
-            return false;
-        }
-        let mut begin = 0;
-        for length in &self.groups {
-            let part = begin..begin + length;
-            let ends = || self.from[part.clone()].iter().zip(&self.to[part.clone()]);
-            let size = ends().fold(0.0_f64, |m, (a, b)| m.max(a.abs()).max(b.abs()));
-            let on_line = ends().map(|(a, b)| (1.0 - share) * a + share * b);
-            let is_near = |(x, y): (&f64, f64)| (x - y).abs() <= ROUNDING * size;
-            if !found[part.clone()].iter().zip(on_line).all(is_near) {
-                return false;
-            }
-            begin += length;
-        }
-        // A law may have more to it than the numbers it offers.
-        moves_alike(system, &self.system(share))
-    }
-}
 
 /// Whether two systems have the same accelerations at states on all sides of their breakpoints.
 fn moves_alike(a: &System, b: &System) -> bool {
@@ -218,27 +155,13 @@ mod tests {
     }
 
     #[test]
-    fn affine_numbers_lie_on_the_line_and_others_do_not() {
-        let line = Line::between(&system(0.1, 0.0, 0.3), &system(0.3, 2.0, -0.3)).unwrap();
-        assert!(line.passes(0.25, &system(0.15, 0.5, 0.15)));
-        assert!(!line.passes(0.25, &system(0.15, 0.5 + 1e-9, 0.15)));
-        assert!(!line.passes(0.26, &system(0.15, 0.5, 0.15)));
-        let found = line.system(1.0);
-        assert!(found.is_alike(&system(0.3, 2.0, -0.3)));
-        assert_eq!(found.mounts()[0].element.breakpoints(), [-2.0, 2.0]);
-        assert_eq!(found.damping_column(0), [(0, 0.3)]);
-    }
-
-    #[test]
-    fn systems_of_other_laws_have_no_line_between_them() {
-        let other = system(0.1, 1.0, 0.3).with_laws(&Cubic { cubic: 1.0 });
-        assert!(Line::between(&system(0.1, 1.0, 0.3), &other).is_none());
-        // The same numbers, another behaviour.
+    fn systems_are_alike_in_numbers_and_in_motion() {
         let one = system(0.1, 1.0, 0.3);
+        assert!(!one.is_alike(&system(0.1, 1.0, 0.3 + 1e-12)));
+        assert!(!one.is_alike(&one.with_laws(&Cubic { cubic: 1.0 })));
+        // The same numbers, another behaviour.
         let mut twin = one.clone();
         twin.loads[0].kind = LoadKind::Rate;
         assert!(one.is_alike(&one.clone()) && !one.is_alike(&twin));
-        let line = Line::between(&one, &one).unwrap();
-        assert!(line.passes(0.5, &one) && !line.passes(0.5, &twin));
     }
 }

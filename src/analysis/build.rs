@@ -1,0 +1,304 @@
+//! Analyses built by a program: defaults, and the settings that nearly everybody gives.
+//!
+//! Every other setting is a public field: `analysis.with(|settings| settings.max_step = 0.02)`.
+
+use super::parameter_study::{Axis, Collected, Given, ParameterStudy, Reduce};
+use super::response::{Harmonics, Method};
+use super::{
+    Analysis, BifurcationDiagram, EffectiveFrequencies, FrequencyResponse, Modes, OperatingPoint,
+    ParameterResponse, PoincareMap, RunUp, TimeHistory,
+};
+use crate::quantity::Quantity;
+use indexmap::IndexMap;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+/// Values of a bifurcation diagram when no number is given.
+const POINTS: usize = 200;
+
+/// Settings with the defaults of their keys, but for those that are required.
+fn defaults<T: DeserializeOwned>(required: Value) -> T {
+    serde_json::from_value(required).expect("all keys but the required ones have defaults")
+}
+
+/// `with` for settings of an analysis.
+macro_rules! settings {
+    ($($name:ident),+) => {$(
+        impl $name {
+            /// The same settings after a change.
+            #[must_use]
+            pub fn with(mut self, change: impl FnOnce(&mut $name)) -> $name {
+                change(&mut self);
+                self
+            }
+        }
+    )+};
+}
+settings!(
+    FrequencyResponse,
+    ParameterResponse,
+    Modes,
+    EffectiveFrequencies,
+    TimeHistory,
+    OperatingPoint,
+    RunUp,
+    PoincareMap,
+    BifurcationDiagram,
+    ParameterStudy
+);
+
+/// What both analyses of responses share.
+macro_rules! responses {
+    ($($name:ident),+) => {$(
+        impl $name {
+            /// The same with a number of harmonics of the excitation frequency.
+            #[must_use]
+            pub fn harmonics(self, count: usize) -> $name {
+                self.with(|settings| settings.harmonics = Harmonics::Count(count))
+            }
+
+            /// The same by another method.
+            #[must_use]
+            pub fn method(self, method: Method) -> $name {
+                self.with(|settings| settings.method = Some(method))
+            }
+
+            /// The same with a value that is solved exactly, every time the branch passes it.
+            #[must_use]
+            pub fn mark(self, value: impl Into<Quantity>) -> $name {
+                self.with(|settings| settings.marks.push(value.into()))
+            }
+        }
+    )+};
+}
+responses!(FrequencyResponse, ParameterResponse);
+
+impl Default for FrequencyResponse {
+    /// All defaults; `from` and `to`, or `at`, are to be given.
+    fn default() -> FrequencyResponse {
+        defaults(json!({}))
+    }
+}
+
+impl FrequencyResponse {
+    /// The response from one excitation frequency to another.
+    pub fn between(from: impl Into<Quantity>, to: impl Into<Quantity>) -> FrequencyResponse {
+        FrequencyResponse {
+            from: Some(from.into()),
+            to: Some(to.into()),
+            ..FrequencyResponse::default()
+        }
+    }
+}
+
+impl Default for ParameterResponse {
+    /// All defaults; the parameter, the range and the excitation frequency are to be given.
+    fn default() -> ParameterResponse {
+        defaults(json!({"at": 0, "parameter": ""}))
+    }
+}
+
+impl ParameterResponse {
+    /// The response from one value of a number of the model to another, at an excitation frequency.
+    pub fn between(
+        parameter: impl Into<String>,
+        from: impl Into<Quantity>,
+        to: impl Into<Quantity>,
+        at: impl Into<Quantity>,
+    ) -> ParameterResponse {
+        ParameterResponse {
+            at: at.into(),
+            parameter: parameter.into(),
+            from: Some(from.into()),
+            to: Some(to.into()),
+            ..ParameterResponse::default()
+        }
+    }
+}
+
+impl Default for EffectiveFrequencies {
+    /// All defaults; the amplitudes are to be given.
+    fn default() -> EffectiveFrequencies {
+        defaults(json!({"amplitude": [0, 0]}))
+    }
+}
+
+impl EffectiveFrequencies {
+    /// Frequencies from one amplitude of every deformation to another.
+    pub fn between(from: impl Into<Quantity>, to: impl Into<Quantity>) -> EffectiveFrequencies {
+        EffectiveFrequencies {
+            amplitude: [from.into(), to.into()],
+            ..EffectiveFrequencies::default()
+        }
+    }
+}
+
+impl Default for TimeHistory {
+    /// All defaults; the excitation frequency or a duration is to be given.
+    fn default() -> TimeHistory {
+        defaults(json!({}))
+    }
+}
+
+impl TimeHistory {
+    /// The motion at an excitation frequency.
+    pub fn at(frequency: impl Into<Quantity>) -> TimeHistory {
+        TimeHistory {
+            at: Some(frequency.into()),
+            ..TimeHistory::default()
+        }
+    }
+
+    /// The motion over a time \[s\] from t = 0 on; loads may be functions of time.
+    pub fn lasting(duration: impl Into<Quantity>) -> TimeHistory {
+        TimeHistory {
+            duration: Some(duration.into()),
+            ..TimeHistory::default()
+        }
+    }
+}
+
+impl Default for OperatingPoint {
+    /// All defaults; the excitation frequency is to be given.
+    fn default() -> OperatingPoint {
+        defaults(json!({"at": 0}))
+    }
+}
+
+impl OperatingPoint {
+    /// The attractor at an excitation frequency, followed from rest.
+    pub fn at(frequency: impl Into<Quantity>) -> OperatingPoint {
+        OperatingPoint {
+            at: frequency.into(),
+            ..OperatingPoint::default()
+        }
+    }
+}
+
+impl Default for RunUp {
+    /// All defaults; the speeds, and a duration or a rate, are to be given.
+    fn default() -> RunUp {
+        defaults(json!({"from": 0, "to": 0}))
+    }
+}
+
+impl RunUp {
+    /// A run-up of the reference from one speed to another in a time \[s\].
+    pub fn between(
+        from: impl Into<Quantity>,
+        to: impl Into<Quantity>,
+        duration: impl Into<Quantity>,
+    ) -> RunUp {
+        RunUp {
+            from: from.into(),
+            to: to.into(),
+            duration: Some(duration.into()),
+            ..RunUp::default()
+        }
+    }
+}
+
+impl Default for PoincareMap {
+    /// All defaults; the excitation frequency is to be given.
+    fn default() -> PoincareMap {
+        defaults(json!({"at": 0}))
+    }
+}
+
+impl PoincareMap {
+    /// The map at an excitation frequency.
+    pub fn at(frequency: impl Into<Quantity>) -> PoincareMap {
+        PoincareMap {
+            at: frequency.into(),
+            ..PoincareMap::default()
+        }
+    }
+}
+
+impl Default for BifurcationDiagram {
+    /// 200 values; the range is to be given, and `at` where the parameter is not the frequency.
+    fn default() -> BifurcationDiagram {
+        defaults(json!({"from": 0, "to": 0, "points": POINTS}))
+    }
+}
+
+impl BifurcationDiagram {
+    /// The diagram from one excitation frequency to another.
+    pub fn between(from: impl Into<Quantity>, to: impl Into<Quantity>) -> BifurcationDiagram {
+        BifurcationDiagram {
+            from: from.into(),
+            to: to.into(),
+            ..BifurcationDiagram::default()
+        }
+    }
+}
+
+impl Default for ParameterStudy {
+    /// Nothing to vary, run or collect: all three are to be given.
+    fn default() -> ParameterStudy {
+        defaults(json!({"analysis": "", "collect": {}}))
+    }
+}
+
+impl ParameterStudy {
+    /// A study that runs an analysis.
+    pub fn of(analysis: impl Analysis + 'static) -> ParameterStudy {
+        let analysis: Box<dyn Analysis> = Box::new(analysis);
+        ParameterStudy {
+            // What cannot be written is refused as "null" by the check.
+            analysis: serde_json::to_value(&analysis).unwrap_or(Value::Null),
+            ..ParameterStudy::default()
+        }
+    }
+
+    /// A study that runs an analysis of the model, by its name.
+    pub fn named(analysis: impl Into<String>) -> ParameterStudy {
+        ParameterStudy {
+            analysis: Value::String(analysis.into()),
+            ..ParameterStudy::default()
+        }
+    }
+
+    /// The same over values of one more number: every combination runs, the last one changing fastest.
+    #[must_use]
+    pub fn over<Q: Into<Quantity>>(
+        self,
+        number: impl Into<String>,
+        values: impl IntoIterator<Item = Q>,
+    ) -> ParameterStudy {
+        let values = values
+            .into_iter()
+            .map(|value| Given::Quantity(value.into()));
+        let values = Axis::Values(values.collect());
+        self.with(|study| {
+            let grid = study.grid.get_or_insert_with(IndexMap::new);
+            grid.insert(number.into(), values);
+        })
+    }
+
+    /// The same with one more collected quantity.
+    #[must_use]
+    pub fn collecting(self, name: impl Into<String>, what: Collected) -> ParameterStudy {
+        self.with(|study| {
+            study.collect.insert(name.into(), what);
+        })
+    }
+}
+
+impl Collected {
+    /// One value of a column of the main table.
+    pub fn of(column: impl Into<String>, reduce: Reduce) -> Collected {
+        Collected {
+            table: "main".into(),
+            column: Some(column.into()),
+            reduce,
+            by: None,
+            only: IndexMap::new(),
+        }
+    }
+
+    /// The largest value of a column of the main table.
+    pub fn max(column: impl Into<String>) -> Collected {
+        Collected::of(column, Reduce::Max)
+    }
+}
