@@ -1,5 +1,19 @@
 //! Results as tables: written once by the analyses, read by every output.
 
+mod comparison;
+mod description;
+mod figure;
+mod plot;
+mod words;
+
+pub use comparison::{Change, Comparison, Difference};
+pub use description::{ArmNote, BodyNote, ConnectionNote, Description};
+pub use figure::{
+    Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, NamedFigure, Panel, Scale,
+};
+pub use plot::{FigureSize, Plot};
+pub use words::{Words, readable};
+
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 
@@ -151,121 +165,6 @@ pub struct Table {
     pub columns: Vec<Column>,
 }
 
-/// One curve of a figure: columns of a table by name. It holds no numbers of its own.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Curve {
-    /// Name of the table (empty: the main table).
-    pub table: String,
-    /// Column along the abscissa.
-    pub x: String,
-    /// Column along the ordinate.
-    pub y: String,
-    /// Text in the legend.
-    pub label: String,
-    /// How it is drawn.
-    pub style: CurveStyle,
-    /// Rows drawn: a column of words or whole numbers and the value it must have; all rows when `None`.
-    pub only: Option<(String, String)>,
-}
-
-/// How a curve is drawn.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum CurveStyle {
-    /// A plain line.
-    Line,
-    /// A line that breaks where column `branch` changes, solid where column `stable` is 1, dashed where it is 0,
-    /// thin solid where it is empty (unknown).
-    Branch {
-        /// Column with the branch number.
-        branch: String,
-        /// Column with 1, 0 or empty.
-        stable: String,
-    },
-    /// Crosses, such as the backbone curve of the paper's figures.
-    Crosses,
-    /// Small dots, such as a Poincaré map.
-    Dots,
-    /// Cells of a grid over the two columns, each coloured by its row: words and whole numbers a colour per value, real numbers
-    /// a scale of colours.
-    Cells {
-        /// Column that decides the colour.
-        value: String,
-        /// Values with what the legend says of them, in the order of their colours; others come behind.
-        names: Vec<(String, String)>,
-    },
-    /// Event markers; the column named here holds the kind, one marker shape and legend entry a kind. When the table has
-    /// no column `y`, the ordinate is interpolated in the main table, between the points `after_point` and the next one
-    /// of the event's `branch`.
-    Events {
-        /// Column with the kind of the event.
-        kind: String,
-    },
-}
-
-/// A diagram: one or several panels that share nothing but the page.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Figure {
-    /// Heading.
-    pub title: String,
-    /// Panels from top to bottom.
-    pub panels: Vec<Panel>,
-}
-
-/// An abscissa of frequencies omega.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FrequencyAxis {
-    /// What the column holds.
-    pub written: FrequencyUnit,
-    /// What is drawn.
-    pub shown: FrequencyUnit,
-    /// Characteristic frequency omega_c, rad/s.
-    pub omega_c: f64,
-}
-
-/// Unit of a column of frequencies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum FrequencyUnit {
-    /// omega/omega_c.
-    Nondimensional,
-    /// rad/s.
-    RadianPerSecond,
-    /// Hz.
-    Hertz,
-    /// rpm.
-    RevolutionsPerMinute,
-}
-
-impl FrequencyAxis {
-    /// Numbers that are drawn over those that are written.
-    pub fn factor(&self) -> f64 {
-        let size = |unit| match unit {
-            FrequencyUnit::Nondimensional => self.omega_c,
-            FrequencyUnit::RadianPerSecond => 1.0,
-            FrequencyUnit::Hertz => std::f64::consts::TAU,
-            FrequencyUnit::RevolutionsPerMinute => std::f64::consts::TAU / 60.0,
-        };
-        match self.written == self.shown {
-            true => 1.0,
-            false => size(self.written) / size(self.shown),
-        }
-    }
-}
-
-/// One pair of axes.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Panel {
-    /// Text of the abscissa, unit included.
-    pub x_label: String,
-    /// Text of the ordinate, unit included.
-    pub y_label: String,
-    /// Range of the abscissa; from the data when `None`.
-    pub x_range: Option<(f64, f64)>,
-    /// Set where the abscissa is a frequency of known scale: it can be shown in other units.
-    pub x_frequency: Option<FrequencyAxis>,
-    /// Curves, drawn in this order.
-    pub curves: Vec<Curve>,
-}
-
 /// What one analysis delivers.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
@@ -281,8 +180,14 @@ pub struct Report {
     pub assumed: Vec<String>,
     /// Main table first.
     pub tables: Vec<Table>,
-    /// One figure an analysis at most.
+    /// The figure of the analysis.
     pub figure: Option<Figure>,
+    /// Further figures, each in a file of its own.
+    pub further_figures: Vec<NamedFigure>,
+    /// What the figures show and how, as asked for.
+    pub plot: Plot,
+    /// Names of the connections in the order of the model: each has its colour in every figure of a run.
+    pub connections: Vec<String>,
     /// Everything else for the JSON file: options, scales, branches, events; and the timings.
     pub summary: serde_json::Map<String, serde_json::Value>,
     /// What the user must know: shown on the terminal, in the JSON file and on the page.
@@ -336,6 +241,13 @@ impl Report {
     /// The main table.
     pub fn main(&self) -> Option<&Table> {
         self.table("")
+    }
+
+    /// All figures, each with the name that its file has after that of the report; the first one's is empty.
+    pub fn figures(&self) -> impl Iterator<Item = (&str, &Figure)> {
+        let first = self.figure.iter().map(|figure| ("", figure));
+        let further = self.further_figures.iter();
+        first.chain(further.map(|named| (named.name.as_str(), &named.figure)))
     }
 
     /// Table of that name; the main table has the empty name.

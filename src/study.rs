@@ -5,7 +5,7 @@ use crate::assembly::Assembly;
 use crate::error::{Diagnostic, Error, Source};
 use crate::model::Model;
 use crate::output::{self, FigureFormat, Input, RunOptions};
-use crate::report::Report;
+use crate::report::{Plot, Report};
 use crate::yaml::{self, Node};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -13,18 +13,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 mod bundle;
+mod compare;
+mod describe;
 mod ensemble;
 mod load;
 mod memory;
 mod merge;
+mod plotting;
 mod record;
+mod redraw;
 mod results;
 mod run;
 mod shard;
 mod shelf;
 
 pub use bundle::Extent;
+pub use compare::{compare, default_folder};
 pub use merge::merge;
+pub use redraw::redraw;
 pub use results::{History, Iterates, ResponseCurves, ResponseEvent, ResponsePoint};
 pub use shard::Shard;
 
@@ -67,6 +73,7 @@ struct Texts {
     title: Option<String>,
     caption: Option<String>,
     assumed: Vec<String>,
+    plot: Option<Plot>,
 }
 
 /// What to write and where.
@@ -256,9 +263,11 @@ impl Study {
             .join(" ");
         report.assumed = run.texts.assumed.clone();
         finish(&mut report, assembly);
-        if let Some(figure) = &mut report.figure {
-            figure.title = report.title.clone();
-        }
+        plotting::dress(
+            &mut report,
+            run.texts.plot.clone().unwrap_or_default(),
+            assembly,
+        );
         // An interruption has a reason where nobody asked for it.
         if let (Some(end), Some(reason)) = (&mut report.ended_early, control.reason()) {
             *end = end.replacen("interrupted", &reason, 1);

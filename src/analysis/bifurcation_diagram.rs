@@ -386,9 +386,9 @@ impl BifurcationDiagram {
         let panel = |y_label: String, curves| Panel {
             x_label: x_label.clone(),
             y_label,
-            x_range: None,
             x_frequency,
             curves,
+            ..Panel::default()
         };
         let mut panels: Vec<Panel> = (list.iter().take((list.len() / 2).min(2)))
             .map(|q| {

@@ -4,7 +4,7 @@ use super::branch_table::Traced;
 use super::columns::{frequency_axis, frequency_label};
 use super::response::{Method, ResponseTable, Swept};
 use crate::postprocess::measures::is_clearance;
-use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel};
+use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel, Words, readable};
 use std::f64::consts::TAU;
 
 /// Panels that connections without a gap may fill.
@@ -67,7 +67,7 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
             },
         };
         let label = if methods.len() > 1 {
-            format!("{connection}, {}", method.word())
+            method.title().to_string()
         } else {
             connection.to_string()
         };
@@ -100,20 +100,21 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
     if swept.computes(ResponseTable::Events) {
         curves.push(curve("events", abscissa, "events".into(), style, None));
     }
-    let unit = if setting.is_si() {
-        format!(" [{}]", setting.model.units_of(e).0)
-    } else {
-        String::new()
+    let unit = match setting.is_si() {
+        true => setting.model.units_of(e).0,
+        false => "",
     };
     Panel {
         x_label,
-        y_label: format!("r.m.s. of {connection}{unit}"),
+        y_label: Words::of("rms").axis(unit),
+        heading: readable(connection),
         x_range: Some(swept_range(swept)),
         x_frequency: match swept.written() {
             None => frequency_axis(setting, FrequencyUnit::Hertz),
             Some(_) => None,
         },
         curves,
+        ..Panel::default()
     }
 }
 

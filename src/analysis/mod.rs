@@ -24,6 +24,7 @@ pub mod parameter;
 mod parameter_response;
 pub mod parameter_study;
 mod poincare_map;
+mod rattle_figure;
 pub mod read;
 mod regime_map;
 mod response;

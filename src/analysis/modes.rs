@@ -216,9 +216,8 @@ fn figure(n: usize, unit: &str) -> Figure {
     let panel = Panel {
         x_label: "effective stiffness \u{3ba}".into(),
         y_label,
-        x_range: None,
-        x_frequency: None,
         curves: (0..n).map(curve).collect(),
+        ..Panel::default()
     };
     Figure {
         title: String::new(),

@@ -266,9 +266,8 @@ fn figure(setting: &Setting<'_>, labels: &[String]) -> Figure {
     let panel = |i: usize| Panel {
         x_label: list[i].axis(),
         y_label: list[n + i].axis(),
-        x_range: None,
-        x_frequency: None,
         curves: dots(&list[i].name, &list[n + i].name, &named),
+        ..Panel::default()
     };
     Figure {
         title: String::new(),

@@ -6,7 +6,7 @@ use crate::yaml::{Node, Value, join};
 use indexmap::IndexMap;
 
 /// Keys that every analysis takes besides its own.
-pub const COMMON_KEYS: [&str; 4] = ["set", "title", "caption", "assumed"];
+pub const COMMON_KEYS: [&str; 5] = ["set", "title", "caption", "assumed", "plot"];
 
 /// The parts of an entry: [`Node::read`] makes a `Box<dyn Analysis>` of `own`.
 #[derive(Debug, Clone)]

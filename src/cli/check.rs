@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::interrupt::Interrupt;
 use crate::machine;
 use crate::model::ReportUnits;
+use crate::output;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::solve::galerkin::stored_blocks;
 use crate::solve::support::{self, Reach, Support};
@@ -36,6 +37,12 @@ pub fn check(arguments: &CheckArguments) -> Result<(), Error> {
     } else {
         as_text(&study, &state, &warnings) + &estimates(&costs)
     };
+    if let Some(path) = &arguments.figure {
+        let stem = arguments.file.file_stem().unwrap_or_default();
+        let usual = || std::path::Path::new(stem).with_extension("svg");
+        let path = path.clone().unwrap_or_else(usual);
+        output::write_schematic(&path, &study.describe())?;
+    }
     print(&text).map(|_| ())
 }
 

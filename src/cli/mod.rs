@@ -1,11 +1,14 @@
 //! The whole command line, also for binaries that add laws of their own: `gearlash::cli::main()`.
 
 mod check;
+mod compare;
 mod elements;
+mod export;
 mod kinematics;
 mod merge;
 mod new;
 mod numbers;
+mod plot;
 mod progress;
 mod run;
 mod signals;
@@ -13,6 +16,7 @@ mod signals;
 use crate::element::table_mistakes;
 use crate::error::{Colour, Error, render};
 use crate::output::FigureFormat;
+use crate::output::export::ExportFormat;
 use crate::report::shown;
 use crate::study::Shard;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -41,6 +45,12 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Draw the figures of a folder of results again, from its tables, without a run.
+    Plot(PlotArguments),
+    /// Compare two folders of results: what changed in the model and in the results, curves on top of each other.
+    Compare(CompareArguments),
+    /// Write the tables of a folder of results for other programs.
+    Export(ExportArguments),
     /// Join the parts of a sharded study into results as one run would have written them.
     Merge(MergeArguments),
     /// Print the JSON schema of the model file, for completion and validation in editors.
@@ -92,6 +102,63 @@ struct RunArguments {
 }
 
 #[derive(Debug, clap::Args)]
+struct PlotArguments {
+    /// Folder of the results, written by `gearlash run`.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Only the analysis of this name (may be repeated).
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Change what the figures show, with the keys of `plot:` in the model file, such as x_unit=rpm, y=rms,impacts,
+    /// y_scale=log, backbone=true, size=one_column (may be repeated).
+    #[arg(long, value_name = "KEY=VALUE")]
+    plot: Vec<String>,
+    /// Formats of the static figures.
+    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
+    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
+    figures: Vec<FigureFormat>,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct CompareArguments {
+    /// Folder of the first run.
+    #[arg(value_name = "DIR_A")]
+    first: PathBuf,
+    /// Folder of the second run.
+    #[arg(value_name = "DIR_B")]
+    second: PathBuf,
+    /// Folder of the comparison [default: results/<DIR_A>-and-<DIR_B>].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Formats of the static figures.
+    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
+    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
+    figures: Vec<FigureFormat>,
+}
+
+#[derive(Debug, clap::Args)]
+struct ExportArguments {
+    /// Folder of the results, written by `gearlash run`.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// mat (MATLAB), parquet, npz (numpy) or netcdf.
+    #[arg(long, value_name = "FORMAT", value_parser = export::format)]
+    format: ExportFormat,
+    /// Only the analysis of this name (may be repeated).
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Columns called rms_mesh_1 instead of rms.mesh_1, which programs take as names (always so in .mat).
+    #[arg(long)]
+    safe_names: bool,
+    /// Folder of the files [default: DIR].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
 struct MergeArguments {
     /// Folders of the parts, each written by `gearlash run --shard I/N`.
     #[arg(required = true, value_name = "DIR")]
@@ -121,6 +188,9 @@ struct CheckArguments {
     /// As JSON.
     #[arg(long)]
     json: bool,
+    /// Draw the train too: .svg, .png or .pdf [default: <file stem>.svg].
+    #[arg(long, value_name = "PATH", num_args = 0..=1, require_equals = true)]
+    figure: Option<Option<PathBuf>>,
 }
 
 /// Exit status: some analysis ended early.
@@ -150,6 +220,9 @@ pub fn main() -> ExitCode {
     }
     let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Plot(arguments) => plot::plot(&arguments),
+        Command::Compare(arguments) => compare::compare(&arguments),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),
         Command::Check(arguments) => check::check(&arguments).map(|()| ExitCode::SUCCESS),
         Command::Elements { json } => print(&elements::list(json)),

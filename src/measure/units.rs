@@ -2,7 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::model::{Body, Model, Motion, ReportUnits, Structure};
-use crate::report::{Column, Values};
+use crate::report::{Column, Values, Words};
 use std::f64::consts::TAU;
 
 /// What the numbers of a column are.
@@ -73,13 +73,9 @@ impl Heading {
         }
     }
 
-    /// Text of an axis: the name with its unit.
+    /// Text of an axis: the name in words with its unit.
     pub fn axis(&self) -> String {
-        if self.unit.is_empty() {
-            self.name.clone()
-        } else {
-            format!("{} [{}]", self.name, self.unit)
-        }
+        Words::of(&self.name).axis(&self.unit)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Axes: range from the data, ticks at round numbers, text of the ticks.
 
+use crate::report::Scale;
 use kuva::render::render_utils::generate_ticks;
 
 /// A range with its ticks.
@@ -10,6 +11,7 @@ pub(super) struct Axis {
     pub ticks: Vec<Tick>,
     /// Common power of ten of the tick texts, 0 when they are plain.
     pub exponent: i32,
+    pub scale: Scale,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +22,8 @@ pub(super) struct Tick {
 
 /// Room between the data and the frame, as a share of the span.
 const MARGIN: f64 = 0.05;
+/// Room of a logarithmic axis, as a factor.
+const LOG_ROOM: f64 = 1.15;
 
 impl Axis {
     /// Axis over exactly this range, in whichever order its ends are given.
@@ -34,6 +38,60 @@ impl Axis {
             high,
             ticks,
             exponent,
+            scale: Scale::Linear,
+        }
+    }
+
+    /// Logarithmic axis over the positive data, or over the range given as far as it is positive.
+    pub fn logarithmic(range: Option<(f64, f64)>, data: impl Iterator<Item = f64>) -> Self {
+        let (low, high) = extent(data.filter(|v| *v > 0.0)).unwrap_or((0.1, 1.0));
+        let (low, high) = match range {
+            Some((a, b)) if a.max(b) > 0.0 => (a.min(b), a.max(b)),
+            _ => (low / LOG_ROOM, high * LOG_ROOM),
+        };
+        let low = if low > 0.0 { low } else { 1e-3 * high };
+        let high = if high > low { high } else { 10.0 * low };
+        let decades = (high / low).log10();
+        let within = |v: &f64| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9);
+        let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
+        let stride = (decades / 7.0).ceil().max(1.0) as i32;
+        let factors: &[f64] = if decades < 2.0 {
+            &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0]
+        };
+        let powers = powers.filter(|p| p.rem_euclid(stride) == 0);
+        let values = powers.flat_map(|p| factors.iter().map(move |f| (*f, p)));
+        let ticks = values.map(|(f, p)| Tick {
+            value: f * 10f64.powi(p),
+            text: match (f == 1.0, (-2..4).contains(&p)) {
+                (_, true) => format!("{}", f * 10f64.powi(p)),
+                (true, _) => power_of_ten(p).trim_start_matches('\u{d7}').to_string(),
+                _ => format!("{f}{}", power_of_ten(p)),
+            },
+        });
+        Axis {
+            low,
+            high,
+            ticks: ticks.filter(|t| within(&t.value)).collect(),
+            exponent: 0,
+            scale: Scale::Log,
+        }
+    }
+
+    /// One place for each name, the first on top.
+    pub fn of_names(names: &[String]) -> Self {
+        let count = names.len();
+        let tick = |(k, name): (usize, &String)| Tick {
+            value: (count - 1 - k) as f64,
+            text: name.clone(),
+        };
+        Axis {
+            low: -0.6,
+            high: count.max(1) as f64 - 0.4,
+            ticks: names.iter().enumerate().map(tick).collect(),
+            exponent: 0,
+            scale: Scale::Linear,
         }
     }
 
@@ -66,7 +124,11 @@ impl Axis {
     /// Where a value lies: 0 at the low end, 1 at the high end. Far outside values are brought near, so that coordinates
     /// stay small numbers.
     pub fn share(&self, value: f64) -> f64 {
-        ((value - self.low) / (self.high - self.low)).clamp(-10.0, 11.0)
+        let share = match self.scale {
+            Scale::Linear => (value - self.low) / (self.high - self.low),
+            Scale::Log => (value / self.low).ln() / (self.high / self.low).ln(),
+        };
+        share.clamp(-10.0, 11.0)
     }
 }
 
@@ -166,6 +228,15 @@ mod tests {
         assert_eq!(Axis::framing([0.01, 2.0].into_iter(), 5).low, 0.0);
         assert_eq!(Axis::framing([0.0, 0.0].into_iter(), 5).low, 0.0);
         assert!(Axis::framing([-0.1, 2.0].into_iter(), 5).low < -0.1);
+    }
+
+    #[test]
+    fn decades_have_ticks() {
+        let axis = Axis::logarithmic(None, [1e-6, 0.0, 2e-2].into_iter());
+        assert_eq!(labels(&axis), ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "0.01"]);
+        assert!((axis.share((axis.low * axis.high).sqrt()) - 0.5).abs() < 1e-12);
+        let axis = Axis::logarithmic(Some((1.0, 30.0)), [2.0].into_iter());
+        assert_eq!(labels(&axis), ["1", "2", "5", "10", "20"]);
     }
 
     #[test]

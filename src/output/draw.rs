@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
 
-use super::legend::NEUTRAL;
+use super::look::{Mark, NEUTRAL};
 
 /// Adds a path that is stroked and not filled; nothing when it is empty.
 pub(super) fn stroke(scene: &mut Scene, d: String, color: &str, width: f64, dashes: Option<&str>) {
@@ -18,21 +18,6 @@ pub(super) fn stroke(scene: &mut Scene, d: String, color: &str, width: f64, dash
         stroke_width: width,
         opacity: None,
         stroke_dasharray: dashes.map(str::to_string),
-    })));
-}
-
-/// Adds a path that is filled and not stroked; nothing when it is empty.
-pub(super) fn fill(scene: &mut Scene, d: String, color: &str) {
-    if d.is_empty() {
-        return;
-    }
-    scene.add(Primitive::Path(Box::new(PathData {
-        d,
-        fill: Some(color.into()),
-        stroke: "none".into(),
-        stroke_width: 0.0,
-        opacity: None,
-        stroke_dasharray: None,
     })));
 }
 
@@ -51,37 +36,83 @@ pub(super) fn dots(scene: &mut Scene, points: &[(f64, f64)], color: &str, size: 
     scene.add(Primitive::GroupEnd);
 }
 
-/// Diagonal crosses.
+/// Small diagonal crosses.
 pub(super) fn crosses(scene: &mut Scene, points: &[(f64, f64)], color: &str) {
     let mut d = String::new();
     for (x, y) in points {
-        let _ = write!(d, "M{:.2} {:.2}l6 6m0 -6l-6 6", x - 3.0, y - 3.0);
+        let _ = write!(d, "M{:.2} {:.2}l4 4m0 -4l-4 4", x - 2.0, y - 2.0);
     }
-    stroke(scene, d, color, 1.2, None);
+    stroke(scene, d, color, 0.8, None);
 }
 
-/// Marker of an event: its own shape for each kind, with a white edge so that it stands out on a curve.
+/// Adds a path that is filled, with an edge if it has a colour; nothing when it is empty.
+pub(super) fn fill(scene: &mut Scene, d: String, color: &str, edge: Option<&str>) {
+    if d.is_empty() {
+        return;
+    }
+    scene.add(Primitive::Path(Box::new(PathData {
+        d,
+        fill: Some(color.into()),
+        stroke: edge.unwrap_or(color).into(),
+        stroke_width: if edge.is_some() { 0.6 } else { 0.0 },
+        opacity: None,
+        stroke_dasharray: None,
+    })));
+}
+
+/// Open marks on a curve, white inside.
+pub(super) fn marks(scene: &mut Scene, points: &[(f64, f64)], mark: Mark, color: &str) {
+    let mut d = String::new();
+    for (x, y) in points {
+        let _ = match mark {
+            Mark::None => return,
+            Mark::Circle => write!(
+                d,
+                "M{:.2} {y:.2}a2.6 2.6 0 1 0 5.2 0a2.6 2.6 0 1 0 -5.2 0Z",
+                x - 2.6
+            ),
+            Mark::Square => write!(d, "M{:.2} {:.2}h4.6v4.6h-4.6Z", x - 2.3, y - 2.3),
+        };
+    }
+    if d.is_empty() {
+        return;
+    }
+    scene.add(Primitive::Path(Box::new(PathData {
+        d,
+        fill: Some("#ffffff".into()),
+        stroke: color.into(),
+        stroke_width: 1.0,
+        opacity: None,
+        stroke_dasharray: None,
+    })));
+}
+
+/// Marker of an event: small, its own shape for each kind, with a white edge so that it stands out on a curve.
 pub(super) fn marker(scene: &mut Scene, (x, y): (f64, f64), kind: &str) {
     let d = match kind {
-        "fold" => format!("M{x:.2} {:.2}l5 9h-10Z", y - 5.5),
-        "branch_point" => format!("M{:.2} {:.2}h8v8h-8Z", x - 4.0, y - 4.0),
-        "period_doubling" => format!("M{x:.2} {:.2}l5.5 5.5l-5.5 5.5l-5.5 -5.5Z", y - 5.5),
+        "fold" => format!("M{x:.2} {:.2}l3.4 6h-6.8Z", y - 3.8),
+        "branch_point" => format!("M{:.2} {:.2}h5.4v5.4h-5.4Z", x - 2.7, y - 2.7),
+        "period_doubling" => format!("M{x:.2} {:.2}l3.7 3.7l-3.7 3.7l-3.7 -3.7Z", y - 3.7),
         "neimark_sacker" => {
-            let left = x - 4.6;
-            format!("M{left:.2} {y:.2}a4.6 4.6 0 1 0 9.2 0a4.6 4.6 0 1 0 -9.2 0Z")
+            let left = x - 3.0;
+            format!("M{left:.2} {y:.2}a3 3 0 1 0 6 0a3 3 0 1 0 -6 0Z")
         }
         "grazing" => {
-            let d = format!("M{x:.2} {:.2}v10M{:.2} {y:.2}h10", y - 5.0, x - 5.0);
-            stroke(scene, d.clone(), "#ffffff", 3.6, None);
-            return stroke(scene, d, NEUTRAL, 1.8, None);
+            let d = format!("M{x:.2} {:.2}v7M{:.2} {y:.2}h7", y - 3.5, x - 3.5);
+            stroke(scene, d.clone(), "#ffffff", 2.8, None);
+            return stroke(scene, d, NEUTRAL, 1.2, None);
         }
-        _ => format!("M{x:.2} {:.2}l5 -9h-10Z", y + 5.5),
+        super::groups::SEVERAL => format!(
+            "M{x:.2} {:.2}l1.4 2.6l3 .4l-2.1 2.1l.5 3l-2.8 -1.4l-2.8 1.4l.5 -3l-2.1 -2.1l3 -.4Z",
+            y - 4.4
+        ),
+        _ => format!("M{x:.2} {:.2}l3.4 -6h-6.8Z", y + 3.8),
     };
     scene.add(Primitive::Path(Box::new(PathData {
         d,
         fill: Some(NEUTRAL.into()),
         stroke: "#ffffff".into(),
-        stroke_width: 1.0,
+        stroke_width: 0.8,
         opacity: None,
         stroke_dasharray: None,
     })));
@@ -94,6 +125,7 @@ pub(super) struct TextStyle {
     pub anchor: TextAnchor,
     /// Degrees, clockwise.
     pub rotate: Option<f64>,
+    pub bold: bool,
 }
 
 impl TextStyle {
@@ -103,6 +135,7 @@ impl TextStyle {
             size,
             anchor,
             rotate: None,
+            bold: false,
         }
     }
 }
@@ -117,7 +150,7 @@ pub(super) fn put_text(scene: &mut Scene, (x, y): (f64, f64), text: &str, style:
         size: style.size,
         anchor: style.anchor,
         rotate: style.rotate,
-        bold: false,
+        bold: style.bold,
         color: None,
     });
 }

@@ -9,23 +9,29 @@ use std::io::Write;
 use serde_json::Value;
 
 use super::legend::kind_text;
-use super::{RunOptions, orbit_data, plot_data, svg, table_file, table_files};
+use super::{
+    RunOptions, figure_file, orbit_data, page_sections as sections, plot_data, svg, table_file,
+    table_files,
+};
 use crate::error::Error;
-use crate::report::{Report, Table, Values, shown};
+use crate::report::{Column, Report, Table, Values, readable, shown};
 
 const STYLE: &str = include_str!("page.css");
 /// Each uses what those before it define.
-const SCRIPTS: [&str; 3] = [
+const SCRIPTS: [&str; 6] = [
+    include_str!("page_theme.js"),
     include_str!("page_axes.js"),
     include_str!("page_orbit.js"),
+    include_str!("page_reader.js"),
     include_str!("page.js"),
+    include_str!("page_events.js"),
 ];
 /// plotly.js, the bundle for plots in Cartesian coordinates, as the npm package `plotly.js-cartesian-dist-min` has it.
 const PLOTTING: &str = include_str!("plotting/plotly-cartesian.min.js");
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; \
                       style-src 'unsafe-inline'; img-src data: blob:";
 /// Rows of events shown; the file has them all.
-const EVENT_ROWS: usize = 60;
+const EVENT_ROWS: usize = 200;
 
 /// A page ready to be written.
 #[derive(Debug)]
@@ -76,6 +82,10 @@ pub fn render(reports: &[Report], options: &RunOptions) -> Result<Page, Error> {
     contents(&mut page, reports);
     page.push_str("</header>\n<main>\n");
     let stride = orbit_data::stride(reports);
+    sections::model(&mut page, &options.description);
+    if let Some(comparison) = &options.comparison {
+        sections::comparison(&mut page, comparison);
+    }
     for report in reports {
         section(&mut page, report, options, stride)?;
     }
@@ -98,7 +108,7 @@ fn contents(page: &mut String, reports: &[Report]) {
     if early > 0 {
         let _ = write!(page, ", {early} ended early");
     }
-    page.push_str(". Drag in a plot to zoom, double-click to zoom out, click a legend entry to hide it.</p>\n");
+    page.push_str(".<span class=\"screen\"> Drag in a plot to zoom, double-click to zoom out, click a legend entry to hide it; with the keyboard, Tab to a plot and walk along its curves with the arrow keys.</span></p>\n");
     page.push_str("<nav aria-label=\"Contents\"><strong>Contents</strong>\n<ol>\n");
     for report in reports {
         let _ = writeln!(
@@ -148,7 +158,7 @@ fn section(
     }
     list(page, "Warnings", "note", &report.warnings);
     list(page, "Assumed", "soft", &report.assumed);
-    plot(page, report, stride)?;
+    plots(page, report, stride)?;
     branches(page, report);
     if let Some(table) = report.table("events").filter(|t| t.rows() > 0) {
         events(page, report, table);
@@ -170,24 +180,28 @@ fn list(page: &mut String, title: &str, class: &str, entries: &[String]) {
     page.push_str("</ul></div>\n");
 }
 
-fn plot(page: &mut String, report: &Report, stride: usize) -> Result<(), Error> {
-    let Some(figure) = &report.figure else {
-        return Ok(());
-    };
-    let name = escape(&report.name);
-    let mut data = plot_data::value(figure, report)?;
-    data["orbits"] = orbit_data::value(report, stride)?;
-    let data = data.to_string();
-    let _ = write!(
-        page,
-        "<div class=\"plot\" data-source=\"data-{name}\" data-name=\"{name}\">\
-         <img alt=\"{}\" src=\"data:image/svg+xml,{}\"></div>\n\
-         <script type=\"application/json\" id=\"data-{name}\">{}</script>\n",
-        escape(&figure.title),
-        percent_encode(&svg::render(figure, report)?),
-        // Inside JSON strings only; keeps </script> and <!-- from ending the element.
-        shown(&data).replace('<', "\\u003c")
-    );
+fn plots(page: &mut String, report: &Report, stride: usize) -> Result<(), Error> {
+    for (figure_name, figure) in report.figures() {
+        let name = match figure_name {
+            "" => escape(&report.name),
+            figure => escape(&format!("{}.{figure}", report.name)),
+        };
+        let mut data = plot_data::value(figure, report)?;
+        if figure_name.is_empty() {
+            data["orbits"] = orbit_data::value(report, stride)?;
+        }
+        let data = data.to_string();
+        let _ = write!(
+            page,
+            "<div class=\"plot\" data-source=\"data-{name}\" data-name=\"{name}\">\
+             <img alt=\"{}\" src=\"data:image/svg+xml,{}\"></div>\n\
+             <script type=\"application/json\" id=\"data-{name}\">{}</script>\n",
+            escape(&figure.title),
+            percent_encode(&svg::render(figure, report)?),
+            // Inside JSON strings only; keeps </script> and <!-- from ending the element.
+            shown(&data).replace('<', "\\u003c")
+        );
+    }
     Ok(())
 }
 
@@ -224,29 +238,25 @@ fn plain(value: &Value) -> String {
 }
 
 fn events(page: &mut String, report: &Report, table: &Table) {
-    page.push_str("<h3>Events</h3>\n<div class=\"scroll\"><table><thead><tr>");
+    page.push_str("<h3>Events</h3>\n<div class=\"scroll\"><table class=\"events\"><thead><tr>");
     for column in &table.columns {
-        let class = match column.values {
-            Values::Text(_) => "",
-            _ => " class=\"number\"",
-        };
         let unit = match column.unit.as_str() {
             "" => String::new(),
             unit => format!(" [{}]", escape(unit)),
         };
-        let _ = write!(page, "<th{class}>{}{unit}</th>", escape(&column.name));
+        let name = escape(&readable(&column.name));
+        let _ = write!(page, "<th class=\"{}\">{name}{unit}</th>", class(column));
     }
     page.push_str("</tr></thead><tbody>\n");
     for row in 0..table.rows().min(EVENT_ROWS) {
         page.push_str("<tr>");
         for column in &table.columns {
-            let _ = match &column.values {
-                Values::Float(v) => write!(page, "<td class=\"number\">{}</td>", short(v[row])),
-                Values::Integer(v) => write!(page, "<td class=\"number\">{}</td>", v[row]),
-                Values::Text(v) => {
-                    write!(page, "<td>{}</td>", escape(&cell(&column.name, &v[row])))
-                }
+            let text = match &column.values {
+                Values::Float(v) => short(v[row]),
+                Values::Integer(v) => v[row].to_string(),
+                Values::Text(v) => escape(&cell(&column.name, &v[row])),
             };
+            let _ = write!(page, "<td class=\"{}\">{text}</td>", class(column));
         }
         page.push_str("</tr>\n");
     }
@@ -261,6 +271,20 @@ fn events(page: &mut String, report: &Report, table: &Table) {
     }
 }
 
+/// Class of the cells of a column: numbers stand at the right; what a narrow page can do without is `spare`.
+fn class(column: &Column) -> &'static str {
+    let is_spare = ["bracket_", "rms.", "multiplicity", "after_point"]
+        .iter()
+        .any(|front| column.name.starts_with(front))
+        || column.name.ends_with("_method");
+    match (&column.values, is_spare) {
+        (Values::Text(_), false) => "",
+        (Values::Text(_), true) => "spare",
+        (_, false) => "number",
+        (_, true) => "number spare",
+    }
+}
+
 fn cell(column: &str, text: &str) -> String {
     match column {
         "kind" => kind_text(text),
@@ -269,7 +293,7 @@ fn cell(column: &str, text: &str) -> String {
 }
 
 /// Seven digits; empty for NaN.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     match plot_data::rounded(value) {
         Value::Null => String::new(),
         number => number.to_string(),
@@ -295,9 +319,9 @@ fn files(page: &mut String, report: &Report, options: &RunOptions) {
         .flat_map(|table| table_files(report, table))
         .collect();
     names.push(format!("{}.json", report.name));
-    if report.figure.is_some() {
-        let figures = options.figures.iter();
-        names.extend(figures.map(|f| format!("{}.{}", report.name, f.extension())));
+    for (figure, _) in report.figures() {
+        let formats = options.figures.iter();
+        names.extend(formats.map(|format| figure_file(report, figure, *format)));
     }
     let links: Vec<String> = names
         .iter()
@@ -325,7 +349,7 @@ fn footer(page: &mut String, options: &RunOptions) {
 }
 
 /// Text made safe for content and for quoted attributes.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in shown(text).chars() {
         match c {
@@ -341,7 +365,7 @@ fn escape(text: &str) -> String {
 }
 
 /// A document as the body of a data address: only what an address or the attribute around it cannot hold is encoded.
-fn percent_encode(text: &str) -> String {
+pub(super) fn percent_encode(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + text.len() / 8);
     for byte in text.bytes() {
         match byte {

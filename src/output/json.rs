@@ -7,6 +7,8 @@ use crate::report::{Report, Table};
 
 /// Key of the summary that goes to `timings.json` instead.
 pub const TIMINGS: &str = "timings";
+/// Key of what is drawn and how, for drawing again.
+pub(super) const FIGURES: &str = "drawing";
 
 /// The content of `NAME.json`.
 ///
@@ -25,10 +27,19 @@ pub fn value(report: &Report) -> Value {
     let tables = report.tables.iter().map(|t| table(report, t)).collect();
     map.insert("tables".into(), Value::Array(tables));
     for (key, value) in &report.summary {
-        let is_own = ["warnings", "ended_early", TIMINGS].contains(&key.as_str());
+        let is_own = ["warnings", "ended_early", TIMINGS, FIGURES].contains(&key.as_str());
         if !is_own && !map.contains_key(key) {
             map.insert(key.clone(), value.clone());
         }
+    }
+    if report.figure.is_some() {
+        let figures = json!({
+            "figure": report.figure,
+            "further_figures": report.further_figures,
+            "plot": report.plot,
+            "connections": report.connections,
+        });
+        map.insert(FIGURES.into(), figures);
     }
     map.insert("warnings".into(), json!(report.warnings));
     map.insert("ended_early".into(), json!(report.ended_early));
@@ -40,12 +51,18 @@ fn columns(table: &Table) -> Vec<Value> {
     table.columns.iter().map(column).collect()
 }
 
+/// Columns with the kind of their values: what reads the file back needs it.
+fn kinds(table: &Table) -> Vec<Value> {
+    let column = |c: &crate::report::Column| json!({"name": c.name, "unit": c.unit, "kind": c.values.kind()});
+    table.columns.iter().map(column).collect()
+}
+
 fn table(report: &Report, table: &Table) -> Value {
     json!({
         "name": table.name,
         "file": table_file(report, table),
         "rows": report.rows(table),
-        "columns": columns(table),
+        "columns": kinds(table),
     })
 }
 

@@ -1,54 +1,64 @@
 //! Legend of a static figure: entries in columns below the panels, where they cannot cover a curve.
 
+use kuva::render::render::{Scene, TextAnchor};
+
+use super::draw::{TextStyle, crosses, dots, fill, marker, marks, put_text, stroke};
+use super::groups::{self, Group, SEVERAL};
+use super::look::{self, FAINT, NEUTRAL, Rank, tint};
 use super::series::{Drawing, Series, State};
+use super::shown::Shown;
+use super::svg::Sheet;
+use super::text::{cut, text_width};
+use crate::report::readable;
 
 /// Sample drawn before the text of an entry.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Sample {
-    Stroke(State),
+enum Sample {
+    /// A curve of this rank.
+    Curve(Rank),
+    /// What a stroke means.
+    State(State),
     Cross,
     Dot,
+    Halo,
     Patch(String),
     Event(String),
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Entry {
-    pub sample: Sample,
-    pub color: &'static str,
-    pub text: String,
+struct Entry {
+    sample: Sample,
+    color: &'static str,
+    text: String,
 }
 
-/// Colour of what belongs to no curve: events, the meaning of dashes.
-pub(super) const NEUTRAL: &str = "#222222";
-
 /// Width of the sample with its gap, in pixels.
-pub(super) const SAMPLE_WIDTH: f64 = 40.0;
+const SAMPLE_WIDTH: f64 = 32.0;
 
 /// Entries in order of appearance: curves, then the meaning of the strokes, then the kinds of events.
-pub(super) fn entries(panels: &[Vec<Series>]) -> Vec<Entry> {
-    let (mut curves, mut states, mut events) = (Vec::new(), Vec::new(), Vec::new());
-    for series in panels.iter().flatten() {
-        let sample = match &series.drawing {
-            Drawing::Runs(runs) => {
+fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<Entry> {
+    let (mut list, mut states) = (Vec::new(), Vec::new());
+    for panel in panels {
+        for series in &panel.list {
+            if let Drawing::Runs(runs) = &series.drawing {
                 states.extend(runs.iter().map(|r| r.state));
-                Sample::Stroke(State::Plain)
             }
-            Drawing::Crosses => Sample::Cross,
-            Drawing::Dots => Sample::Dot,
-            Drawing::Cells(raster) => {
+            if let Drawing::Cells(raster) = &series.drawing {
                 for level in raster.legend() {
-                    let sample = Sample::Patch(level.color.clone());
-                    push(&mut curves, sample, NEUTRAL, &level.text);
+                    push(
+                        &mut list,
+                        Sample::Patch(level.color.clone()),
+                        NEUTRAL,
+                        &level.text,
+                    );
                 }
-                continue;
             }
-            Drawing::Events(kinds) => {
-                events.extend(visible_kinds(series, kinds));
-                continue;
+            // A panel says itself what its only curve is.
+            let label = readable(&series.curve.label);
+            if label != panel.panel.heading || label.is_empty() {
+                push_curve(&mut list, panel, series, &label);
             }
-        };
-        push(&mut curves, sample, series.color(), &series.curve.label);
+        }
     }
     for (state, text) in [
         (State::Stable, "stable"),
@@ -56,14 +66,36 @@ pub(super) fn entries(panels: &[Vec<Series>]) -> Vec<Entry> {
         (State::Unknown, "stability unknown"),
     ] {
         if states.contains(&state) {
-            push(&mut curves, Sample::Stroke(state), NEUTRAL, text);
+            push(&mut list, Sample::State(state), NEUTRAL, text);
         }
     }
-    for kind in events {
-        let text = kind_text(&kind);
-        push(&mut curves, Sample::Event(kind), NEUTRAL, &text);
+    for kind in groups::kinds(groups) {
+        let text = match kind {
+            SEVERAL => "several events".to_string(),
+            kind if groups::short(kind) == kind_text(kind) => kind_text(kind),
+            kind => format!("{} ({})", kind_text(kind), groups::short(kind)),
+        };
+        push(&mut list, Sample::Event(kind.to_string()), NEUTRAL, &text);
     }
-    curves
+    list
+}
+
+fn push_curve(list: &mut Vec<Entry>, panel: &Shown<'_>, series: &Series<'_>, label: &str) {
+    let has_lines = || {
+        panel
+            .list
+            .iter()
+            .any(|s| matches!(s.drawing, Drawing::Runs(_)))
+    };
+    match &series.drawing {
+        Drawing::Runs(_) => push(list, Sample::Curve(series.rank), series.color, label),
+        Drawing::Crosses => push(list, Sample::Cross, FAINT, label),
+        Drawing::Dots if series.rank.place > 0 => push(list, Sample::Halo, series.color, label),
+        Drawing::Dots if has_lines() => push(list, Sample::Dot, NEUTRAL, label),
+        Drawing::Dots => push(list, Sample::Dot, series.color, label),
+        Drawing::Coloured(_) | Drawing::Cells(_) | Drawing::Bars(_) => {}
+        Drawing::Tornado(_) | Drawing::Events(_) => {}
+    }
 }
 
 /// Kind of an event as it is said.
@@ -72,14 +104,6 @@ pub(super) fn kind_text(kind: &str) -> String {
         "neimark_sacker" => "Neimark-Sacker".to_string(),
         other => other.replace('_', " "),
     }
-}
-
-fn visible_kinds(series: &Series, kinds: &[String]) -> Vec<String> {
-    let drawn = |k: usize| series.x[k].is_finite() && series.y[k].is_finite();
-    (0..kinds.len().min(series.y.len()))
-        .filter(|&k| drawn(k))
-        .map(|k| kinds[k].clone())
-        .collect()
 }
 
 /// Adds an entry; one that says the same in another colour, as panels do, becomes neutral instead.
@@ -97,24 +121,62 @@ fn push(list: &mut Vec<Entry>, sample: Sample, color: &'static str, text: &str) 
     }
 }
 
-/// Columns of equal width that hold the entries; texts too long for the page are cut.
-pub(super) fn columns(entries: &mut [Entry], width: f64, font: f64) -> usize {
-    let room = ((width - SAMPLE_WIDTH) / (CHARACTER * font)) as usize;
-    for entry in entries.iter_mut() {
-        if entry.text.chars().count() > room {
-            entry.text = entry.text.chars().take(room.saturating_sub(1)).collect();
-            entry.text.push('…');
-        }
+/// Draws the legend and moves `top` below it.
+pub(super) fn draw(
+    scene: &mut Scene,
+    sheet: &Sheet,
+    panels: &[Shown<'_>],
+    groups: &[Group],
+    left: f64,
+    top: &mut f64,
+) {
+    let mut entries = entries(panels, groups);
+    let font = f64::from(sheet.tick);
+    let row = 1.55 * font;
+    let width = sheet.width - left - 10.0;
+    let mut widest = 0.0_f64;
+    for entry in &mut entries {
+        entry.text = cut(&entry.text, font, width - SAMPLE_WIDTH);
+        widest = widest.max(text_width(&entry.text, font));
     }
-    let widest = entries.iter().map(|e| text_width(&e.text, font));
-    let widest = widest.fold(0.0, f64::max) + SAMPLE_WIDTH + 16.0;
-    ((width / widest) as usize).clamp(1, entries.len().max(1))
+    let columns =
+        ((width / (widest + SAMPLE_WIDTH + 14.0)) as usize).clamp(1, entries.len().max(1));
+    for (index, entry) in entries.iter().enumerate() {
+        let x = left + (index % columns) as f64 * width / columns as f64;
+        let y = *top + (index / columns) as f64 * row + 5.0;
+        sample(scene, entry, (x, y));
+        let at = (x + SAMPLE_WIDTH, y + 0.36 * font);
+        put_text(
+            scene,
+            at,
+            &entry.text,
+            TextStyle::level(sheet.tick, TextAnchor::Start),
+        );
+    }
+    *top += entries.len().div_ceil(columns) as f64 * row + 3.0;
 }
 
-/// Mean width of a character over the font size, for the wide fonts among those asked for.
-const CHARACTER: f64 = 0.6;
-
-/// Estimated width of a text.
-pub(super) fn text_width(text: &str, font: f64) -> f64 {
-    text.chars().count() as f64 * CHARACTER * font
+fn sample(scene: &mut Scene, entry: &Entry, (x, y): (f64, f64)) {
+    let length = SAMPLE_WIDTH - 8.0;
+    let middle = (x + length / 2.0, y);
+    let line = format!("M{x:.2} {y:.2}h{length:.2}");
+    match &entry.sample {
+        Sample::Curve(rank) => {
+            let look = look::stroke(entry.color, *rank);
+            stroke(scene, line, &look.color, look.width, None);
+            marks(scene, &[middle], look.mark, &look.color);
+        }
+        Sample::State(state) => {
+            let (width, dashes) = look::state_stroke(1.6, *state);
+            stroke(scene, line, entry.color, width, dashes);
+        }
+        Sample::Cross => crosses(scene, &[middle], entry.color),
+        Sample::Dot => dots(scene, &[middle], entry.color, 3.6),
+        Sample::Halo => dots(scene, &[middle], &tint(entry.color, 0.62), 7.9),
+        Sample::Patch(color) => {
+            let d = format!("M{x:.2} {:.2}h{length:.2}v9h-{length:.2}Z", y - 4.5);
+            fill(scene, d, color, None);
+        }
+        Sample::Event(kind) => marker(scene, middle, kind),
+    }
 }

@@ -3,10 +3,10 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use super::{Input, file_error};
+use super::{Input, RunOptions, file_error};
 use crate::error::Error;
 
 /// SHA-256 of a text as 64 hexadecimal digits.
@@ -43,18 +43,13 @@ pub fn size_and_hash(path: &Path) -> Result<(u64, String), Error> {
 /// Bytes read at once.
 const PIECE: usize = 1 << 16;
 
-/// The content of `manifest.json`: `program, version, inputs: [{name, size, sha256}], options,
+/// The content of `manifest.json`: `program, version, model, inputs: [{name, size, sha256}], options,
 /// files: [{name, size, sha256}]`. File names are relative to `out_dir`.
 ///
 /// # Errors
 ///
 /// `Error::File` when a written file cannot be read back.
-pub fn value(
-    out_dir: &Path,
-    inputs: &[Input],
-    options: &Map<String, Value>,
-    files: &[PathBuf],
-) -> Result<Value, Error> {
+pub fn value(out_dir: &Path, run: &RunOptions, files: &[PathBuf]) -> Result<Value, Error> {
     let mut list = Vec::new();
     for path in files {
         let (size, sha256) = size_and_hash(path)?;
@@ -68,8 +63,9 @@ pub fn value(
     Ok(json!({
         "program": env!("CARGO_PKG_NAME"),
         "version": env!("CARGO_PKG_VERSION"),
-        "inputs": inputs,
-        "options": options,
+        "model": run.description,
+        "inputs": run.inputs,
+        "options": run.settings,
         "files": list,
     }))
 }

@@ -4,6 +4,7 @@
 //! its own name is whole, also after an interruption or on a full disk.
 
 pub mod csv;
+pub mod export;
 pub mod folder;
 #[cfg(feature = "figures")]
 pub mod html;
@@ -19,19 +20,38 @@ pub mod stream;
 pub mod svg;
 
 #[cfg(feature = "figures")]
+pub mod arrange;
+#[cfg(feature = "figures")]
 mod axis;
 #[cfg(feature = "figures")]
 mod draw;
 #[cfg(feature = "figures")]
+mod groups;
+#[cfg(feature = "figures")]
 mod legend;
 #[cfg(feature = "figures")]
+mod look;
+#[cfg(feature = "figures")]
 mod orbit_data;
+#[cfg(feature = "figures")]
+mod page_sections;
+#[cfg(feature = "figures")]
+mod panel;
 #[cfg(feature = "figures")]
 mod plot_data;
 #[cfg(feature = "figures")]
 mod raster;
+pub mod results;
+#[cfg(feature = "figures")]
+pub mod schematic;
 #[cfg(feature = "figures")]
 mod series;
+#[cfg(feature = "figures")]
+mod shown;
+#[cfg(feature = "figures")]
+mod text;
+#[cfg(feature = "figures")]
+mod units;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -39,7 +59,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 
 use crate::error::Error;
-use crate::report::{Report, Table};
+use crate::report::{Comparison, Description, Report, Table};
 
 /// Format of the static figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,6 +100,10 @@ pub struct RunOptions {
     pub inputs: Vec<Input>,
     /// Options, tolerances and seeds for the manifest.
     pub settings: Map<String, Value>,
+    /// The model: names, numbers, connections, for the page and for comparisons.
+    pub description: Description,
+    /// What differs between two runs, on the page of their comparison.
+    pub comparison: Option<Comparison>,
 }
 
 /// An input file as the manifest lists it.
@@ -151,36 +175,41 @@ pub fn write_report(
     Ok(files)
 }
 
-/// Writes the figure of a report in every format asked for.
+/// Writes the figures of a report in every format asked for: `NAME.svg`, `NAME.FIGURE.svg`. Returns their paths.
+///
+/// # Errors
+/// As [`write_report`].
 #[cfg(feature = "figures")]
-fn write_figures(
+pub fn write_figures(
     out_dir: &Path,
     report: &Report,
     formats: &[FigureFormat],
 ) -> Result<Vec<PathBuf>, Error> {
-    let Some(figure) = &report.figure else {
-        return Ok(Vec::new());
-    };
-    let svg = svg::render(figure, report)?;
     let mut files = Vec::new();
-    for format in formats {
-        let path = out_dir.join(format!("{}.{}", report.name, format.extension()));
-        let bytes = match format {
-            FigureFormat::Svg => Ok(svg.clone().into_bytes()),
-            FigureFormat::Png => image::png(&svg),
-            FigureFormat::Pdf => image::pdf(&svg),
-        };
-        let bytes =
-            bytes.map_err(|message| file_error("draw", &path, std::io::Error::other(message)))?;
-        write_file(&path, |out| out.write_all(&bytes))?;
-        files.push(path);
+    for (name, figure) in report.figures() {
+        let svg = svg::render(figure, report)?;
+        for format in formats {
+            let path = out_dir.join(figure_file(report, name, *format));
+            let bytes = match format {
+                FigureFormat::Svg => Ok(svg.clone().into_bytes()),
+                FigureFormat::Png => image::png(&svg),
+                FigureFormat::Pdf => image::pdf(&svg),
+            };
+            let bytes = bytes
+                .map_err(|message| file_error("draw", &path, std::io::Error::other(message)))?;
+            write_file(&path, |out| out.write_all(&bytes))?;
+            files.push(path);
+        }
     }
     Ok(files)
 }
 
 /// Refuses every format: this build has no figures.
+///
+/// # Errors
+/// Always, when there is a format.
 #[cfg(not(feature = "figures"))]
-fn write_figures(
+pub fn write_figures(
     out_dir: &Path,
     report: &Report,
     formats: &[FigureFormat],
@@ -218,7 +247,7 @@ pub fn write_summary(
     });
     write_json(&timings, &Value::Object(times.collect()))?;
     let path = out_dir.join("manifest.json");
-    let value = manifest::value(out_dir, &options.inputs, &options.settings, &listed)?;
+    let value = manifest::value(out_dir, options, &listed)?;
     write_json(&path, &value)?;
     written.extend([timings, path]);
     Ok(written)
@@ -240,6 +269,46 @@ fn write_page(
 #[cfg(not(feature = "figures"))]
 fn write_page(_: &Path, _: &[Report], _: &RunOptions) -> Result<Vec<PathBuf>, Error> {
     Ok(Vec::new())
+}
+
+/// Draws a train into a file: SVG, PNG or PDF by the ending of its name.
+///
+/// # Errors
+/// `Error::File`: another ending, a model without bodies, a file that cannot be written.
+#[cfg(feature = "figures")]
+pub fn write_schematic(path: &Path, model: &Description) -> Result<(), Error> {
+    let failed = |message: String| file_error("draw", path, std::io::Error::other(message));
+    let svg = schematic::render(model)
+        .ok_or_else(|| failed("a reduced model has no bodies to draw".into()))?;
+    let bytes = match path.extension().and_then(|ending| ending.to_str()) {
+        Some("svg") => Ok(svg.into_bytes()),
+        Some("png") => image::png(&svg),
+        Some("pdf") => image::pdf(&svg),
+        _ => Err("wanted a name that ends with .svg, .png or .pdf".into()),
+    };
+    let bytes = bytes.map_err(failed)?;
+    write_file(path, |out| out.write_all(&bytes))
+}
+
+/// Refuses: this build has no figures.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "figures"))]
+pub fn write_schematic(path: &Path, _: &Description) -> Result<(), Error> {
+    let reason = "gearlash was built without the feature `figures`";
+    let source = std::io::Error::new(std::io::ErrorKind::Unsupported, reason);
+    Err(file_error("draw", path, source))
+}
+
+/// File name of a figure: `NAME.svg`, or `NAME.FIGURE.svg` for all but the first one.
+#[cfg(feature = "figures")]
+fn figure_file(report: &Report, figure: &str, format: FigureFormat) -> String {
+    let ending = format.extension();
+    match figure {
+        "" => format!("{}.{ending}", report.name),
+        figure => format!("{}.{figure}.{ending}", report.name),
+    }
 }
 
 /// File name of a table: `NAME.csv`, or `NAME.TABLE.csv` for all but the main one.
@@ -291,7 +360,10 @@ fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), Error> {
-    let folder = path.parent().unwrap_or(Path::new("."));
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
     let whole = || -> std::io::Result<()> {
         let mut temporary = new_file(folder)?;
         let mut buffer = std::io::BufWriter::new(temporary.as_file_mut());

@@ -1,12 +1,13 @@
 "use strict";
 (() => {
-  const GREY = "#222222";
   const STATES = {
-    stable: { width: 2, dash: "solid" },
-    plain: { width: 2, dash: "solid" },
-    unstable: { width: 2, dash: "7px,4px" },
-    unknown: { width: 1, dash: "solid" },
+    stable: { share: 1, dash: "solid" },
+    plain: { share: 1, dash: "solid" },
+    unstable: { share: 1, dash: "7px,4px" },
+    unknown: { share: 0.5, dash: "solid" },
   };
+  // Marks of the second and third of several curves that lie on each other.
+  const MARKS = ["", "circle-open", "square-open"];
   const SYMBOLS = {
     fold: "triangle-up", branch_point: "square", period_doubling: "diamond",
     neimark_sacker: "circle", grazing: "cross-thin",
@@ -20,7 +21,8 @@
   // One line of the hover box for each column that the point has.
   function hover(data, curve, row, panel) {
     const lines = [];
-    if (curve.label) lines.push("<b>" + text(curve.label) + "</b>");
+    const title = [panel.heading, curve.label].filter((word, i, all) => word && all.indexOf(word) === i);
+    if (title.length > 0) lines.push("<b>" + text(title.join(", ")) + "</b>");
     for (const [name, key] of curve.hover) lines.push(name + " " + number(data.columns[key][row]));
     lines.push(text(panel.y_label) + ": " + number(data.columns[curve.y][row]));
     return lines;
@@ -54,9 +56,12 @@
       x.push(null); y.push(null); tips.push(""); places.push(null);
     }
     const lone = curve.runs.every(([, first, end]) => end - first === 1);
+    const mark = MARKS[Math.min(curve.rank, 2)];
     return {
-      x, y, text: tips, customdata: places, hoverinfo: "text", mode: lone ? "markers" : "lines",
-      line: { color: curve.color, ...STATES[state] }, marker: { color: curve.color, size: 5 }, meta: { state, connection: connection(curve) },
+      x, y, text: tips, customdata: places, hoverinfo: "text", mode: lone ? "markers" : mark ? "lines+markers" : "lines",
+      line: { color: curve.color, width: STATES[state].share * (curve.width + 0.3), dash: STATES[state].dash },
+      marker: mark ? { color: curve.color, size: 7, symbol: mark, maxdisplayed: 40 } : { color: curve.color, size: 5 },
+      meta: { state, connection: connection(curve) },
     };
   }
 
@@ -82,6 +87,21 @@
       type: "scatter",
       text: rows.map((r) => hover(data, curve, r, panel).join("<br>")), hoverinfo: "text",
     };
+  }
+
+  // Coloured dots, bars.
+  function areaTrace(data, panel, curve, all) {
+    const x = data.columns[curve.x], y = data.columns[curve.y];
+    const bar = panel.bar ? { title: { text: text(panel.bar), side: "right" }, thickness: 12, outlinewidth: 0 } : undefined;
+    const common = { x, y, name: "", first: true, meta: { connection: connection(curve) } };
+    if (curve.style === "bars") {
+      return { ...common, type: "bar", width: curve.widths, marker: { color: curve.color, opacity: 0.6 } };
+    }
+    if (curve.style === "tornado") {
+      return { ...common, y: curve.names, type: "bar", orientation: "h", marker: { color: curve.color, opacity: 0.6 } };
+    }
+    const marker = { size: 6, color: curve.z, colorscale: "Viridis", colorbar: bar, showscale: true };
+    return { ...pointTrace(data, panel, curve, all, marker), name: "", first: true };
   }
 
   // Cells of a grid: a heat map, and an entry of the legend for every kind of cell. Kinds that are numbers lead to orbits.
@@ -120,16 +140,24 @@
       return kinds.map((kind) => {
         const rows = all.filter((r) => curve.kinds[r] === kind && data.columns[curve.y][r] !== null);
         const title = data.kinds[kind];
-        const marker = { symbol: SYMBOLS[kind] || "triangle-down", size: 10, color: GREY, line: { color: kind === "grazing" ? GREY : "#fff", width: kind === "grazing" ? 2 : 1 } };
+        const { ink, paper } = theme.colors();
+        const marker = { symbol: SYMBOLS[kind] || "triangle-down", size: 7, color: ink, line: { color: kind === "grazing" ? ink : paper, width: kind === "grazing" ? 1.5 : 0.8 } };
         const trace = pointTrace(data, panel, curve, rows, marker);
         trace.text = trace.text.map((t) => "<b>" + text(title) + "</b><br>" + t);
+        trace.meta.ink = kind === "grazing" ? ["marker.color", "marker.line.color"] : ["marker.color"];
         return { ...trace, name: text(title), first: true };
       }).filter((trace) => trace.x.length > 0);
     }
+    if (curve.style === "coloured" || curve.style === "bars" || curve.style === "tornado") {
+      return [areaTrace(data, panel, curve, all)];
+    }
     const crosses = curve.style === "crosses";
+    const onLines = panel.curves.some((other) => other.style === "runs");
     const marker = crosses
-      ? { symbol: "x-thin", size: 7, color: curve.color, line: { color: curve.color, width: 1.4 } }
-      : { size: 3, color: curve.color };
+      ? { symbol: "x-thin", size: 5, color: curve.color, line: { color: curve.color, width: 1 } }
+      : curve.rank > 0 ? { size: 9, color: curve.color, opacity: 0.35 }
+      : onLines ? { size: 5, color: theme.colors().ink }
+      : { size: all.length > 600 ? 3 : 5, color: curve.color };
     return [{ ...pointTrace(data, panel, curve, all, marker), name, first: true }];
   }
 
@@ -137,7 +165,7 @@
   function strokeEntries(traces) {
     const names = { stable: "stable", unstable: "unstable", unknown: "stability unknown" };
     return Object.keys(names).filter((s) => traces.some((t) => t.meta.state === s)).map((s) => ({
-      x: [null], y: [null], mode: "lines", name: names[s], line: { color: GREY, ...STATES[s] }, hoverinfo: "skip", meta: { toggles: s },
+      x: [null], y: [null], mode: "lines", name: names[s], line: { color: theme.colors().ink, width: 2 * STATES[s].share, dash: STATES[s].dash }, hoverinfo: "skip", meta: { toggles: s, ink: ["line.color"] },
     }));
   }
 
@@ -149,18 +177,25 @@
     const panelHeight = n === 1 ? 400 : 290;
     const height = n * panelHeight + (n - 1) * 80 + (small ? 230 : 160);
     const result = {
-      height, autosize: true, hovermode: "closest", dragmode: "zoom", paper_bgcolor: "#fff", plot_bgcolor: "#fff",
-      font: { family: "system-ui, 'DejaVu Sans', Arial, sans-serif", size: 13, color: "#1b1f24" },
-      margin: { l: small ? 62 : 78, r: 16, t: 30, b: 20 }, hoverlabel: { align: "left" },
+      height, autosize: true, hovermode: "closest", dragmode: "zoom", ...theme.layout(),
+      annotations: [],
+      margin: { l: small ? 62 : 78, r: 16, t: 34, b: 20 }, hoverlabel: { align: "left" },
       legend: { orientation: "h", x: 0, xanchor: "left", yanchor: "top", y: -70 / (n * panelHeight + (n - 1) * 80), tracegroupgap: 0, itemsizing: dotted ? "constant" : "trace" },
     };
     const inner = n * panelHeight + (n - 1) * 80;
     data.panels.forEach((panel, i) => {
       const top = 1 - (i * (panelHeight + 80)) / inner;
       const suffix = axes.suffix(i);
-      const frame = { showline: true, mirror: "allticks", ticks: "inside", linecolor: "#000", gridcolor: "#e8e8e8", zeroline: false, exponentformat: "power", automargin: true };
+      const frame = { showline: true, mirror: "allticks", ticks: "inside", zeroline: false, exponentformat: "power", automargin: true, ...theme.axis() };
+      const names = panel.curves.some((curve) => curve.style === "tornado");
       result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range.slice() };
       result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range.slice() };
+      if (data.shared && i > 0) result["xaxis" + suffix].matches = "x";
+      if (names) result["yaxis" + suffix] = { ...frame, type: "category", autorange: "reversed", anchor: "x" + suffix, domain: result["yaxis" + suffix].domain };
+      if (panel.log) result["yaxis" + suffix] = { ...result["yaxis" + suffix], type: "log", range: panel.y_range.map(Math.log10) };
+      if (panel.heading) {
+        result.annotations.push({ text: "<b>" + text(panel.heading) + "</b>", xref: "x" + suffix + " domain", yref: "y" + suffix + " domain", x: 0, y: 1, xanchor: "left", yanchor: "bottom", yshift: 3, showarrow: false });
+      }
     });
     return result;
   }
@@ -199,6 +234,7 @@
   async function draw(plot) {
     const data = JSON.parse(document.getElementById(plot.dataset.source).textContent);
     const canvas = document.createElement("div");
+    canvas.className = "canvas";
     plot.append(canvas);
     const config = { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", doubleClick: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "resetScale2d"], toImageButtonOptions: { format: "svg", filename: plot.dataset.name } };
     try {
@@ -208,7 +244,8 @@
       canvas.on("plotly_legendclick", (event) => toggleState(canvas, event));
       axes.attach(canvas, data, base);
       orbits.attach(plot, canvas, data);
-      plot.querySelectorAll("img").forEach((img) => { img.hidden = true; img.style.display = "none"; });
+      reader.attach(plot, canvas, list);
+      plot.classList.add("drawn");
     } catch (error) {
       canvas.remove(); // the static figure stays
       console.error(error);
@@ -222,4 +259,17 @@
     }
   }
   drawAll();
+  theme.onChange(() => document.querySelectorAll(".js-plotly-plot").forEach((canvas) => {
+    const { ink } = theme.colors();
+    canvas.data.forEach((trace, index) => {
+      const keys = (trace.meta || {}).ink || [];
+      if (keys.length > 0) Plotly.restyle(canvas, Object.fromEntries(keys.map((key) => [key, ink])), [index]);
+    });
+    const frames = {};
+    for (const key of Object.keys(canvas.layout || {}).filter((name) => /^[xy]axis/.test(name))) {
+      for (const [name, value] of Object.entries(theme.axis())) frames[key + "." + name] = value;
+    }
+    const { font, ...papers } = theme.layout();
+    Plotly.relayout(canvas, { ...papers, "font.color": font.color, ...frames });
+  }));
 })();

@@ -92,7 +92,7 @@ const axes = (() => {
   // Builds the controls that make sense for these data. `base`: the traces as drawn first.
   function attach(canvas, data, base) {
     const first = data.panels.find((panel) => panel.frequency);
-    const choice = { unit: first ? first.frequency.written : null, log: false };
+    const choice = { unit: first ? first.frequency.written : null, log: data.panels.every((panel) => panel.log) };
     const bar = document.createElement("div");
     bar.className = "controls";
     if (first) {
@@ -108,6 +108,7 @@ const axes = (() => {
     if (data.panels.every((panel) => logRange(data, panel))) {
       const box = document.createElement("input");
       box.type = "checkbox";
+      box.checked = choice.log;
       box.addEventListener("change", () => {
         choice.log = box.checked;
         changeScale(canvas, data, choice);

@@ -56,11 +56,11 @@ const orbits = (() => {
     const narrow = canvas.clientWidth < 700;
     const layout = {
       height: narrow ? 1080 : 560, showlegend: false, hovermode: "closest", margin: { l: 70, r: 16, t: 34, b: 50 },
-      font: { family: "system-ui, 'DejaVu Sans', Arial, sans-serif", size: 12, color: "#1b1f24" },
+      ...theme.layout(),
       grid: { rows: narrow ? 4 : 2, columns: narrow ? 1 : 2, pattern: "independent", xgap: 0.2, ygap: 0.28 },
     };
     titles.forEach(([x, y], i) => {
-      const frame = { showline: true, mirror: true, ticks: "inside", linecolor: "#000", gridcolor: "#e8e8e8", zeroline: false, exponentformat: "power", automargin: true };
+      const frame = { showline: true, mirror: true, ticks: "inside", zeroline: false, exponentformat: "power", automargin: true, ...theme.axis() };
       layout["xaxis" + axes.suffix(i)] = { ...frame, title: { text: x, standoff: 6 } };
       layout["yaxis" + axes.suffix(i)] = { ...frame, title: { text: y, standoff: 6 } };
     });

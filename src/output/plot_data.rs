@@ -4,12 +4,14 @@ use std::collections::HashSet;
 
 use serde_json::{Map, Value, json};
 
+use super::arrange::arranged;
 use super::legend::kind_text;
+use super::look::{self, FAINT};
 use super::raster::Level;
-use super::series::{Drawing, Series, State, floats, resolve};
-use super::svg;
+use super::series::{Drawing, Series, State, floats};
+use super::shown::{Shown, is_shared, shown};
 use crate::error::Error;
-use crate::report::{Figure, FrequencyAxis, FrequencyUnit, Report};
+use crate::report::{Figure, FrequencyUnit, Report, Scale, readable};
 
 /// Columns shown when the pointer is over a point, where the table has them; the first ones lead to its orbit.
 const HOVER: [&str; 5] = ["branch", "point", "after_point", "omega", "parameter"];
@@ -21,43 +23,51 @@ const CELLS: usize = 300;
 pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
     let mut columns = Map::new();
     let mut kinds = Map::new();
-    let mut panels = Vec::new();
-    for (panel, list) in figure.panels.iter().zip(&resolve(figure, report)?) {
+    let mut list = Vec::new();
+    let figure = arranged(figure, report)?;
+    let panels = shown(&figure, report)?;
+    for panel in &panels {
         let mut curves = Vec::new();
-        for series in list {
+        for series in &panel.list {
             if let Drawing::Events(names) = &series.drawing {
                 for name in names {
                     kinds.insert(name.clone(), json!(kind_text(name)));
                 }
             }
-            curves.push(curve(report, series, &mut columns)?);
+            curves.push(curve(report, panel, series, &mut columns)?);
         }
-        let (x, y) = svg::axes(panel, list);
-        panels.push(json!({
+        list.push(json!({
+            "heading": panel.panel.heading,
             "x_label": panel.x_label,
             "y_label": panel.y_label,
-            "x_range": [x.low, x.high],
-            "y_range": [y.low, y.high],
-            "frequency": panel.x_frequency.map(frequency),
+            "x_range": [panel.x.low, panel.x.high],
+            "y_range": [panel.y.low, panel.y.high],
+            "log": panel.y.scale == Scale::Log,
+            "frequency": frequency(panel),
+            "bar": panel.bar.as_ref().map(|bar| &bar.label),
             "curves": curves,
         }));
     }
-    Ok(json!({"columns": columns, "kinds": kinds, "panels": panels}))
+    Ok(json!({"columns": columns, "kinds": kinds, "panels": list, "shared": is_shared(&panels)}))
 }
 
 /// What the page needs to show the abscissa in another unit.
-fn frequency(axis: FrequencyAxis) -> Value {
-    let written = match axis.shown {
-        FrequencyUnit::Nondimensional => "\u{3c9}/\u{3c9}c",
-        FrequencyUnit::RadianPerSecond => "rad/s",
-        FrequencyUnit::Hertz => "Hz",
-        FrequencyUnit::RevolutionsPerMinute => "rpm",
+fn frequency(panel: &Shown<'_>) -> Option<Value> {
+    let axis = panel.panel.x_frequency?;
+    let written = match (panel.panel.x_unit.as_str(), axis.shown) {
+        (unit @ ("Hz" | "rpm" | "rad/s"), _) => unit,
+        ("", FrequencyUnit::Nondimensional) => "\u{3c9}/\u{3c9}c",
+        ("", FrequencyUnit::RadianPerSecond) => "rad/s",
+        ("", FrequencyUnit::Hertz) => "Hz",
+        ("", FrequencyUnit::RevolutionsPerMinute) => "rpm",
+        _ => return None,
     };
-    json!({"written": written, "omega_c": axis.omega_c})
+    Some(json!({"written": written, "omega_c": axis.omega_c}))
 }
 
 fn curve(
     report: &Report,
+    panel: &Shown<'_>,
     series: &Series,
     columns: &mut Map<String, Value>,
 ) -> Result<Value, Error> {
@@ -69,18 +79,35 @@ fn curve(
         }
         key
     };
-    let (x, y) = (&series.x_name, &series.curve.y);
-    // Curves of other rows of the same columns are other numbers.
+    // Curves of other rows of the same columns are other numbers, and so are those of another axis.
     let only = match &series.curve.only {
         Some((column, value)) => format!(" where {column} is {value}"),
         None => String::new(),
     };
+    let times = |name: &str, factor: f64| match factor {
+        1.0 => name.to_string(),
+        factor => format!("{name} times {factor}"),
+    };
+    let (own_x, own_y) = (&series.curve.x, &series.curve.y);
+    let (x, y) = (times(own_x, panel.factors.0), times(own_y, panel.factors.1));
+    let rows: Vec<usize> = match series.drawing {
+        Drawing::Dots => distinct(series),
+        _ => Vec::new(),
+    };
+    let at = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+    let look = look::stroke(series.color, series.rank);
     let mut out = json!({
-        "name": y,
-        "label": series.curve.label,
-        "color": series.color(),
+        "name": own_y,
+        "label": readable(&series.curve.label),
+        "color": match series.drawing {
+            Drawing::Runs(_) => look.color.as_str(),
+            Drawing::Crosses => FAINT,
+            _ => series.color,
+        },
         "style": style(&series.drawing),
-        "hover": [],
+        "rank": series.rank.place,
+        "ranks": series.rank.count,
+        "width": look.width,
     });
     if let Drawing::Cells(raster) = &series.drawing {
         let raster = raster.thinned(CELLS);
@@ -91,16 +118,18 @@ fn curve(
         let level = |l: &Level| json!([l.text, l.color]);
         out["levels"] = raster.levels.iter().map(level).collect();
         out["is_continuous"] = json!(raster.is_continuous);
+        out["hover"] = json!([]);
         return Ok(out);
     }
-    if series.drawing == Drawing::Dots {
-        let rows = distinct(series);
-        let at = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
-        out["x"] = json!(put(&format!("{x} against {y}{only}"), &at(&series.x)));
-        out["y"] = json!(put(&format!("{y} against {x}{only}"), &at(&series.y)));
-        let mut hover = vec![json!([x, out["x"]])];
-        for name in HOVER.iter().filter(|name| **name != *x) {
-            if series.table.column(name).is_some() {
+    let mut hover = Vec::new();
+    match series.drawing {
+        Drawing::Dots => {
+            out["x"] = json!(put(&format!("{x} against {y}{only}"), &at(&series.x)));
+            out["y"] = json!(put(&format!("{y} against {x}{only}"), &at(&series.y)));
+            for name in HOVER
+                .iter()
+                .filter(|name| **name != *own_x && series.table.column(name).is_some())
+            {
                 let values = at(&floats(report, series.table, name)?);
                 hover.push(json!([
                     name,
@@ -108,20 +137,29 @@ fn curve(
                 ]));
             }
         }
-        out["hover"] = Value::Array(hover);
-        return Ok(out);
-    }
-    out["x"] = json!(put(&format!("{x}{only}"), &series.x));
-    out["y"] = json!(put(y, &series.y));
-    let mut hover = Vec::new();
-    for name in HOVER {
-        if series.table.column(name).is_some() {
-            let values = floats(report, series.table, name)?;
-            hover.push(json!([name, put(name, &values)]));
+        Drawing::Tornado(_) => {
+            out["x"] = json!(put(&format!("length {own_y}"), &series.x));
+            out["y"] = json!(put(&format!("place {own_y}"), &series.y));
+        }
+        _ => {
+            out["x"] = json!(put(&format!("{x}{only}"), &series.x));
+            out["y"] = json!(put(&y, &series.y));
+            for name in HOVER
+                .iter()
+                .filter(|name| series.table.column(name).is_some())
+            {
+                let values = floats(report, series.table, name)?;
+                hover.push(json!([name, put(name, &values)]));
+            }
         }
     }
-    if !HOVER.contains(&x.as_str()) {
-        hover.push(json!([x, out["x"]]));
+    if !HOVER.contains(&own_x.as_str()) || series.drawing == Drawing::Dots {
+        let shown = panel.panel.x_frequency.map(|axis| axis.shown);
+        let name = match (own_x.as_str(), shown) {
+            ("frequency_hz", Some(FrequencyUnit::RevolutionsPerMinute)) => "speed_rpm",
+            (name, _) => name,
+        };
+        hover.push(json!([readable(name), out["x"]]));
     }
     out["hover"] = Value::Array(hover);
     match &series.drawing {
@@ -130,6 +168,13 @@ fn curve(
             out["runs"] = runs.iter().map(run).collect();
         }
         Drawing::Events(kinds) => out["kinds"] = json!(kinds),
+        Drawing::Coloured(values) => {
+            let factor = panel.bar.as_ref().map_or(1.0, |bar| bar.factor);
+            let values: Vec<f64> = values.iter().map(|v| v * factor).collect();
+            out["z"] = numbers(&values);
+        }
+        Drawing::Bars(widths) => out["widths"] = numbers(widths),
+        Drawing::Tornado(names) => out["names"] = json!(names),
         Drawing::Crosses | Drawing::Dots | Drawing::Cells(_) => {}
     }
     Ok(out)
@@ -140,8 +185,11 @@ fn style(drawing: &Drawing) -> &'static str {
         Drawing::Runs(_) => "runs",
         Drawing::Crosses => "crosses",
         Drawing::Dots => "dots",
-        Drawing::Cells(_) => "cells",
         Drawing::Events(_) => "events",
+        Drawing::Coloured(_) => "coloured",
+        Drawing::Cells(_) => "cells",
+        Drawing::Bars(_) => "bars",
+        Drawing::Tornado(_) => "tornado",
     }
 }
 

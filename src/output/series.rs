@@ -3,20 +3,10 @@
 
 use std::ops::Range;
 
-use super::legend::NEUTRAL;
+use super::look::{FAINT, NEUTRAL, PALETTE, Rank};
 use super::raster::Raster;
 use crate::error::{Diagnostic, Error};
-use crate::report::{
-    Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, Panel, Report, Table, Values,
-};
-
-/// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white.
-pub(super) const PALETTE: [&str; 6] = [
-    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9",
-];
-
-/// Index of the colour of dots on cells.
-const ON_CELLS: usize = usize::MAX;
+use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values, readable};
 
 /// Stability of a run of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,9 +32,16 @@ pub(super) enum Drawing {
     Runs(Vec<Run>),
     Crosses,
     Dots,
-    Cells(Raster),
     /// One kind a point.
     Events(Vec<String>),
+    /// One value a point, for its colour.
+    Coloured(Vec<f64>),
+    /// In the units of the columns until the panel is shown.
+    Cells(Raster),
+    /// One width a bar.
+    Bars(Vec<f64>),
+    /// Horizontal bars with their names; `x` their lengths, `y` their places from below.
+    Tornado(Vec<String>),
 }
 
 /// A curve with its numbers; `x` and `y` have equal length and may hold NaN.
@@ -52,36 +49,16 @@ pub(super) enum Drawing {
 pub(super) struct Series<'a> {
     pub curve: &'a Curve,
     pub table: &'a Table,
-    /// Column of the abscissae, or what they are in the unit of the axis.
-    pub x_name: String,
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub drawing: Drawing,
-    /// Index of the colour family within the figure.
-    pub color: usize,
+    /// Colour of the family, `#rrggbb`.
+    pub color: &'static str,
+    /// Place among the curves of the panel that show the same quantity drawn alike.
+    pub rank: Rank,
 }
 
 impl Series<'_> {
-    /// Colour as `#rrggbb`.
-    pub fn color(&self) -> &'static str {
-        if self.color == ON_CELLS {
-            return NEUTRAL;
-        }
-        PALETTE[self.color % PALETTE.len()]
-    }
-
-    /// Abscissae in the unit of the axis.
-    fn convert(&mut self, axis: Option<FrequencyAxis>) {
-        let Some(axis) = axis.filter(|axis| axis.written != axis.shown) else {
-            return;
-        };
-        let factor = axis.factor();
-        self.x.iter_mut().for_each(|x| *x *= factor);
-        if axis.shown == FrequencyUnit::RevolutionsPerMinute {
-            self.x_name = self.x_name.replace("frequency_hz", "speed_rpm");
-        }
-    }
-
     /// Points that can be drawn.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let pairs = self.x.iter().copied().zip(self.y.iter().copied());
@@ -89,39 +66,52 @@ impl Series<'_> {
     }
 }
 
-/// All series of a figure, one list a panel.
+/// A panel with its numbers, in the units of the columns.
+#[derive(Debug)]
+pub(super) struct Resolved<'a> {
+    pub panel: &'a Panel,
+    pub list: Vec<Series<'a>>,
+}
+
+/// All series of a figure, panel by panel.
 pub(super) fn resolve<'a>(
     figure: &'a Figure,
     report: &'a Report,
-) -> Result<Vec<Vec<Series<'a>>>, Error> {
-    let by_label = families_clash(figure);
-    let mut families: Vec<&str> = Vec::new();
+) -> Result<Vec<Resolved<'a>>, Error> {
+    // Connections come first, so that each has the same colour in every figure of a run.
+    let mut families: Vec<&str> = report.connections.iter().map(String::as_str).collect();
     let mut panels = Vec::new();
     for panel in &figure.panels {
         let mut list = Vec::new();
-        for curve in &panel.curves {
-            let family = family(curve, by_label);
-            let color = families.iter().position(|f| *f == family);
-            let is_colourless = match curve.style {
-                CurveStyle::Events { .. } | CurveStyle::Cells { .. } => true,
-                CurveStyle::Dots if has_cells(panel) => {
-                    list.push(series(report, curve, ON_CELLS)?);
-                    continue;
-                }
-                _ => false,
+        for (k, curve) in panel.curves.iter().enumerate() {
+            let rank = rank(&panel.curves, k);
+            let is_own = rank.count > MOST_ALIKE || !is_version(curve) && rank.count > 1;
+            let family = match is_own {
+                true => curve.label.as_str(),
+                false => family(curve),
             };
-            let color = color.unwrap_or_else(|| {
-                if is_colourless {
-                    return 0;
+            let color = match curve.style {
+                CurveStyle::Events { .. } => PALETTE[0],
+                CurveStyle::Crosses => FAINT,
+                // Cells have their colours by themselves, and dots on them are dark.
+                CurveStyle::Cells { .. } => NEUTRAL,
+                CurveStyle::Dots if has_cells(panel) => NEUTRAL,
+                _ => {
+                    let known = families.iter().position(|f| *f == family);
+                    let index = known.unwrap_or_else(|| {
+                        families.push(family);
+                        families.len() - 1
+                    });
+                    PALETTE[index % PALETTE.len()]
                 }
-                families.push(family);
-                families.len() - 1
-            });
-            let mut series = series(report, curve, color)?;
-            series.convert(panel.x_frequency);
-            list.push(series);
+            };
+            let rank = match is_own {
+                true => Rank { place: 0, count: 1 },
+                false => rank,
+            };
+            list.push(series(report, curve, color, rank)?);
         }
-        panels.push(list);
+        panels.push(Resolved { panel, list });
     }
     Ok(panels)
 }
@@ -131,59 +121,55 @@ fn has_cells(panel: &Panel) -> bool {
     panel.curves.iter().any(is_cells)
 }
 
+/// Curves of one quantity in a panel that share its colour; more have colours by their labels.
+const MOST_ALIKE: usize = 3;
+
 /// Name that decides the colour: the connection in `rms.mesh_1`, else the label.
-fn family(curve: &Curve, by_label: bool) -> &str {
+fn family(curve: &Curve) -> &str {
     match curve.y.split_once('.') {
-        Some((_, connection)) if !by_label => connection,
+        Some((_, connection)) if connection.parse::<usize>().is_err() => connection,
         _ => &curve.label,
     }
 }
 
-/// Whether some panel has two curves of one connection drawn alike: then labels decide the colours.
-fn families_clash(figure: &Figure) -> bool {
-    figure.panels.iter().any(|panel| {
-        panel.curves.iter().enumerate().any(|(i, a)| {
-            panel.curves[..i].iter().any(|b| {
-                std::mem::discriminant(&a.style) == std::mem::discriminant(&b.style)
-                    && !matches!(a.style, CurveStyle::Events { .. })
-                    && family(a, false) == family(b, false)
-                    && a.label != b.label
-            })
-        })
-    })
+/// Whether a curve is one of several versions of the same quantity: results of a method, of a sweep, of one of two runs. Curves
+/// that differ in anything else, such as the order, have colours of their own.
+fn is_version(curve: &Curve) -> bool {
+    let columns = ["method", "run"];
+    (curve.only.as_ref()).is_none_or(|(column, _)| columns.contains(&column.as_str()))
 }
 
-fn series<'a>(report: &'a Report, curve: &'a Curve, color: usize) -> Result<Series<'a>, Error> {
+fn rank(curves: &[Curve], k: usize) -> Rank {
+    let is_alike = |other: &&Curve| {
+        std::mem::discriminant(&other.style) == std::mem::discriminant(&curves[k].style)
+            && family(other) == family(&curves[k])
+    };
+    Rank {
+        place: curves[..k].iter().filter(is_alike).count(),
+        count: curves.iter().filter(is_alike).count(),
+    }
+}
+
+fn series<'a>(
+    report: &'a Report,
+    curve: &'a Curve,
+    color: &'static str,
+    rank: Rank,
+) -> Result<Series<'a>, Error> {
     let table = report
         .table(&curve.table)
         .ok_or_else(|| misfit(report, format!("table \"{}\"", curve.table)))?;
     let mut x = floats(report, table, &curve.x)?;
-    if let Some((column, value)) = &curve.only {
-        let column = table
-            .column(column)
-            .ok_or_else(|| misfit(report, format!("column \"{column}\"")))?;
-        let is_drawn = |row: usize| match &column.values {
-            Values::Text(words) => words[row] == *value,
-            Values::Integer(numbers) => numbers[row].to_string() == *value,
-            Values::Float(numbers) => numbers[row].to_string() == *value,
-        };
-        x.iter_mut()
-            .enumerate()
-            .filter(|(row, _)| !is_drawn(*row))
-            .for_each(|(_, x)| *x = f64::NAN);
-    }
-    let y = match (&curve.style, table.column(&curve.y)) {
+    let mut y = match (&curve.style, table.column(&curve.y)) {
         (CurveStyle::Events { .. }, None) => ordinates_on_branches(report, table, curve, &x)?,
         _ => floats(report, table, &curve.y)?,
     };
+    let drawn = drawn_rows(report, table, curve)?;
+    let left_out = x.iter_mut().zip(drawn).filter(|(_, drawn)| !drawn);
+    left_out.for_each(|(x, _)| *x = f64::NAN);
     let drawing = match &curve.style {
         CurveStyle::Crosses => Drawing::Crosses,
         CurveStyle::Dots => Drawing::Dots,
-        CurveStyle::Cells { value, names } => {
-            let column = table.column(value);
-            let column = column.ok_or_else(|| misfit(report, format!("column \"{value}\"")))?;
-            Drawing::Cells(Raster::new(&x, &y, &column.values, names))
-        }
         CurveStyle::Line => Drawing::Runs(runs(&x, &y, &[], None)),
         CurveStyle::Branch { branch, stable } => {
             let branch = floats(report, table, branch)?;
@@ -191,16 +177,67 @@ fn series<'a>(report: &'a Report, curve: &'a Curve, color: usize) -> Result<Seri
             Drawing::Runs(runs(&x, &y, &branch, Some(&stable)))
         }
         CurveStyle::Events { kind } => Drawing::Events(texts(report, table, kind)?),
+        CurveStyle::Coloured { by } => Drawing::Coloured(floats(report, table, by)?),
+        CurveStyle::Cells { value, names } => {
+            let column = table
+                .column(value)
+                .ok_or_else(|| misfit(report, format!("column \"{value}\"")))?;
+            Drawing::Cells(Raster::new(&x, &y, &column.values, names))
+        }
+        CurveStyle::Bars { width } => {
+            let mut widths = floats(report, table, width)?;
+            let left_out = widths.iter_mut().zip(&x).filter(|(_, x)| !x.is_finite());
+            left_out.for_each(|(width, _)| *width = f64::NAN);
+            Drawing::Bars(widths)
+        }
+        CurveStyle::Tornado { name } => {
+            let own: Vec<usize> = (0..x.len()).filter(|row| x[*row].is_finite()).collect();
+            let names = texts(report, table, name)?;
+            x = own.iter().map(|row| y[*row]).collect();
+            y = (0..x.len()).rev().map(|k| k as f64).collect();
+            Drawing::Tornado(own.iter().map(|row| readable(&names[*row])).collect())
+        }
     };
     Ok(Series {
         curve,
         table,
-        x_name: curve.x.clone(),
         x,
         y,
         drawing,
         color,
+        rank,
     })
+}
+
+/// Whether each row belongs to a curve.
+fn drawn_rows(report: &Report, table: &Table, curve: &Curve) -> Result<Vec<bool>, Error> {
+    let rows = 0..table.rows();
+    if let (CurveStyle::Events { kind }, Some(kinds)) = (&curve.style, &report.plot.events) {
+        let words = texts(report, table, kind)?;
+        return Ok(words.iter().map(|word| kinds.contains(word)).collect());
+    }
+    let Some((name, value)) = &curve.only else {
+        return Ok(rows.map(|_| true).collect());
+    };
+    let column = table
+        .column(name)
+        .or_else(|| joined(report, table, name))
+        .ok_or_else(|| misfit(report, format!("column \"{name}\"")))?;
+    let is_drawn = |row: usize| match &column.values {
+        Values::Text(words) => words[row] == *value,
+        Values::Integer(numbers) => numbers[row].to_string() == *value,
+        Values::Float(numbers) => numbers[row].to_string() == *value,
+    };
+    Ok(rows.map(is_drawn).collect())
+}
+
+/// A column of the main table for another one that has the same points, row by row.
+fn joined<'a>(report: &'a Report, table: &Table, name: &str) -> Option<&'a Column> {
+    let main = report.table("")?;
+    let has_points = |t: &Table| t.column("branch").is_some() && t.column("point").is_some();
+    let column = main.column(name)?;
+    let is_same = has_points(main) && has_points(table) && main.rows() == table.rows();
+    is_same.then_some(column)
 }
 
 /// Ordinates of events whose table has none: interpolated in the main table between the two points that bracket the
@@ -279,7 +316,10 @@ fn same_branch(branch: &[f64], row: usize) -> bool {
 
 /// Numbers of a column, integers converted.
 pub(super) fn floats(report: &Report, table: &Table, name: &str) -> Result<Vec<f64>, Error> {
-    let column = table.column(name);
+    let column = match table.column(name) {
+        Some(column) => Some(column),
+        None => joined(report, table, name),
+    };
     match column.map(|c| &c.values) {
         Some(Values::Float(v)) => Ok(v.clone()),
         // Counts and marks: far below 2^53.

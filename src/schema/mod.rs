@@ -15,6 +15,7 @@ mod train;
 
 use crate::analysis;
 use crate::model::SCHEMA;
+use crate::report::Plot;
 use scalars::{nullable, text};
 use schemars::SchemaGenerator;
 use schemars::generate::SchemaSettings;
@@ -146,12 +147,14 @@ fn model() -> Value {
 fn define_analyses(definitions: &mut Map<String, Value>) {
     let mut generator = SchemaGenerator::new(SchemaSettings::draft07());
     let mut types = Vec::new();
+    let plot = generator.subschema_for::<Plot>().to_value();
     for (tag, about, settings) in analysis::TYPES {
         let mut own = settings(&mut generator).to_value();
         scalars::loosen(&mut own);
         own["title"] = json!(tag);
         own["description"] = json!(about);
         let mut properties = common(tag, about);
+        properties.insert("plot".into(), nullable(plot.clone()));
         if let Some(Value::Object(keys)) = own.get_mut("properties").map(Value::take) {
             properties.extend(keys);
         }

@@ -1,6 +1,6 @@
 //! Reading a model file into a study: every mistake that can be found before anything runs.
 
-use super::{Built, Run, Texts};
+use super::{Built, Run, Texts, plotting};
 use crate::analysis::{self, Analysis, Control, Setting};
 use crate::assembly::assemble;
 use crate::error::{Diagnostic, did_you_mean};
@@ -95,7 +95,10 @@ pub(super) fn load_run(
         assembly,
         control: &Unattended,
     };
-    let faults = analysis::check(analysis.as_ref(), &setting);
+    let mut faults = analysis::check(analysis.as_ref(), &setting);
+    if let Some(plot) = texts.plot.as_ref().filter(|_| faults.is_empty()) {
+        faults = plotting::check(plot, &analysis.tables(&setting), &assembly.connections);
+    }
     if faults.is_empty() {
         return Ok(Run {
             name: name.to_string(),

@@ -2,13 +2,13 @@
 
 use super::ensemble::conclude;
 use super::record::{Head, Record, journals};
-use super::{Outcome, RunSettings, Shard, Written};
+use super::{Outcome, RunSettings, Shard, Written, plotting};
 use crate::analysis::ParameterStudy;
 use crate::error::{Diagnostic, Error};
 use crate::output::manifest::size_and_hash;
 use crate::output::stream::{Lines, RowFile};
 use crate::output::{self, Input, RunOptions};
-use crate::report::{Column, Report};
+use crate::report::{Column, Description, Report};
 use indexmap::IndexMap;
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -24,6 +24,8 @@ struct Part {
 /// What a manifest says that matters here.
 #[derive(Deserialize)]
 struct Manifest {
+    #[serde(default)]
+    model: Description,
     inputs: Vec<Input>,
     options: Map<String, Value>,
     files: Vec<Input>,
@@ -86,6 +88,8 @@ pub fn merge(folders: &[PathBuf], settings: &RunSettings) -> Result<Outcome, Err
         figures: settings.figures.clone(),
         inputs: manifest.inputs,
         settings: manifest.options,
+        description: manifest.model,
+        comparison: None,
     };
     Outcome::summarised(written, settings, &options, false)
 }
@@ -369,9 +373,7 @@ fn name_report(report: &mut Report, name: &str, json: &Value) {
     report.name = name.to_owned();
     report.kind = text("type");
     report.title = text("title");
-    if let Some(figure) = &mut report.figure {
-        figure.title = text("title");
-    }
+    plotting::inherit(report, json);
     let assumed = json["assumed"].as_array().into_iter().flatten();
     report.assumed = assumed
         .filter_map(Value::as_str)

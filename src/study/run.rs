@@ -68,6 +68,8 @@ impl Study {
             figures: settings.figures.clone(),
             inputs: self.inputs(),
             settings: self.settings(),
+            description: self.describe(),
+            comparison: None,
         };
         let names = self.runs.iter().map(|run| run.name.clone()).collect();
         let shelf = Shelf::new(settings, options, names);

@@ -120,7 +120,7 @@ fn attractors_of_period_1_are_the_orbits_of_shooting() {
     assert_eq!(multipliers.rows(), galerkin.len() + shooting.len());
     let curves = &report.figure.as_ref().unwrap().panels[0].curves;
     assert_eq!(curves[2].style, CurveStyle::Dots);
-    assert_eq!(curves[2].label, "mesh_1, integration");
+    assert_eq!(curves[2].label, "integration");
 }
 
 /// Means over the periods of the attractor: a period-2 attractor is measured over both of its periods.

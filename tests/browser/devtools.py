@@ -162,6 +162,12 @@ class Browser:
             self.mouse("mouseMoved", [a + share * (b - a) for a, b in zip(start, end)], "left")
         self.mouse("mouseReleased", end, "left")
 
+    def key(self, name):
+        """Presses a key by its name, such as ArrowRight."""
+        codes = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Enter": 13, "Tab": 9}
+        for kind in ("rawKeyDown", "keyUp"):
+            self.send("Input.dispatchKeyEvent", type=kind, key=name, code=name, windowsVirtualKeyCode=codes[name])
+
     def screenshot(self, path):
         data = base64.b64decode(self.send("Page.captureScreenshot", format="png")["data"])
         with open(path, "wb") as file:

@@ -1,5 +1,6 @@
 """The page of a run in a real browser: see README.md. Usage: run.py PROGRAM FOLDER"""
 
+import base64
 import math
 import os
 import subprocess
@@ -57,7 +58,9 @@ def loads(page, file):
     page.wait_for("document.querySelectorAll('.js-plotly-plot .main-svg').length >= 4", "plots of both analyses")
     check(page.evaluate("document.querySelectorAll('[data-title^=Share]').length") == 0, "no button sends a plot away")
     check(page.evaluate(f"{PLOT}.data.length") > 6, "curves are drawn")
-    check(page.evaluate("[...document.querySelectorAll('.plot img')].every((i) => i.hidden)"), "static figures gave way")
+    check(page.evaluate("[...document.querySelectorAll('.plot img')].every((i) => getComputedStyle(i).display === 'none')"), "static figures gave way")
+    check(page.evaluate("document.querySelector('#model img').naturalWidth") > 400, "the train is drawn")
+    check(page.evaluate("document.querySelectorAll('#model tbody tr').length") == 5, "three bodies and two connections are listed")
     check(page.evaluate("document.querySelectorAll('nav li').length") == 2, "the table of contents lists both analyses")
     page.evaluate(f"{PLOT}.parentElement.scrollIntoView()")
 
@@ -67,7 +70,7 @@ def hovers(page, row):
     page.mouse("mouseMoved", curve_point(page, 0, row))
     page.wait_for(f"{PLOT}.querySelector('.hoverlayer .hovertext')", "a hover box")
     words = page.evaluate(f"{PLOT}.querySelector('.hoverlayer .hovertext').textContent")
-    check("mesh_1" in words and "omega" in words and "stable" in words, "the hover box names curve, frequency, stability")
+    check("mesh 1" in words and "omega" in words and "stable" in words, "the hover box names curve, frequency, stability")
 
 
 def zooms(page):
@@ -79,6 +82,8 @@ def zooms(page):
     low, high = axis(page, "xaxis")["range"]
     share = (high - low) / (before[1] - before[0])
     check(abs(share - 0.3) < 0.01, "dragging zooms to the part framed")
+    other = axis(page, "xaxis2")["range"]
+    check(close(other[0], low) and close(other[1], high), "the other panel shows the same part")
     return low, high
 
 
@@ -110,13 +115,13 @@ def zooms_out(page):
 
 
 def toggles(page):
-    entry = f"[...{PLOT}.querySelectorAll('.legend .traces')].find((t) => t.textContent.trim() === 'mesh_1').querySelector('.legendtoggle')"
-    hidden = f"{PLOT}._fullData.filter((t) => t.name === 'mesh_1').every((t) => t.visible === 'legendonly')"
+    entry = f"[...{PLOT}.querySelectorAll('.legend .traces')].find((t) => t.textContent.trim() === 'mesh 1').querySelector('.legendtoggle')"
+    hidden = f"{PLOT}._fullData.filter((t) => t.name === 'mesh 1').every((t) => t.visible === 'legendonly')"
     page.click(middle_of(page, entry))
-    page.wait_for(hidden, "mesh_1 hidden")
+    page.wait_for(hidden, "mesh 1 hidden")
     check(True, "a click in the legend hides a curve")
     page.click(middle_of(page, entry))
-    page.wait_for(f"!({hidden})", "mesh_1 shown again")
+    page.wait_for(f"!({hidden})", "mesh 1 shown again")
 
 
 def shows_orbit(page, row):
@@ -135,6 +140,60 @@ def shows_orbit(page, row):
     check(abs(spread / rms - 1) < 1e-3, "the r.m.s. of the orbit is the ordinate of the point")
 
 
+def walks_by_keyboard(page):
+    page.evaluate(f"{PLOT}.focus()")
+    voice = "document.querySelector('[data-name=fig_11] .voice').textContent"
+    check("arrows" in page.evaluate(voice), "a plot says how to use it by keyboard")
+    for _ in range(3):
+        page.key("ArrowRight")
+    words = page.evaluate(voice)
+    check("mesh 1" in words and "point 3 of" in words, "arrow keys walk along the curve: " + words)
+    page.evaluate(f"{ORBIT}.querySelector('p').textContent = ''")
+    page.key("Enter")
+    page.wait_for(f"{ORBIT}.querySelector('p').textContent.startsWith('Orbit of')", "the orbit of the point by keyboard")
+
+
+def filters_events(page):
+    rows = "[...document.querySelectorAll('#a-fig_11 table.events tbody tr')].filter((r) => !r.hidden).length"
+    every = page.evaluate(rows)
+    page.evaluate("document.querySelector('#a-fig_11 .filter input[type=checkbox]').click()")
+    some = page.evaluate(rows)
+    check(0 < some < every, "the filter hides one kind of event")
+    page.evaluate("document.querySelector('#a-fig_11 .filter input[type=checkbox]').click()")
+    check(page.evaluate(rows) == every, "and shows it again")
+
+
+def suits_the_dark(page, folder):
+    page.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    page.wait_for(f"{PLOT}.layout.paper_bgcolor !== '#ffffff'", "dark plots")
+    light = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    check(light != "rgb(255, 255, 255)", "the page is dark where the system is")
+    page.screenshot(os.path.join(folder, "dark.png"))
+    page.send("Emulation.setEmulatedMedia", features=[])
+
+
+def suits_a_phone(page, folder):
+    page.send("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=2, mobile=True)
+    page.open(os.path.join(folder, "report.html"))
+    page.wait_for("document.querySelectorAll('.js-plotly-plot .main-svg').length >= 4", "plots on a phone")
+    check(page.evaluate("document.documentElement.scrollWidth <= 390"), "nothing is wider than a phone")
+    page.evaluate(f"{PLOT}.parentElement.scrollIntoView()")
+    page.screenshot(os.path.join(folder, "phone.png"))
+    page.send("Emulation.clearDeviceMetricsOverride")
+
+
+def prints(page, folder):
+    page.send("Emulation.setEmulatedMedia", media="print")
+    check(page.evaluate("[...document.querySelectorAll('.plot img')].every((i) => getComputedStyle(i).display === 'block')"),
+          "static figures are printed")
+    check(page.evaluate("[...document.querySelectorAll('.canvas')].every((i) => getComputedStyle(i).display === 'none')"),
+          "interactive ones are not")
+    page.send("Emulation.setEmulatedMedia", media="")
+    data = page.send("Page.printToPDF", printBackground=False, preferCSSPageSize=True)["data"]
+    with open(os.path.join(folder, "printed.pdf"), "wb") as file:
+        file.write(base64.b64decode(data))
+
+
 def main():
     program, folder = sys.argv[1:3]
     run = [program, "run", MODEL, "--out", folder, *ARGUMENTS]
@@ -149,9 +208,14 @@ def main():
             zooms_out(page)
             toggles(page)
             shows_orbit(page, row)
+            walks_by_keyboard(page)
+            filters_events(page)
+            suits_the_dark(page, folder)
             page.evaluate(f"{PLOT}.parentElement.scrollIntoView()")
         finally:
             page.screenshot(os.path.join(folder, "screenshot.png"))
+        prints(page, folder)
+        suits_a_phone(page, folder)
         if page.faults:
             raise AssertionError("\n".join(page.faults))
     print("the page works; screenshot: " + os.path.join(folder, "screenshot.png"))

@@ -58,6 +58,7 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response.json",
         "response.multipliers.csv",
         "response.rattle.csv",
+        "response.rattle.svg",
         "response.svg",
         "timings.json",
     ];

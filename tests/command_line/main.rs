@@ -9,6 +9,7 @@ mod bad_input;
 mod cli;
 mod confirm;
 mod costs;
+mod drawn_again;
 mod ends_of_runs;
 mod error_estimates;
 mod folders;

@@ -57,8 +57,12 @@ fn figures_are_drawn_as_pixels_and_pages() {
     let formats = [FigureFormat::Png, FigureFormat::Pdf];
     write_report(dir.path(), &crate::synthetic::bifurcation(), &formats).unwrap();
     let png = std::fs::read(dir.path().join("diagram.png")).unwrap();
-    // Width in the header of a PNG: 680 pixels of the figure at 300 dots an inch.
-    assert_eq!(&png[16..20], 2125u32.to_be_bytes());
+    // Width in the header of a PNG: 178 mm, two columns of a journal, at 300 dots per inch.
+    let width = u32::from_be_bytes(png[16..20].try_into().unwrap());
+    assert!(
+        (f64::from(width) - 178.0 / 25.4 * 300.0).abs() < 3.0,
+        "{width}"
+    );
     let pdf = std::fs::read(dir.path().join("diagram.pdf")).unwrap();
     assert!(pdf.starts_with(b"%PDF-"));
     assert!(!dir.path().join("diagram.svg").exists());
@@ -91,11 +95,16 @@ fn numbers_in_a_table_read_back_the_same() {
 
 #[test]
 fn a_figure_shows_every_part_and_is_deterministic() {
-    let report = crate::synthetic::resonance();
+    let mut report = crate::synthetic::resonance();
+    assert!(
+        !figure(&report).contains("backbone"),
+        "drawn where it is asked for"
+    );
+    report.plot.backbone = Some(true);
     let text = figure(&report);
     assert_eq!(text, figure(&report));
     for part in [
-        "mesh_1",
+        "mesh 1",
         "backbone, mode 1",
         "stable",
         "unstable",
@@ -155,9 +164,9 @@ fn the_page_holds_everything_and_user_text_is_escaped() {
     let mut reports = crate::synthetic::all();
     reports[0].figure.as_mut().unwrap().panels[0].x_label = "</script><!--".into();
     let page = page(&reports, &options());
-    // One data element a figure, the plotting script, our three scripts.
+    // One data element a figure, the plotting script, our six scripts.
     let figures = reports.iter().filter(|r| r.figure.is_some()).count();
-    assert_eq!(page.matches("</script").count(), figures + 4);
+    assert_eq!(page.matches("</script").count(), figures + 7);
     assert!(!page.contains("<script>alert"));
     for part in [
         "<title>idler &lt;/script&gt;",
@@ -177,7 +186,7 @@ fn the_page_holds_everything_and_user_text_is_escaped() {
         assert!(page.contains(part), "{part}");
     }
     for start in ["src=\"http", "href=\"http", "MathJax-2", "@import"] {
-        let ours = page.rmatch_indices("<script>").nth(2).unwrap().0;
+        let ours = page.rmatch_indices("<script>").nth(5).unwrap().0;
         assert!(!page[ours..].contains(start), "{start}");
     }
 }

@@ -85,7 +85,10 @@ const FLOORS: &[(&str, &[&str])] = &[
     ),
     ("output", &["error", "report", "machine"]),
     // floor 6: siblings
-    ("schema", &["quantity", "element", "model", "analysis"]),
+    (
+        "schema",
+        &["report", "quantity", "element", "model", "analysis"],
+    ),
     (
         "study",
         &[

@@ -240,8 +240,8 @@ fn quantities() {
         &["did you mean `peak`?"],
     );
     refused(
-        &[GRID, ANALYSIS, COLLECT, "plot: {x: status, y: []}"],
-        &["holds words", "nothing to draw"],
+        &[GRID, ANALYSIS, COLLECT, "plot: {x: status}"],
+        &["holds words, wanted numbers"],
     );
     // Independent mistakes come in one go.
     refused(

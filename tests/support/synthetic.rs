@@ -201,7 +201,6 @@ pub fn resonance() -> Report {
                 x_label: "excitation frequency Ω = ω/ωc".into(),
                 y_label: "r.m.s. displacement".into(),
                 x_range: Some((2.5, 0.3)),
-                x_frequency: None,
                 curves: vec![
                     curve("", "omega", "rms.mesh_1", "mesh_1", branch()),
                     curve("", "omega", "rms.mesh_2", "mesh_2", branch()),
@@ -214,12 +213,12 @@ pub fn resonance() -> Report {
                     ),
                     event_curve("rms.mesh_1"),
                 ],
+                ..Panel::default()
             },
             Panel {
                 x_label: "excitation frequency Ω = ω/ωc".into(),
                 y_label: "effective stiffness".into(),
                 x_range: Some((2.5, 0.3)),
-                x_frequency: None,
                 curves: vec![
                     curve(
                         "",
@@ -236,6 +235,7 @@ pub fn resonance() -> Report {
                         branch(),
                     ),
                 ],
+                ..Panel::default()
             },
         ],
     };
@@ -292,8 +292,6 @@ pub fn bifurcation() -> Report {
             panels: vec![Panel {
                 x_label: "half gap of mesh_2 [m]".into(),
                 y_label: "displacement of mesh_1 [m]".into(),
-                x_range: None,
-                x_frequency: None,
                 curves: vec![curve(
                     "",
                     "parameter",
@@ -301,6 +299,7 @@ pub fn bifurcation() -> Report {
                     "mesh_1",
                     CurveStyle::Dots,
                 )],
+                ..Panel::default()
             }],
         }),
         ended_early: Some("interrupted after 400 of 500 values".into()),
@@ -337,9 +336,8 @@ pub fn all() -> Vec<Report> {
             panels: vec![Panel {
                 x_label: "nondimensional time T".into(),
                 y_label: "displacement".into(),
-                x_range: None,
-                x_frequency: None,
                 curves: vec![line("mesh_1"), line("mesh_2"), line("shaft")],
+                ..Panel::default()
             }],
         }),
         ..Report::default()

@@ -346,9 +346,8 @@ fn figure(ranking: &Ranking<'_>) -> Option<Figure> {
         panels: vec![Panel {
             x_label: x.heading.axis(),
             y_label: y.heading.axis(),
-            x_range: None,
-            x_frequency: None,
             curves: vec![cells, dots],
+            ..Panel::default()
         }],
     })
 }

@@ -229,9 +229,9 @@ fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Figure {
         panels: vec![Panel {
             x_label: first.label(),
             y_label: second.label(),
-            x_range: None,
             x_frequency,
             curves: list,
+            ..Panel::default()
         }],
     }
 }

@@ -236,9 +236,8 @@ fn figure(setting: &Setting<'_>, amplitude: &Heading) -> Figure {
     let panel = Panel {
         x_label,
         y_label,
-        x_range: None,
-        x_frequency: None,
         curves: (0..setting.assembly.system.dof()).map(curve).collect(),
+        ..Panel::default()
     };
     Figure {
         title: String::new(),

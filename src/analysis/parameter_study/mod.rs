@@ -5,6 +5,7 @@
 //! any order, on any number of threads or machines, and go on after an interruption.
 
 mod collect;
+mod figures;
 mod permutation;
 mod place;
 mod plan;
@@ -12,13 +13,14 @@ mod report;
 mod sample;
 mod settings;
 mod space;
+mod statistics;
 mod watch;
 
 pub use collect::{Collected, Reduce};
 pub use plan::{COMPLETE, Plan, Row, Worker};
 pub use report::Tally;
 pub use sample::{Distribution, Method, Sample, Shape};
-pub use settings::{Axis, Given, Plot, Spacing};
+pub use settings::{Axis, Given, Spacing};
 
 use super::cost::Cost;
 use super::{Analysis, Fault, Setting, columns};
@@ -48,9 +50,6 @@ pub struct ParameterStudy {
     pub analysis: serde_json::Value,
     /// What of each run's tables becomes a column, by the name of the column.
     pub collect: IndexMap<String, Collected>,
-    /// What is drawn; the first collected quantities against the first parameter when absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub plot: Option<Plot>,
 }
 
 /// Runs that a report in memory may hold; longer studies are written row by row.
@@ -121,6 +120,15 @@ impl Analysis for ParameterStudy {
             }
         }
         Ok(self.report(table, &tally))
+    }
+
+    fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
+        let plan = Plan::new(self, setting);
+        let main = plan.map(|plan| Table {
+            name: String::new(),
+            columns: plan.columns().to_vec(),
+        });
+        main.into_iter().collect()
     }
 
     fn study(&self) -> Option<&ParameterStudy> {

@@ -103,7 +103,6 @@ impl<'a> Plan<'a> {
         }
         let columns = columns(&space, &collectors);
         faults.extend(repeated(&columns));
-        faults.extend(study.check_plot(&columns));
         if !faults.is_empty() {
             return Err(faults);
         }

@@ -1,9 +1,8 @@
 //! The report of a study, once its rows are on disk or in memory.
 
-use super::{Axis, ParameterStudy, Plot};
-use crate::analysis::Fault;
-use crate::error::did_you_mean;
-use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values};
+use super::ParameterStudy;
+use super::figures::Drawing;
+use crate::report::{Report, Table};
 use serde_json::{Value, json};
 
 /// What became of the runs of a study.
@@ -21,16 +20,13 @@ pub struct Tally {
     pub stride: u64,
 }
 
-/// Panels of the figure when nothing else is asked for.
-const MOST_PANELS: usize = 4;
-/// Columns after the collected quantities.
-const ENDING: usize = 3;
-
 impl ParameterStudy {
     /// The report from the rows that are drawn, all of them or every `stride`-th.
     pub fn report(&self, table: Table, tally: &Tally) -> Report {
+        let drawing = Drawing::of(self, &table);
         let mut report = Report {
-            figure: self.figure(&table.columns),
+            figure: drawing.main,
+            further_figures: drawing.further,
             ended_early: early_end(tally),
             ..Report::default()
         };
@@ -46,6 +42,7 @@ impl ParameterStudy {
             report.warnings.push(message);
         }
         report.tables.push(table);
+        report.tables.extend(drawing.tables);
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         let counts = json!({
             "runs": tally.runs,
@@ -59,7 +56,7 @@ impl ParameterStudy {
     }
 
     /// How many columns after `run` are parameters.
-    fn parameters(&self) -> usize {
+    pub(super) fn parameters(&self) -> usize {
         let grid = self.grid.as_ref().map(|grid| grid.len());
         let list = self
             .list
@@ -67,99 +64,6 @@ impl ParameterStudy {
             .and_then(|list| Some(list.first()?.len()));
         let sample = self.sample.as_ref().map(|sample| sample.parameters.len());
         grid.or(list).or(sample).unwrap_or(0)
-    }
-
-    /// What is wrong with `plot:`.
-    pub(super) fn check_plot(&self, columns: &[Column]) -> Vec<Fault> {
-        let Some(Plot { x, y }) = &self.plot else {
-            return Vec::new();
-        };
-        let mut faults = Vec::new();
-        let y_keys = y
-            .iter()
-            .enumerate()
-            .map(|(k, name)| (format!("plot.y.{k}"), name));
-        for (key, name) in std::iter::once(("plot.x".to_string(), x)).chain(y_keys) {
-            match columns.iter().find(|c| c.name == *name) {
-                None => {
-                    let names: Vec<&String> = columns.iter().map(|c| &c.name).collect();
-                    let hint = did_you_mean(name, names);
-                    faults.push(Fault::new(
-                        key,
-                        format!("no column is called `{name}`; {hint}"),
-                    ));
-                }
-                Some(column) if matches!(column.values, Values::Text(_)) => {
-                    faults.push(Fault::new(
-                        key,
-                        format!("`{name}` holds words, wanted numbers"),
-                    ));
-                }
-                Some(_) => {}
-            }
-        }
-        if y.is_empty() {
-            faults.push(Fault::new("plot.y", "an empty list: nothing to draw"));
-        }
-        faults
-    }
-
-    /// Dots, one a run; a line where a single parameter runs through a range.
-    fn figure(&self, columns: &[Column]) -> Option<Figure> {
-        let first = 1 + self.parameters();
-        let is_number = |c: &&Column| !matches!(c.values, Values::Text(_));
-        let (x, y): (&Column, Vec<&Column>) = match &self.plot {
-            Some(plot) => {
-                let find = |name: &String| columns.iter().find(|c| c.name == *name);
-                (find(&plot.x)?, plot.y.iter().filter_map(find).collect())
-            }
-            None => {
-                let collected = &columns[first..columns.len() - ENDING];
-                let y = collected
-                    .iter()
-                    .filter(is_number)
-                    .take(MOST_PANELS)
-                    .collect();
-                (columns[1..first].iter().find(is_number)?, y)
-            }
-        };
-        if y.is_empty() {
-            return None;
-        }
-        let is_line = self.grid.as_ref().is_some_and(|grid| {
-            let is_even = matches!(grid.values().next(), Some(Axis::Range(_)));
-            grid.len() == 1 && is_even && x.name == columns[1].name
-        });
-        let style = if is_line {
-            CurveStyle::Line
-        } else {
-            CurveStyle::Dots
-        };
-        let panel = |y: &Column| Panel {
-            x_label: labelled(x),
-            y_label: labelled(y),
-            x_range: None,
-            x_frequency: None,
-            curves: vec![Curve {
-                table: String::new(),
-                x: x.name.clone(),
-                y: y.name.clone(),
-                label: y.name.clone(),
-                style: style.clone(),
-                only: None,
-            }],
-        };
-        Some(Figure {
-            title: String::new(),
-            panels: y.into_iter().map(panel).collect(),
-        })
-    }
-}
-
-fn labelled(column: &Column) -> String {
-    match column.unit.as_str() {
-        "" => column.name.clone(),
-        unit => format!("{} [{unit}]", column.name),
     }
 }
 

@@ -148,13 +148,3 @@ impl<'de> Visitor<'de> for OneAxis {
         Range::deserialize(MapAccessDeserializer::new(map)).map(Axis::Range)
     }
 }
-
-/// What the figure of a study shows: dots, one a run, or a line where one parameter rises or falls.
-#[derive(Debug, Clone, PartialEq, Eq, DeriveSerialize, DeriveDeserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Plot {
-    /// Column along the abscissa.
-    pub x: String,
-    /// Columns along the ordinate, one panel each.
-    pub y: Vec<String>,
-}

@@ -199,11 +199,10 @@ fn figure(
     let panel = |seed: usize| Panel {
         x_label: axis(&axes.list[0], &units[0].0),
         y_label: axis(&axes.list[1], &units[1].0),
-        x_range: None,
-        x_frequency: None,
         curves: std::iter::once(cells(seed))
             .chain(curves.iter().map(line))
             .collect(),
+        ..Panel::default()
     };
     Figure {
         title: String::new(),

@@ -230,6 +230,15 @@ impl Method {
             Method::Integration => "integration",
         }
     }
+
+    /// Name for readers.
+    pub fn title(self) -> &'static str {
+        match self {
+            Method::Galerkin => "Galerkin",
+            Method::Shooting => "shooting",
+            Method::Integration => "integration",
+        }
+    }
 }
 
 /// How the Galerkin method integrates forces over a period.

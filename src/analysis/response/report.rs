@@ -10,6 +10,7 @@ use crate::analysis::branch_table::{self, Traced};
 use crate::analysis::columns::{float, integer, text};
 use crate::analysis::event_table;
 use crate::analysis::multiplier_table;
+use crate::analysis::rattle_figure;
 use crate::report::{Report, Table, Values};
 use crate::solve::attractor::Label;
 use crate::solve::branch::BranchPoint;
@@ -189,7 +190,11 @@ pub(super) fn assemble(
     if swept.computes(ResponseTable::Events) {
         report.tables.push(events);
     }
-    report.tables.extend(branch_table::rattle(swept, &traced));
+    if let Some(rattle) = branch_table::rattle(swept, &traced) {
+        let figure = rattle_figure::figure(&rattle, report.figure.as_ref());
+        report.further_figures.extend(figure);
+        report.tables.push(rattle);
+    }
     report.tables.extend(orbits.map(|o| o.finish(setting)));
     if let Some(verification) = verification {
         let value = verification.as_value();

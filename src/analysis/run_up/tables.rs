@@ -271,9 +271,8 @@ fn figure(setting: &Setting<'_>, plan: &Plan) -> Figure {
     let panel = |y_label: String, curves: Vec<Curve>| Panel {
         x_label: x_label.clone(),
         y_label,
-        x_range: None,
-        x_frequency: None,
         curves,
+        ..Panel::default()
     };
     let mut panels = Vec::new();
     for signal in &plan.signals {

@@ -2,7 +2,7 @@
 
 use crate::analysis::{Setting, columns};
 use crate::measure::Heading;
-use crate::report::{Curve, CurveStyle, Figure, Panel, Table};
+use crate::report::{Curve, CurveStyle, Figure, Panel, Table, Words, readable};
 
 /// Connections drawn at most.
 const MAX_CURVES: usize = 4;
@@ -13,9 +13,8 @@ pub(super) fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
     let names = &setting.assembly.connections;
     let panel = |(quantity, name): (Heading, &String)| Panel {
         x_label: time.axis(),
-        y_label: quantity.axis(),
-        x_range: None,
-        x_frequency: None,
+        y_label: Words::of("q").axis(&quantity.unit),
+        heading: readable(name),
         curves: vec![Curve {
             table: String::new(),
             x: time.name.clone(),
@@ -24,6 +23,7 @@ pub(super) fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
             style: CurveStyle::Line,
             only: None,
         }],
+        ..Panel::default()
     };
     let quantities = columns::connections(setting);
     let loops = (0..names.len()).filter(|e| {
@@ -55,8 +55,6 @@ fn force_loop(setting: &Setting<'_>, connection: usize) -> Panel {
     Panel {
         x_label: deformation.axis(),
         y_label: force.axis(),
-        x_range: None,
-        x_frequency: None,
         curves: vec![Curve {
             table: String::new(),
             x: deformation.name,
@@ -65,5 +63,6 @@ fn force_loop(setting: &Setting<'_>, connection: usize) -> Panel {
             style: CurveStyle::Line,
             only: None,
         }],
+        ..Panel::default()
     }
 }

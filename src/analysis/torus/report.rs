@@ -163,9 +163,9 @@ fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Fig
     let panel = |y_label: String, curves: Vec<Curve>| Panel {
         x_label: axis.label(),
         y_label,
-        x_range: None,
         x_frequency,
         curves,
+        ..Panel::default()
     };
     let names = &setting.assembly.connections;
     let rms = names
@@ -198,9 +198,8 @@ fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Fig
             panels.push(Panel {
                 x_label: list[i].axis(),
                 y_label: list[n + i].axis(),
-                x_range: None,
-                x_frequency: None,
                 curves: vec![dots],
+                ..Panel::default()
             });
         }
     }

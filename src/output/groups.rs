@@ -1,0 +1,230 @@
+//! Events on a figure: small markers with numbers, one marker where they pile up, and a list of what the numbers mean.
+
+use kuva::render::render::{Scene, TextAnchor};
+
+use super::draw::{TextStyle, marker, put_text};
+use super::legend::kind_text;
+use super::panel::Frame;
+use super::series::{Drawing, Series};
+use super::shown::Shown;
+use super::svg::Sheet;
+
+/// Events nearer than this in the first panel, in pixels, are one group.
+const NEAR: f64 = 11.0;
+/// Groups that are listed.
+const MOST: usize = 36;
+
+/// Events that stand at one place of a figure.
+#[derive(Debug)]
+pub(super) struct Group {
+    /// Rows of the table of events.
+    pub rows: Vec<usize>,
+    kinds: Vec<String>,
+    /// Abscissae, in the unit of the axis.
+    values: Vec<f64>,
+    /// Place of the first one in the first panel.
+    place: (f64, f64),
+}
+
+/// Groups of the events in the first panel that has any; all panels show the same ones.
+pub(super) fn of(panels: &[Shown<'_>], frames: &[Frame]) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    let Some((panel, frame, series, kinds)) =
+        panels.iter().zip(frames).find_map(|(panel, frame)| {
+            let (series, kinds) = panel.list.iter().find_map(events)?;
+            Some((panel, frame, series, kinds))
+        })
+    else {
+        return groups;
+    };
+    let mut rows: Vec<usize> = (0..series.x.len().min(kinds.len())).collect();
+    rows.sort_by(|a, b| series.x[*a].total_cmp(&series.x[*b]));
+    for row in rows {
+        let (x, y) = (series.x[row], series.y[row]);
+        let place = frame.at(panel, x, y);
+        if !(x.is_finite() && y.is_finite() && frame.holds(place)) {
+            continue;
+        }
+        let is_near = |g: &&mut Group| (g.place.0 - place.0).hypot(g.place.1 - place.1) < NEAR;
+        match groups.iter_mut().rev().find(is_near) {
+            Some(group) => {
+                group.rows.push(row);
+                group.kinds.push(kinds[row].clone());
+                group.values.push(x);
+            }
+            None => groups.push(Group {
+                rows: vec![row],
+                kinds: vec![kinds[row].clone()],
+                values: vec![x],
+                place,
+            }),
+        }
+    }
+    groups
+}
+
+fn events<'a, 'b>(series: &'b Series<'a>) -> Option<(&'b Series<'a>, &'b Vec<String>)> {
+    match &series.drawing {
+        Drawing::Events(kinds) => Some((series, kinds)),
+        _ => None,
+    }
+}
+
+/// Kinds that are drawn, each once; last the sign for several at one place.
+pub(super) fn kinds(groups: &[Group]) -> Vec<&str> {
+    let mut list: Vec<&str> = Vec::new();
+    let own = groups
+        .iter()
+        .flat_map(|g| g.kinds.iter().map(String::as_str));
+    for kind in own.chain(groups.iter().map(Group::shape)) {
+        if !list.contains(&kind) {
+            list.push(kind);
+        }
+    }
+    list
+}
+
+impl Group {
+    /// Kind whose marker stands for the group.
+    fn shape(&self) -> &str {
+        match self.kinds.iter().all(|k| *k == self.kinds[0]) {
+            true => &self.kinds[0],
+            false => SEVERAL,
+        }
+    }
+}
+
+/// Stands for events of several kinds at one place.
+pub(super) const SEVERAL: &str = "several";
+
+/// Markers and numbers of one panel.
+pub(super) fn draw(
+    scene: &mut Scene,
+    sheet: &Sheet,
+    frame: &Frame,
+    panel: &Shown<'_>,
+    groups: &[Group],
+) {
+    let Some((series, _)) = panel.list.iter().find_map(events) else {
+        return;
+    };
+    let mut taken: Vec<(f64, f64)> = Vec::new();
+    for (number, group) in groups.iter().enumerate() {
+        let places = group.rows.iter().filter(|row| **row < series.x.len());
+        let mut places = places
+            .map(|row| frame.at(panel, series.x[*row], series.y[*row]))
+            .filter(|at| at.0.is_finite() && at.1.is_finite() && frame.holds(*at));
+        let Some(at) = places.next() else {
+            continue;
+        };
+        marker(scene, at, group.shape());
+        let size = sheet.tick - 2;
+        // Above the marker, or below it where another number stands.
+        let above = (at.0, at.1 - 6.5);
+        let is_taken = |p: (f64, f64)| {
+            taken
+                .iter()
+                .any(|t| (t.0 - p.0).abs() < 12.0 && (t.1 - p.1).abs() < 9.0)
+        };
+        let below = (at.0, at.1 + 6.0 + f64::from(size));
+        let place = if is_taken(above) || above.1 < frame.top + 8.0 {
+            below
+        } else {
+            above
+        };
+        if !is_taken(place) && number < MOST {
+            let text = (number + 1).to_string();
+            put_text(
+                scene,
+                place,
+                &text,
+                TextStyle::level(size, TextAnchor::Middle),
+            );
+            taken.push(place);
+        }
+    }
+}
+
+/// One line per group: its number, what happens, where.
+pub(super) fn lines(groups: &[Group]) -> Vec<String> {
+    let mut list: Vec<String> = groups.iter().take(MOST).enumerate().map(line).collect();
+    if groups.len() > MOST {
+        list.push(format!(
+            "and {} more in the table of events",
+            groups.len() - MOST
+        ));
+    }
+    list
+}
+
+fn line((number, group): (usize, &Group)) -> String {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for kind in &group.kinds {
+        match counts.iter_mut().find(|(known, _)| known == kind) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((kind, 1)),
+        }
+    }
+    let words = counts.iter().map(|(kind, count)| match count {
+        1 => short(kind),
+        n => format!("{n} {}", short(kind)),
+    });
+    let words: Vec<String> = words.collect();
+    let low = group.values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = group
+        .values
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let (a, b) = (digits(low), digits(high));
+    let place = if a == b { a } else { format!("{a} to {b}") };
+    format!("{}: {}, {place}", number + 1, words.join(", "))
+}
+
+/// A kind of event in a few letters, as the legend explains them.
+pub(super) fn short(kind: &str) -> String {
+    match kind {
+        "fold" => "F".into(),
+        "branch_point" => "BP".into(),
+        "period_doubling" => "PD".into(),
+        "neimark_sacker" => "NS".into(),
+        "grazing" => "G".into(),
+        other => kind_text(other),
+    }
+}
+
+/// Five significant digits.
+fn digits(x: f64) -> String {
+    let size = if x == 0.0 {
+        0
+    } else {
+        x.abs().log10().floor() as i32
+    };
+    let decimals = (4 - size).clamp(0, 12) as usize;
+    format!("{x:.decimals$}").replace('-', "\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_group_says_what_and_where() {
+        let group = |kinds: &[&str], values: &[f64]| Group {
+            rows: (0..kinds.len()).collect(),
+            kinds: kinds.iter().map(|k| k.to_string()).collect(),
+            values: values.to_vec(),
+            place: (0.0, 0.0),
+        };
+        let groups = [
+            group(&["fold"], &[0.512_345_6]),
+            group(&["grazing", "fold", "grazing"], &[1.2, 1.25, 1.21]),
+        ];
+        assert_eq!(
+            lines(&groups),
+            ["1: F, 0.51235", "2: 2 G, F, 1.2000 to 1.2500"]
+        );
+        assert_eq!(kinds(&groups), ["fold", SEVERAL]);
+        assert_eq!(digits(12345.6), "12346");
+    }
+}

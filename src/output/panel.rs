@@ -1,0 +1,351 @@
+//! One panel of a static figure: frame, ticks, labels, curves.
+
+mod colors;
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+
+use kuva::render::render::{Primitive, Scene, TextAnchor};
+
+use super::axis::{Axis, power_of_ten};
+use super::draw::{TextStyle, crosses, dots, fill, marks, put_text, stroke};
+use super::look::{self, FAINT, Mark, NEUTRAL, tint};
+use super::series::{Drawing, Series, State};
+use super::shown::Shown;
+use super::svg::{LINE_HEIGHT, Sheet};
+use super::text::{text_width, wrapped};
+
+/// Pixels between the marks on a curve.
+const BETWEEN_MARKS: f64 = 42.0;
+/// More dots than these are drawn small.
+const FEW_DOTS: usize = 600;
+
+/// Frame of a panel in pixels.
+#[derive(Debug)]
+pub(super) struct Frame {
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
+    /// Whether ticks and label of the abscissa are written below it.
+    pub has_x_texts: bool,
+}
+
+impl Frame {
+    /// Place of a point.
+    pub fn at(&self, panel: &Shown<'_>, x: f64, y: f64) -> (f64, f64) {
+        (
+            self.left + panel.x.share(x) * self.width,
+            self.top + (1.0 - panel.y.share(y)) * self.height,
+        )
+    }
+
+    /// Whether a place lies inside, give or take a pixel.
+    pub fn holds(&self, (x, y): (f64, f64)) -> bool {
+        x >= self.left - 1.0
+            && x <= self.left + self.width + 1.0
+            && y >= self.top - 1.0
+            && y <= self.top + self.height + 1.0
+    }
+}
+
+pub(super) fn draw_panel(
+    scene: &mut Scene,
+    sheet: &Sheet,
+    frame: &Frame,
+    panel: &Shown<'_>,
+    index: usize,
+) {
+    draw_grid(scene, frame, panel);
+    let id = format!("panel-{index}");
+    scene.defs.push(format!(
+        "<clipPath id=\"{id}\"><rect x=\"{:.2}\" y=\"{:.2}\" width=\"{:.2}\" height=\"{:.2}\"/></clipPath>",
+        frame.left, frame.top, frame.width, frame.height
+    ));
+    scene.add(Primitive::ClipStart {
+        x: frame.left,
+        y: frame.top,
+        width: frame.width,
+        height: frame.height,
+        id,
+    });
+    // The backbone and halos lie behind the curves.
+    for is_behind in [true, false] {
+        let list = panel.list.iter().filter(|s| is_back(s) == is_behind);
+        list.for_each(|series| draw_series(scene, frame, panel, series));
+    }
+    scene.add(Primitive::ClipEnd);
+    if panel.list.iter().all(|s| s.points().next().is_none()) {
+        let at = (
+            frame.left + frame.width / 2.0,
+            frame.top + frame.height / 2.0,
+        );
+        put_text(
+            scene,
+            at,
+            "no points",
+            TextStyle::level(sheet.label, TextAnchor::Middle),
+        );
+    }
+    draw_frame(scene, sheet, frame, panel);
+    if let Some(bar) = &panel.bar {
+        colors::draw_bar(scene, sheet, frame, bar);
+    }
+}
+
+fn is_back(series: &Series<'_>) -> bool {
+    matches!(series.drawing, Drawing::Crosses | Drawing::Cells(_)) || is_halo(series)
+}
+
+/// The second of two curves of dots lies as a broad ring behind the first: both are seen where they agree.
+fn is_halo(series: &Series<'_>) -> bool {
+    series.drawing == Drawing::Dots && series.rank.place > 0
+}
+
+fn draw_grid(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>) {
+    let mut d = String::new();
+    for tick in &panel.x.ticks {
+        let (x, _) = frame.at(panel, tick.value, panel.y.low);
+        let _ = write!(d, "M{x:.2} {:.2}v{:.2}", frame.top, frame.height);
+    }
+    for tick in &panel.y.ticks {
+        let (_, y) = frame.at(panel, panel.x.low, tick.value);
+        let _ = write!(d, "M{:.2} {y:.2}h{:.2}", frame.left, frame.width);
+    }
+    stroke(scene, d, "#ececec", 0.8, None);
+}
+
+fn draw_frame(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_>) {
+    let bottom = frame.top + frame.height;
+    let mut d = format!(
+        "M{:.2} {:.2}h{:.2}v{:.2}h{:.2}Z",
+        frame.left, frame.top, frame.width, frame.height, -frame.width
+    );
+    let tick_font = f64::from(sheet.tick);
+    let stride = stride(frame, panel, tick_font);
+    for (k, tick) in panel.x.ticks.iter().enumerate() {
+        let (x, _) = frame.at(panel, tick.value, panel.y.low);
+        let _ = write!(d, "M{x:.2} {:.2}v4M{x:.2} {bottom:.2}v-4", frame.top);
+        if frame.has_x_texts && k % stride == 0 {
+            let at = (x, bottom + 1.3 * tick_font);
+            put_text(
+                scene,
+                at,
+                &tick.text,
+                TextStyle::level(sheet.tick, TextAnchor::Middle),
+            );
+        }
+    }
+    for tick in &panel.y.ticks {
+        let (_, y) = frame.at(panel, panel.x.low, tick.value);
+        let _ = write!(
+            d,
+            "M{:.2} {y:.2}h4M{:.2} {y:.2}h-4",
+            frame.left,
+            frame.left + frame.width
+        );
+        let at = (frame.left - 6.0, y + 0.36 * tick_font);
+        put_text(
+            scene,
+            at,
+            &tick.text,
+            TextStyle::level(sheet.tick, TextAnchor::End),
+        );
+    }
+    stroke(scene, d, "#000000", 0.9, None);
+    draw_labels(scene, sheet, frame, panel);
+}
+
+/// Every how many ticks of the abscissa one has a text, so that no two touch.
+fn stride(frame: &Frame, panel: &Shown<'_>, font: f64) -> usize {
+    let ticks = &panel.x.ticks;
+    let widest = ticks.iter().map(|t| text_width(&t.text, font));
+    let widest = widest.fold(0.0, f64::max) + 0.6 * font;
+    let places = ticks.iter().map(|t| panel.x.share(t.value) * frame.width);
+    let places: Vec<f64> = places.collect();
+    let closest = places.windows(2).map(|w| (w[1] - w[0]).abs());
+    let closest = closest.fold(f64::INFINITY, f64::min).max(1.0);
+    (widest / closest).ceil().max(1.0) as usize
+}
+
+fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_>) {
+    let (bottom, right) = (frame.top + frame.height, frame.left + frame.width);
+    let (tick_font, font) = (f64::from(sheet.tick), f64::from(sheet.label));
+    let power = |axis: &Axis| (axis.exponent != 0).then(|| power_of_ten(axis.exponent));
+    if let Some(text) = power(&panel.y) {
+        let at = (frame.left, frame.top - 5.0);
+        put_text(
+            scene,
+            at,
+            &text,
+            TextStyle::level(sheet.tick, TextAnchor::Start),
+        );
+    }
+    let below = bottom + 1.6 * tick_font + 1.1 * font;
+    if let Some(text) = power(&panel.x).filter(|_| frame.has_x_texts) {
+        put_text(
+            scene,
+            (right, below),
+            &text,
+            TextStyle::level(sheet.tick, TextAnchor::End),
+        );
+    }
+    let middle = frame.left + frame.width / 2.0;
+    if frame.has_x_texts {
+        let style = TextStyle::level(sheet.label, TextAnchor::Middle);
+        put_text(scene, (middle, below), &panel.x_label, style);
+    }
+    if !panel.panel.heading.is_empty() {
+        let at = match panel.y.exponent {
+            0 => (frame.left, frame.top - 5.0),
+            _ => (frame.left + 4.5 * tick_font, frame.top - 5.0),
+        };
+        let style = TextStyle {
+            bold: true,
+            ..TextStyle::level(sheet.label, TextAnchor::Start)
+        };
+        put_text(scene, at, &panel.panel.heading, style);
+    }
+    let lines = wrapped(&panel.y_label, font, frame.height + 20.0);
+    let ticks = panel.y.ticks.iter().map(|t| text_width(&t.text, tick_font));
+    let edge = frame.left - ticks.fold(14.0, f64::max) - 12.0;
+    for (line, text) in lines.iter().rev().enumerate() {
+        let x = (edge - font * LINE_HEIGHT * line as f64).max(font);
+        let style = TextStyle {
+            rotate: Some(-90.0),
+            ..TextStyle::level(sheet.label, TextAnchor::Middle)
+        };
+        put_text(scene, (x, frame.top + frame.height / 2.0), text, style);
+    }
+}
+
+fn draw_series(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Series<'_>) {
+    match &series.drawing {
+        Drawing::Runs(_) => draw_runs(scene, frame, panel, series),
+        Drawing::Crosses => crosses(scene, &distinct(frame, panel, series, 0.5), FAINT),
+        Drawing::Dots => {
+            let places = distinct(frame, panel, series, 4.0);
+            let size = if places.len() > FEW_DOTS { 1.9 } else { 3.6 };
+            let has_lines = panel
+                .list
+                .iter()
+                .any(|s| matches!(s.drawing, Drawing::Runs(_)));
+            match (is_halo(series), has_lines) {
+                (true, _) => dots(scene, &places, &tint(series.color, 0.62), 2.2 * size),
+                (false, true) => dots(scene, &places, NEUTRAL, size),
+                (false, false) => dots(scene, &places, series.color, size),
+            }
+        }
+        Drawing::Coloured(values) => {
+            for (color, places) in colors::by_color(frame, panel, series, values) {
+                dots(scene, &places, &color, 4.2);
+            }
+        }
+        Drawing::Cells(raster) => colors::draw_cells(scene, frame, panel, raster),
+        Drawing::Bars(widths) => {
+            let mut d = String::new();
+            let bars = series.x.iter().zip(&series.y).zip(widths);
+            let is_drawn = |bar: &((&f64, &f64), &f64)| bar.0.0.is_finite() && bar.0.1.is_finite();
+            for ((x, y), width) in bars.filter(is_drawn) {
+                let (left, top) = frame.at(panel, x - width / 2.0, *y);
+                let (right, bottom) = frame.at(panel, x + width / 2.0, panel.y.low.max(0.0));
+                let _ = write!(d, "M{left:.2} {bottom:.2}V{top:.2}H{right:.2}V{bottom:.2}Z");
+            }
+            fill(scene, d, &tint(series.color, 0.45), Some(series.color));
+        }
+        Drawing::Tornado(_) => {
+            let mut d = String::new();
+            for (x, y) in series.points() {
+                let (left, top) = frame.at(panel, 0.0, y + 0.34);
+                let (right, bottom) = frame.at(panel, x, y - 0.34);
+                let _ = write!(d, "M{left:.2} {bottom:.2}V{top:.2}H{right:.2}V{bottom:.2}Z");
+            }
+            fill(scene, d, &tint(series.color, 0.45), Some(series.color));
+        }
+        Drawing::Events(_) => {}
+    }
+}
+
+fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Series<'_>) {
+    let Drawing::Runs(runs) = &series.drawing else {
+        return;
+    };
+    let look = look::stroke(series.color, series.rank);
+    let mut places = Vec::new();
+    for state in [State::Unknown, State::Unstable, State::Stable, State::Plain] {
+        let mut d = String::new();
+        for run in runs.iter().filter(|r| r.state == state) {
+            trace(&mut d, frame, panel, series, run.rows.clone());
+            if look.mark != Mark::None {
+                spread(&mut places, frame, panel, series, run.rows.clone());
+            }
+        }
+        let (width, dashes) = look::state_stroke(look.width, state);
+        stroke(scene, d, &look.color, width, dashes);
+    }
+    places.retain(|at| frame.holds(*at));
+    marks(scene, &places, look.mark, &look.color);
+}
+
+/// Adds a polyline to a path. Points closer than a tenth of a pixel to the last one drawn are left out; a lone point
+/// becomes a short tick.
+fn trace(
+    d: &mut String,
+    frame: &Frame,
+    panel: &Shown<'_>,
+    series: &Series<'_>,
+    rows: std::ops::Range<usize>,
+) {
+    let end = rows.end;
+    let alone = rows.len() == 1;
+    let mut last: Option<(f64, f64)> = None;
+    for row in rows {
+        let (x, y) = frame.at(panel, series.x[row], series.y[row]);
+        match last {
+            None => {
+                let _ = write!(d, "M{x:.2} {y:.2}");
+            }
+            Some((a, b)) if row + 1 < end && (x - a).hypot(y - b) < 0.1 => continue,
+            Some(_) => {
+                let _ = write!(d, "L{x:.2} {y:.2}");
+            }
+        }
+        last = Some((x, y));
+    }
+    if alone {
+        d.push_str("m-1.5 0h3");
+    }
+}
+
+/// Places of marks along a run, evenly spread over its length.
+fn spread(
+    places: &mut Vec<(f64, f64)>,
+    frame: &Frame,
+    panel: &Shown<'_>,
+    series: &Series<'_>,
+    rows: std::ops::Range<usize>,
+) {
+    let mut way = BETWEEN_MARKS / 2.0;
+    let mut last: Option<(f64, f64)> = None;
+    for row in rows {
+        let at = frame.at(panel, series.x[row], series.y[row]);
+        if let Some(before) = last.filter(|_| frame.holds(at)) {
+            way += (at.0 - before.0).hypot(at.1 - before.1);
+        }
+        if way >= BETWEEN_MARKS {
+            places.push(at);
+            way = 0.0;
+        }
+        last = Some(at);
+    }
+}
+
+/// Positions of the points inside the frame, one for each cell of a grid of 1/`cells` pixel.
+fn distinct(frame: &Frame, panel: &Shown<'_>, series: &Series<'_>, cells: f64) -> Vec<(f64, f64)> {
+    let mut seen = HashSet::new();
+    let positions = series.points().map(|(x, y)| frame.at(panel, x, y));
+    positions
+        .filter(|&at| frame.holds(at))
+        .filter(|(x, y)| seen.insert(((x * cells).round() as i64, (y * cells).round() as i64)))
+        .collect()
+}

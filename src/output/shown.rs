@@ -1,0 +1,206 @@
+//! Panels ready to be drawn: numbers in the units of their axes, the axes and their texts. The static figure and the page draw
+//! the same.
+
+use super::axis::{Axis, extent};
+use super::raster::edges;
+use super::series::{Drawing, Series, resolve};
+use super::units::Scaled;
+use crate::error::{Diagnostic, Error};
+use crate::report::{CurveStyle, Figure, Panel, Report, Scale, Words};
+
+/// A panel with everything that is drawn.
+#[derive(Debug)]
+pub(super) struct Shown<'a> {
+    pub panel: &'a Panel,
+    pub x_label: String,
+    pub y_label: String,
+    /// Factors from the columns to the axes.
+    pub factors: (f64, f64),
+    pub list: Vec<Series<'a>>,
+    pub x: Axis,
+    pub y: Axis,
+    pub bar: Option<ColorBar>,
+}
+
+/// What colours mean.
+#[derive(Debug)]
+pub(super) struct ColorBar {
+    pub label: String,
+    pub axis: Axis,
+    /// From the numbers of the column to those of the axis.
+    pub factor: f64,
+}
+
+/// All panels of a figure that has been arranged.
+///
+/// # Errors
+/// `Error::Input` when a curve names a table or column that the report does not have.
+pub(super) fn shown<'a>(figure: &'a Figure, report: &'a Report) -> Result<Vec<Shown<'a>>, Error> {
+    let panels = resolve(figure, report)?.into_iter();
+    panels
+        .map(|resolved| panel(report, resolved.panel, resolved.list))
+        .collect()
+}
+
+/// Whether all panels have one abscissa: its ticks are written once, and zooming one zooms all.
+pub(super) fn is_shared(panels: &[Shown<'_>]) -> bool {
+    panels.windows(2).all(|w| {
+        w[0].x_label == w[1].x_label && (w[0].x.low, w[0].x.high) == (w[1].x.low, w[1].x.high)
+    })
+}
+
+fn panel<'a>(
+    report: &Report,
+    panel: &'a Panel,
+    mut list: Vec<Series<'a>>,
+) -> Result<Shown<'a>, Error> {
+    let tornado = list
+        .iter()
+        .any(|s| matches!(s.drawing, Drawing::Tornado(_)));
+    let x = match panel.x_unit.as_str() {
+        _ if tornado => Scaled::suiting(&panel.x_label, 1.0),
+        "" => {
+            let range = panel.x_range.map_or(0.0, |(a, b)| a.abs().max(b.abs()));
+            let largest = match range > 0.0 {
+                true => range,
+                false => largest(&list, |p| p.0),
+            };
+            let base = drawn_over_written(panel);
+            let own = Scaled::suiting(&panel.x_label, largest * base);
+            Scaled {
+                factor: own.factor * base,
+                ..own
+            }
+        }
+        _ => Scaled::abscissa(panel).map_err(|message| misfit(report, message))?,
+    };
+    let y = match tornado {
+        true => Scaled::suiting(&panel.y_label, 1.0),
+        false => Scaled::suiting(&panel.y_label, largest(&list, |p| p.1)),
+    };
+    for series in &mut list {
+        series.x.iter_mut().for_each(|value| *value *= x.factor);
+        series.y.iter_mut().for_each(|value| *value *= y.factor);
+        match &mut series.drawing {
+            Drawing::Bars(widths) => widths.iter_mut().for_each(|width| *width *= x.factor),
+            Drawing::Cells(raster) => {
+                raster.x.iter_mut().for_each(|value| *value *= x.factor);
+                raster.y.iter_mut().for_each(|value| *value *= y.factor);
+            }
+            _ => {}
+        }
+    }
+    let x_range = match panel.x_unit.as_str() {
+        "" => panel.x_range.map(|(a, b)| (a * x.factor, b * x.factor)),
+        // Given in that unit.
+        _ => panel.x_range,
+    };
+    let y_range = panel.y_range.map(|(a, b)| (a * y.factor, b * y.factor));
+    let bar = list.iter().find_map(|series| color_bar(report, series));
+    let (x_axis, y_axis) = axes(&list, (x_range, y_range), panel.y_scale);
+    Ok(Shown {
+        panel,
+        x_label: x.label,
+        y_label: y.label,
+        factors: (x.factor, y.factor),
+        list,
+        x: x_axis,
+        y: y_axis,
+        bar,
+    })
+}
+
+/// Factor from the numbers of a column of frequencies to those of its axis.
+pub(super) fn drawn_over_written(panel: &Panel) -> f64 {
+    panel.x_frequency.map_or(1.0, |axis| axis.factor())
+}
+
+/// Largest modulus among the points drawn.
+fn largest(list: &[Series<'_>], of: impl Fn((f64, f64)) -> f64) -> f64 {
+    let points = list.iter().flat_map(Series::points);
+    points.map(|p| of(p).abs()).fold(0.0, f64::max)
+}
+
+fn color_bar(report: &Report, series: &Series<'_>) -> Option<ColorBar> {
+    let (Drawing::Coloured(values), CurveStyle::Coloured { by }) =
+        (&series.drawing, &series.curve.style)
+    else {
+        return None;
+    };
+    let column = report.table(&series.curve.table)?.column(by)?;
+    let (low, high) = extent(values.iter().copied()).unwrap_or((0.0, 1.0));
+    let label = Words::of(by).axis(&column.unit);
+    let scaled = Scaled::suiting(&label, low.abs().max(high.abs()));
+    Some(ColorBar {
+        label: scaled.label,
+        axis: Axis::exact((low * scaled.factor, high * scaled.factor), 5),
+        factor: scaled.factor,
+    })
+}
+
+type Range = Option<(f64, f64)>;
+
+fn axes(list: &[Series<'_>], (x_range, y_range): (Range, Range), scale: Scale) -> (Axis, Axis) {
+    if let Some((series, names)) = list.iter().find_map(|s| match &s.drawing {
+        Drawing::Tornado(names) => Some((s, names)),
+        _ => None,
+    }) {
+        let widest = series.x.iter().fold(0.1, |m: f64, x| m.max(x.abs()));
+        let reach = (1.1 * widest).min(1.05 * widest.max(1.0));
+        return (Axis::exact((-reach, reach), 7), Axis::of_names(names));
+    }
+    let is =
+        |wanted: fn(&Drawing) -> bool| !list.is_empty() && list.iter().all(|s| wanted(&s.drawing));
+    let only_dots = is(|d| matches!(d, Drawing::Dots | Drawing::Coloured(_)));
+    let cells = list.iter().find_map(|s| match &s.drawing {
+        Drawing::Cells(raster) if !raster.cells.is_empty() => Some(raster),
+        _ => None,
+    });
+    if let Some(raster) = cells {
+        let around = |centres: &[f64]| {
+            let edges = edges(centres);
+            (edges[0], edges[edges.len() - 1])
+        };
+        let x = Axis::exact(x_range.unwrap_or_else(|| around(&raster.x)), 7);
+        let y = Axis::exact(y_range.unwrap_or_else(|| around(&raster.y)), 6);
+        return (x, y);
+    }
+    let bars = list.iter().find_map(|s| match &s.drawing {
+        Drawing::Bars(widths) => Some((s, widths)),
+        _ => None,
+    });
+    let xs = || list.iter().flat_map(|s| s.points().map(|p| p.0));
+    let x = match (x_range, extent(xs()), bars) {
+        (Some(range), _, _) if range.0.is_finite() && range.1.is_finite() => Axis::exact(range, 7),
+        (_, Some((low, high)), Some((_, widths))) => {
+            // NaN: bars of other curves.
+            let half = widths.iter().copied().fold(0.0, f64::max) / 2.0;
+            Axis::exact((low - half, high + half), 7)
+        }
+        (_, Some(range), None) if !only_dots => Axis::exact(range, 7),
+        _ => Axis::framing(xs(), 7),
+    };
+    let inside = |p: &(f64, f64)| p.0 >= x.low && p.0 <= x.high;
+    let ys = list.iter().flat_map(|s| s.points().filter(inside));
+    let ys = ys.map(|p| p.1);
+    let y = match (scale, y_range) {
+        (Scale::Log, range) => Axis::logarithmic(range, ys),
+        (_, Some(range)) => Axis::exact(range, 6),
+        _ if bars.is_some() => {
+            let top = extent(ys).map_or(1.0, |(_, high)| high);
+            Axis::exact((0.0, 1.05 * top), 6)
+        }
+        _ if only_dots => Axis::framing(ys, 6),
+        _ => Axis::around(ys, 6),
+    };
+    (x, y)
+}
+
+fn misfit(report: &Report, message: String) -> Error {
+    Error::Input(vec![Diagnostic {
+        location: None,
+        path: format!("analyses.{}.plot.x_unit", report.name),
+        message,
+        help: None,
+    }])
+}

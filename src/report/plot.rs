@@ -1,0 +1,55 @@
+//! What a user asks of a figure: the key `plot` of an analysis, `--plot` of the command line.
+
+use super::Scale;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the figures of an analysis show and how; what is left out is the analysis's choice.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Plot {
+    /// Column along the abscissa.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<String>,
+    /// Columns along the ordinate, one panel each; `rms` stands for the r.m.s. of every connection.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub y: Vec<String>,
+    /// Unit of the abscissa, such as `rpm`, `Hz`, `ms`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x_unit: Option<String>,
+    /// Scale of the ordinate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y_scale: Option<Scale>,
+    /// Ends of the abscissa, in the unit that it has in the figure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x_range: Option<[f64; 2]>,
+    /// Ends of the ordinate, in the unit of the column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y_range: Option<[f64; 2]>,
+    /// Whether the backbone is drawn: natural frequencies of the response-variant linear system (default: no).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backbone: Option<bool>,
+    /// Kinds of events drawn (default: all); an empty list: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub events: Option<Vec<String>>,
+    /// Connections drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub connections: Option<Vec<String>>,
+    /// Methods drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub methods: Option<Vec<String>>,
+    /// Width on paper.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<FigureSize>,
+}
+
+/// Width of a figure on paper.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FigureSize {
+    /// One column of a journal, 85 mm.
+    OneColumn,
+    /// Two columns of a journal, 178 mm.
+    #[default]
+    TwoColumns,
+}
