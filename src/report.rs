@@ -101,6 +101,15 @@ impl Values {
         self.len() == 0
     }
 
+    /// No values of the same kind.
+    fn without_rows(&self) -> Values {
+        match self {
+            Values::Float(_) => Values::Float(Vec::new()),
+            Values::Integer(_) => Values::Integer(Vec::new()),
+            Values::Text(_) => Values::Text(Vec::new()),
+        }
+    }
+
     /// Appends a cell.
     ///
     /// # Panics
@@ -216,6 +225,19 @@ impl Table {
     /// Real numbers of a column, NaN where a cell is empty; `None` where there is no such column of real numbers.
     pub fn floats(&self, name: &str) -> Option<&[f64]> {
         self.column(name)?.values.as_floats()
+    }
+
+    /// The same columns without values: what an analysis promises before it runs.
+    pub fn without_rows(&self) -> Table {
+        let columns = self.columns.iter().map(|column| Column {
+            name: column.name.clone(),
+            unit: column.unit.clone(),
+            values: column.values.without_rows(),
+        });
+        Table {
+            name: self.name.clone(),
+            columns: columns.collect(),
+        }
     }
 
     /// Number of rows.

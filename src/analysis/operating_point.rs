@@ -104,6 +104,7 @@ impl Analysis for OperatingPoint {
         let mut report = Analysis::run(&response, setting)?;
         report.tables = joined(report.tables);
         report.figure = None;
+        report.further_figures.clear();
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         report.summary.insert("options".into(), options);
         Ok(report)

@@ -176,7 +176,8 @@ impl Analysis for TimeHistory {
             switch_table(setting, &[]),
         ];
         let state = vec![0.0; system.state_size()];
-        tables.extend(Impacts::new(setting, system, (0.0, 0.0), &state).tables((0.0, 1.0)));
+        let impacts = Impacts::new(setting, system, (0.0, 0.0), &state).tables((0.0, 1.0));
+        tables.extend(impacts.iter().map(Table::without_rows));
         if let Some(main) = tables.first_mut() {
             self.thin(main);
         }

@@ -224,7 +224,7 @@ mod tests {
             lines(&groups),
             ["1: F, 0.51235", "2: 2 G, F, 1.2000 to 1.2500"]
         );
-        assert_eq!(kinds(&groups), ["fold", SEVERAL]);
+        assert_eq!(kinds(&groups), ["fold", "grazing", SEVERAL]);
         assert_eq!(digits(12345.6), "12346");
     }
 }

@@ -113,6 +113,10 @@ fn the_three_methods_agree_on_every_model() {
     for path in list {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let study = Study::load(&path, &[], &[]).unwrap();
+        if study.assembly.natural_frequencies.is_empty() {
+            // A train without springs: nothing to measure frequencies by.
+            continue;
+        }
         let mut agreed = 0;
         for ratio in RATIOS {
             let report = response(&path, &study, ratio);

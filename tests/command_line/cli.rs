@@ -68,7 +68,7 @@ fn a_run_writes_its_files_and_a_short_table() {
         "response",
         "frequency_response",
         "complete",
-        "12 files in results/m",
+        "13 files in results/m",
     ] {
         assert!(ended.out.contains(part), "{part}: {}", ended.out);
     }

@@ -367,7 +367,7 @@ fn every_analysis_is_in_the_schema() {
         .read::<Box<dyn analysis::Analysis>>("a")
         .unwrap_err()
         .to_string();
-    let common = ["type", "set", "title", "caption", "assumed"];
+    let common = ["type", "set", "title", "caption", "assumed", "plot"];
     for (tag, _, _) in analysis::TYPES {
         assert!(
             help.contains(tag) || !help.contains("modes"),

@@ -33,7 +33,9 @@ fn numbers(column: &Column) -> Vec<f64> {
 
 /// Value below which a share of the sorted list lies, with linear interpolation between neighbours.
 ///
-///     x_p = x_k + (h - k) (x_(k+1) - x_k),   h = p (n - 1),   k = floor(h)
+/// ```text
+/// x_p = x_k + (h - k) (x_(k+1) - x_k),   h = p (n - 1),   k = floor(h)
+/// ```
 ///
 /// `NaN` for an empty list. Hyndman & Fan (1996), type 7.
 pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
