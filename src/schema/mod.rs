@@ -147,14 +147,16 @@ fn model() -> Value {
 fn define_analyses(definitions: &mut Map<String, Value>) {
     let mut generator = SchemaGenerator::new(SchemaSettings::draft07());
     let mut types = Vec::new();
-    let plot = generator.subschema_for::<Plot>().to_value();
+    let mut plot = nullable(generator.subschema_for::<Plot>().to_value());
+    plot["description"] =
+        json!("What the figure shows: columns, axes, ranges, events, connections, methods.");
     for (tag, about, settings) in analysis::TYPES {
         let mut own = settings(&mut generator).to_value();
         scalars::loosen(&mut own);
         own["title"] = json!(tag);
         own["description"] = json!(about);
         let mut properties = common(tag, about);
-        properties.insert("plot".into(), nullable(plot.clone()));
+        properties.insert("plot".into(), plot.clone());
         if let Some(Value::Object(keys)) = own.get_mut("properties").map(Value::take) {
             properties.extend(keys);
         }
