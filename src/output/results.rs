@@ -26,13 +26,14 @@ pub struct Results {
     pub files: Vec<PathBuf>,
 }
 
+/// What a manifest says of a run.
 #[derive(Deserialize)]
-struct Manifest {
+pub(crate) struct Manifest {
     #[serde(default)]
-    model: Description,
-    inputs: Vec<Input>,
-    options: Map<String, Value>,
-    files: Vec<Input>,
+    pub(crate) model: Description,
+    pub(crate) inputs: Vec<Input>,
+    pub(crate) options: Map<String, Value>,
+    pub(crate) files: Vec<Input>,
 }
 
 #[derive(Deserialize)]

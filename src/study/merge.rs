@@ -6,12 +6,12 @@ use super::{Outcome, RunSettings, Shard, Written, plotting};
 use crate::analysis::ParameterStudy;
 use crate::error::{Diagnostic, Error};
 use crate::output::manifest::size_and_hash;
+use crate::output::results::Manifest;
 use crate::output::stream::{Lines, RowFile};
 use crate::output::{self, Input, RunOptions};
-use crate::report::{Column, Description, Report};
+use crate::report::{Column, Report};
 use indexmap::IndexMap;
-use serde::Deserialize;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// One part of one study.
@@ -19,16 +19,6 @@ struct Part {
     folder: PathBuf,
     record: Record,
     json: Value,
-}
-
-/// What a manifest says that matters here.
-#[derive(Deserialize)]
-struct Manifest {
-    #[serde(default)]
-    model: Description,
-    inputs: Vec<Input>,
-    options: Map<String, Value>,
-    files: Vec<Input>,
 }
 
 /// Joins the parts in these folders into results as one run would have written them.

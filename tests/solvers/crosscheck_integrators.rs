@@ -11,8 +11,9 @@ use nalgebra::DMatrix;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::f64::consts::TAU;
 
+/// The switches of a motion.
 #[derive(Default)]
-struct Switches(Vec<Switch>);
+pub struct Switches(pub Vec<Switch>);
 
 impl Observer for Switches {
     fn switch(&mut self, switch: &Switch) {

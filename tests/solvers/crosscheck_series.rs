@@ -1,27 +1,18 @@
 //! Series flow against DOPRI5 on random trains: stiffness that varies, transmission errors, impact damping, cubic laws, formulas.
 
 use crate::common::{backlash, load};
-use crate::crosscheck_integrators::train;
+use crate::crosscheck_integrators::{Switches, train};
 use gearlash::element::{
     Backlash, Cubic, Element, Expression, ImpactDampingLaw, Preloaded, TanhFriction,
 };
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
-    Dopri5, Dopri5Options, Exact, IntegrationEnd, Integrator, Observer, Switch,
+    Dopri5, Dopri5Options, Exact, IntegrationEnd, Integrator, Switch,
 };
 use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
 use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
 use std::f64::consts::TAU;
-
-#[derive(Default)]
-struct Switches(Vec<Switch>);
-
-impl Observer for Switches {
-    fn switch(&mut self, switch: &Switch) {
-        self.0.push(*switch);
-    }
-}
 
 type Draw<'a> = dyn FnMut(f64, f64) -> f64 + 'a;
 
