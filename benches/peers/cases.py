@@ -85,4 +85,4 @@ def hard_chain(gearlash, python, peers, seconds):
     if "pyharm" in peers:
         options = ("--step-max", PYHARM_STEP["P2b"], "--time-limit", str(seconds))
         entries.append(Entry(Peer("pyHarm", python, "pyharm_problem.py", model, options), ()))
-    return Case("P2b", f"chain of 20 that separates, 7 harmonics, {seconds} s at most", tuple(entries))
+    return Case("P2b", f"chain of 20 that separates, 7 harmonics, limit {seconds} s", tuple(entries))

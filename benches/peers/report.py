@@ -7,11 +7,11 @@ from measure import PeersError
 BEGIN, END = "<!-- peers: begin -->", "<!-- peers: end -->"
 
 NOTES = """\
-CPU seconds (user and system) on one core, {runs}; ratios to `gearlash`, of runs made one after the other.
-*Whole process*: from the command to its end, with start-up and, numbalsoda above all, compilation, with the file read
-and the results written. *Solver*: that left out. On P1 and P2 `gearlash` computes Floquet multipliers at every point
-and locates folds and bifurcations, pyHarm has no stability; on P3 `gearlash` integrates with a local error of 1e-12.
-*Error*: of the maxima, relative (P1, P2); of the state after ten periods (P3)."""
+CPU seconds (user and system) on one core, {runs}. Ratios to `gearlash` compare runs made one after the other.
+*Whole process*: from the start of the command to its end. This includes start-up, compilation (most of it in numbalsoda), reading the
+file and writing the results. *Solver*: the solver alone. On P1 and P2 `gearlash` computes Floquet multipliers at every point
+and locates folds and bifurcations; pyHarm has no stability analysis. On P3 `gearlash` integrates with a local error of 1e-12.
+*Error*: relative error of the maxima (P1, P2); error of the state after ten periods (P3)."""
 
 
 def document(results, hardest, surroundings, runs):
@@ -20,14 +20,14 @@ def document(results, hardest, surroundings, runs):
     parts = [*surroundings, "", *table(results), "", NOTES.format(runs=words)]
     scaled = [o for case, outcomes in results if case.periods for o in outcomes if o[0].points != case.periods]
     if scaled:
-        parts.append(f"scipy's rows of P3 are scaled up from {scaled[0][0].points} periods.")
+        parts.append(f"scipy's rows of P3 are extrapolated from {scaled[0][0].points} periods.")
     if hardest is not None:
         parts += ["", *hard_table(*hardest)]
     return "\n".join(parts) + "\n"
 
 
 def table(results):
-    """Rows of the main table; `results`: pairs of a case and the outcomes of every entry, one a run."""
+    """Rows of the main table; `results`: pairs of a case and the outcomes of every entry, one per run."""
     yield "| Problem | Program | Points | Whole process, s | ratio | Solver, s | ratio | Peak, MB | Error |"
     yield "|---|---|--:|--:|--:|--:|--:|--:|--:|"
     for case, outcomes in results:
@@ -50,7 +50,7 @@ def table(results):
 
 
 def hard_table(case, outcomes):
-    """Rows of the table of P2b: the lowest frequency each program came down to."""
+    """Rows of the table of P2b: the lowest frequency that each program reached."""
     yield f"{case.name}: {case.title}."
     yield ""
     yield "| Program | Points | Lowest frequency | Whole process, s | Peak, MB |"
@@ -68,10 +68,10 @@ def scaled(case, run):
 
 
 def solver_cell(case, seconds):
-    """Seconds, and of integrations microseconds a period."""
+    """Seconds; for integrations also microseconds per period."""
     if case.periods is None:
         return figures(seconds)
-    return f"{figures(seconds)} ({figures(1e6 * seconds / case.periods)} µs a period)"
+    return f"{figures(seconds)} ({figures(1e6 * seconds / case.periods)} µs per period)"
 
 
 def ratio(theirs, ours):
