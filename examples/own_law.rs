@@ -28,7 +28,7 @@ gearlash::register_element! {
 #[typetag::serde(name = "stiffening")]
 impl Element for Stiffening {
     fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
-        // Derivatives come with the numbers.
+        // `Dual` numbers provide the derivatives.
         let share = self.share;
         from_force(q, v, |q, _v| q + (q + q * q * q * (1.0 / 6.0)) * share)
     }

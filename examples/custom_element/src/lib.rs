@@ -53,7 +53,7 @@ impl Hertz {
 
 #[typetag::serde(name = "hertz")]
 impl Element for Hertz {
-    // Derivatives come with the numbers: nobody has to write them.
+    // `Dual` numbers provide the derivatives.
     fn eval(&self, q: f64, v: f64, _phase: f64) -> Response {
         from_force(q, v, |q, _v| self.force(q))
     }
