@@ -34,10 +34,15 @@ class StateAfter:
     periods: int
     state: tuple
     tolerance: float  # largest deviation allowed, by what the method promises a step
+    unit: float = 1.0  # of displacement, in the results
+    frequency: float = 1.0  # of velocity over displacement
 
     def error(self, outcome):
         """Largest deviation of a coordinate or velocity."""
-        return max(abs(a - b) for a, b in zip(outcome.states[self.periods - 1], self.state))
+        half = len(self.state) // 2
+        units = [self.unit] * half + [self.unit * self.frequency] * half
+        found = outcome.states[self.periods - 1]
+        return max(abs(a - b) / unit for a, b, unit in zip(found, self.state, units))
 
     def disagreements(self, outcome):
         """Sentences; none if the outcome agrees."""

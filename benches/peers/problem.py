@@ -7,10 +7,13 @@ The other programs solve what stands in the files `gearlash` reads: there is no 
 
 import argparse
 import json
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import yaml
+
+import gear_pair
 
 
 @dataclass(frozen=True)
@@ -29,11 +32,27 @@ class Problem:
         """Number of coordinates."""
         return len(self.half_gap)
 
+    @property
+    def period(self):
+        """One excitation period in the time of the equation."""
+        return 2.0 * math.pi / self.analysis["at"]
+
+    @property
+    def rest(self):
+        """Where the motion starts."""
+        return (0.0,) * (2 * self.dof)
+
+    def in_si(self, states):
+        """The states as they are: everything is nondimensional."""
+        return [list(state) for state in states]
+
 
 def load(path):
-    """The problem in the file `path`; raises `ValueError` if it says more than this module understands."""
+    """The problem in the file `path`, a `Problem` or a `gear_pair.Pair`; raises `ValueError` if it says more than is known here."""
     with open(path, encoding="utf-8") as file:
         model = yaml.safe_load(file)
+    if "bodies" in model:
+        return gear_pair.read(path, model)
     reduced = model["reduced"]
     stiffness = np.array(reduced["stiffness"], dtype=float)
     elements = list(reduced["elements"].values())

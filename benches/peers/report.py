@@ -10,8 +10,8 @@ NOTES = """\
 CPU seconds (user and system) on one core, {runs}. Ratios to `gearlash` compare runs made one after the other.
 *Whole process*: from the start of the command to its end. This includes start-up, compilation (most of it in numbalsoda), reading the
 file and writing the results. *Solver*: the solver alone. On P1 and P2 `gearlash` computes Floquet multipliers at every point
-and locates folds and bifurcations; pyHarm has no stability analysis. On P3 `gearlash` integrates with a local error of 1e-12.
-*Error*: relative error of the maxima (P1, P2); error of the state after ten periods (P3)."""
+and locates folds and bifurcations; pyHarm has no stability analysis. On P3 and P13 `gearlash` integrates with a local error of 1e-12.
+*Error*: relative error of the maxima (P1, P2); error of the state after ten periods (P3; P13, over half the gap)."""
 
 
 def document(results, hardest, surroundings, runs):
@@ -20,7 +20,7 @@ def document(results, hardest, surroundings, runs):
     parts = [*surroundings, "", *table(results), "", NOTES.format(runs=words)]
     scaled = [o for case, outcomes in results if case.periods for o in outcomes if o[0].points != case.periods]
     if scaled:
-        parts.append(f"scipy's rows of P3 are extrapolated from {scaled[0][0].points} periods.")
+        parts.append(f"scipy's rows of P3 and P13 are extrapolated from {scaled[0][0].points} periods.")
     if hardest is not None:
         parts += ["", *hard_table(*hardest)]
     return "\n".join(parts) + "\n"

@@ -21,9 +21,9 @@ import surroundings
 from measure import PeersError
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
-PROBLEMS = ("P1", "P2", "P3")
+PROBLEMS = ("P1", "P2", "P3", "P13")
 # The other programs and the problems they take part in.
-PEERS = {"pyharm": {"P1", "P2"}, "numbalsoda": {"P3"}, "scipy": {"P3"}}
+PEERS = {"pyharm": {"P1", "P2"}, "numbalsoda": {"P3", "P13"}, "scipy": {"P3", "P13"}}
 
 
 def main():
@@ -51,13 +51,13 @@ def parse():
     add("--without", action="append", default=[], choices=PEERS, help="leave a program out (may be repeated)")
     add("--only", action="append", choices=PROBLEMS, help="only this problem (may be repeated)")
     add("--runs", type=positive, metavar="N", help="runs of every program on every problem [default: 3]")
-    add("--periods", type=positive, metavar="N", help="length of P3 [default: 20000]")
+    add("--periods", type=positive, metavar="N", help="length of P3 and P13 [default: 20000]")
     add("--p2b", type=positive, metavar="SECONDS", help="also P2b, this long for each program at most")
-    add("--quick", action="store_true", help="by default one run of P1 and of 2000 periods of P3 only")
+    add("--quick", action="store_true", help="by default one run of P1 and of 2000 periods of P3 and P13 only")
     add("--output", type=pathlib.Path, metavar="FILE", help="write the table there too")
     add("--readme", type=pathlib.Path, metavar="FILE", help="replace what stands between the marks of this file")
     arguments = parser.parse_args()
-    runs, periods, only = (1, 2000, ("P1", "P3")) if arguments.quick else (3, 20000, PROBLEMS)
+    runs, periods, only = (1, 2000, ("P1", "P3", "P13")) if arguments.quick else (3, 20000, PROBLEMS)
     arguments.runs = arguments.runs or runs
     arguments.periods = arguments.periods or periods
     arguments.only = arguments.only or only
@@ -115,6 +115,8 @@ def chosen(arguments, gearlash, python, peers):
     yield from cases.responses(gearlash, python, peers, arguments.only)
     if "P3" in arguments.only:
         yield cases.attractor(gearlash, python, peers, arguments.periods)
+    if "P13" in arguments.only:
+        yield cases.gear_pair(gearlash, python, peers, arguments.periods)
 
 
 def alternate(case, runs, warm):

@@ -9,6 +9,7 @@ import time
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import gear_pair
 import problem
 
 # The states written: later ones are chaotic and no reference.
@@ -19,16 +20,17 @@ def main():
     """Integrate, then write solver CPU seconds and the first Poincare points as JSON."""
     arguments = parse()
     system = problem.load(arguments.model)
-    times = np.arange(1, arguments.periods + 1) * 2.0 * np.pi / system.analysis["at"]
+    times = np.arange(1, arguments.periods + 1) * system.period
+    rates = pair_rates(system) if isinstance(system, gear_pair.Pair) else right_hand_side(system)
     begin = time.process_time()
     solution = solve_ivp(
-        right_hand_side(system), (0.0, times[-1]), np.zeros(2 * system.dof), t_eval=times,
+        rates, (0.0, times[-1]), system.rest, t_eval=times,
         method=arguments.method, rtol=arguments.rtol, atol=arguments.rtol,
     )
     seconds = time.process_time() - begin
     if not solution.success:
         raise SystemExit(f"solve_ivp: {solution.message}")
-    states = solution.y.T[:STATES_KEPT].tolist()
+    states = system.in_si(solution.y.T[:STATES_KEPT].tolist())
     result = {"solver_cpu": seconds, "points": arguments.periods, "states": states}
     problem.write(arguments.out, result)
 
@@ -60,6 +62,21 @@ def right_hand_side(system):
             m1 + a1 * cosine - g11 * v1 - g12 * v2 - k11 * f1 - k12 * f2,
             m2 + a2 * cosine - g21 * v1 - g22 * v2 - k21 * f1 - k22 * f2,
         )
+
+    return rates
+
+
+def pair_rates(pair):
+    """(x, x')' of the gear pair."""
+    force, stiffness, damping, a1, p1, a2, p2, e1, q1, e2, q2 = pair.numbers()
+
+    def rates(t, state):
+        x, v = state.tolist()
+        deformation = x - e1 * math.cos(t + q1) - e2 * math.cos(2.0 * t + q2)
+        rate = v + e1 * math.sin(t + q1) + 2.0 * e2 * math.sin(2.0 * t + q2)
+        factor = 1.0 + a1 * math.cos(t + p1) + a2 * math.cos(2.0 * t + p2)
+        contact = deformation + 0.5 * (abs(deformation - 1.0) - abs(deformation + 1.0))
+        return v, force - stiffness * factor * contact - damping * rate
 
     return rates
 

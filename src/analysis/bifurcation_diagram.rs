@@ -17,7 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
-use sweep::{Plan, Point, Work};
+use sweep::{Plan, Point, Work, integrations};
 
 /// Settings of `bifurcation_diagram`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -57,6 +57,9 @@ pub struct BifurcationDiagram {
     /// Which integrator runs.
     #[serde(default)]
     pub integrator: IntegratorChoice,
+    /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+    #[serde(default)]
+    pub flow_tolerance: Option<f64>,
     /// Longest period that a label may name; 256 when absent.
     #[serde(default)]
     pub longest_period: Option<usize>,
@@ -120,7 +123,9 @@ impl Analysis for BifurcationDiagram {
             faults.extend(initial.check(setting, "initial"));
         }
         faults.extend(self.check_seeds(setting));
-        faults.extend(flow::integrator(setting, &setting.assembly.system, self.integrator).err());
+        let integrator = flow::options(self.integrator, self.flow_tolerance);
+        faults.extend(flow::check_tolerance(integrator));
+        faults.extend(flow::integrator(setting, &setting.assembly.system, integrator).err());
         faults
     }
 
@@ -309,7 +314,7 @@ impl BifurcationDiagram {
             seeds,
             size: self.size(),
             labels: self.label_keys(),
-            integrator: self.integrator,
+            integrator: flow::options(self.integrator, self.flow_tolerance),
             initial: self.initial.clone().unwrap_or_default(),
             unit,
             factor,
@@ -330,6 +335,8 @@ impl BifurcationDiagram {
         let mut warnings: Vec<String> = points.iter().filter_map(|p| p.warning.clone()).collect();
         warnings.sort();
         warnings.dedup();
+        let (ran, strain) = integrations(points);
+        warnings.extend(flow::labour(&ran, strain, setting));
         let mut report = Report {
             tables: vec![main, summary_table(setting, plan, points)],
             figure: Some(self.figure(setting, plan, &labels)),
@@ -337,13 +344,10 @@ impl BifurcationDiagram {
             ..Report::default()
         };
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
-        let mut ran: Vec<&str> = points.iter().map(|p| p.integrator).collect();
-        ran.sort_unstable();
-        ran.dedup();
         for (key, value) in [
             ("options", options),
             ("parameter", json!(plan.parameter.name())),
-            ("integrator", json!(ran.join(", "))),
+            ("integrator", json!(ran)),
             ("runs", json!(labels)),
             ("points", json!(points.len())),
         ] {

@@ -5,7 +5,9 @@ use super::{Fault, Initial, Setting, limits};
 use crate::quantity::Quantity;
 use crate::solve::attractor::{ALIGNMENT, LabelOptions, Lengths, MapSize, Stop};
 use crate::solve::equilibrium::{NoEquilibrium, equilibrium};
-use crate::solve::integrate::{self, IntegrationEnd, Integrator, IntegratorChoice};
+use crate::solve::integrate::{
+    self, IntegrationEnd, Integrator, IntegratorChoice, IntegratorOptions, Strain,
+};
 use crate::system::System;
 
 /// The integrator that an analysis asked for, for a system of its setting.
@@ -15,9 +17,9 @@ use crate::system::System;
 pub fn integrator(
     setting: &Setting<'_>,
     system: &System,
-    choice: IntegratorChoice,
+    options: impl Into<IntegratorOptions>,
 ) -> Result<Box<dyn Integrator + Send>, Fault> {
-    integrate::choose(system, choice)
+    integrate::choose(system, options)
         .map_err(|error| Fault::new("integrator", setting.name_connection(&error)))
 }
 
@@ -35,14 +37,47 @@ pub fn check_motions(
     setting: &Setting<'_>,
     at: &Quantity,
     states: &[(String, Initial)],
-    choice: IntegratorChoice,
+    options: impl Into<IntegratorOptions>,
 ) -> Vec<Fault> {
+    let options = options.into();
     let mut faults: Vec<Fault> = frequency(setting, "at", at).err().into_iter().collect();
+    faults.extend(check_tolerance(options));
     for (key, state) in states {
         faults.extend(state.check(setting, key));
     }
-    faults.extend(integrator(setting, &setting.assembly.system, choice).err());
+    faults.extend(integrator(setting, &setting.assembly.system, options).err());
     faults
+}
+
+/// The integrator that an analysis asks for with its key `flow_tolerance`.
+pub fn options(choice: IntegratorChoice, flow_tolerance: Option<f64>) -> IntegratorOptions {
+    let default = IntegratorOptions::from(choice);
+    IntegratorOptions {
+        flow_tolerance: flow_tolerance.unwrap_or(default.flow_tolerance),
+        ..default
+    }
+}
+
+/// Local errors of the series flow that make sense.
+const TOLERANCES: (f64, f64) = (1e-15, 1e-3);
+
+/// What is wrong with the key `flow_tolerance`.
+pub fn check_tolerance(options: IntegratorOptions) -> Option<Fault> {
+    let IntegratorOptions {
+        choice,
+        flow_tolerance,
+    } = options;
+    let message = if !(TOLERANCES.0..=TOLERANCES.1).contains(&flow_tolerance) {
+        format!(
+            "{flow_tolerance} must be from {:e} to {:e}",
+            TOLERANCES.0, TOLERANCES.1
+        )
+    } else if choice == IntegratorChoice::Dopri5 && options != choice.into() {
+        "it belongs to the series flow; `integrator: dopri5` has an error control of its own".into()
+    } else {
+        return None;
+    };
+    Some(Fault::new("flow_tolerance", message))
 }
 
 /// A motion about to start: a system at its excitation frequency, its integrator and a state at phase 0.
@@ -66,11 +101,11 @@ impl Motion {
         setting: &Setting<'_>,
         at: &Quantity,
         (key, initial): (&str, &Initial),
-        choice: IntegratorChoice,
+        options: impl Into<IntegratorOptions>,
     ) -> Result<Motion, Fault> {
         let mut system = setting.assembly.system.clone();
         system.set_reference_frequency(frequency(setting, "at", at)?);
-        let integrator = integrator(setting, &system, choice)?;
+        let integrator = integrator(setting, &system, options)?;
         let (state, warning) = initial.state(setting, &system, key)?;
         Ok(Motion {
             system,
@@ -103,6 +138,23 @@ pub fn tell(stop: Stop, setting: &Setting<'_>) -> String {
         "{name}: {stop}, at {clock} = {:.9e}, deformation {q:.9e}, rate {v:.9e}",
         time / w
     )
+}
+
+/// What is to be said about the steps of an integrator of this name: which connection made them short.
+pub fn labour(name: &str, strain: Option<Strain>, setting: &Setting<'_>) -> Option<String> {
+    let strain = strain?;
+    let connection = &setting.assembly.connections[strain.connection];
+    Some(format!(
+        "{name} flow: up to {} steps per excitation period, the shortest {:.1e} of it, because the force of {connection} changes \
+         that fast; a softer or smoother law is integrated sooner",
+        strain.steps, strain.shortest,
+    ))
+}
+
+/// The more laborious one of two.
+pub fn harder(one: Option<Strain>, other: Option<Strain>) -> Option<Strain> {
+    let steps = |strain: &Strain| strain.steps;
+    one.into_iter().chain(other).max_by_key(steps)
 }
 
 /// Static equilibrium at rest, [q; v; z], with a warning where there is none or several: motion then starts undeformed, or

@@ -9,7 +9,7 @@ use crate::interrupt;
 use crate::quantity::Quantity;
 use crate::report::{Figure, Panel, Report, Table};
 use crate::solve::attractor::{Attractor, LabelOptions, Lengths, MapSize, Stroboscopic, attractor};
-use crate::solve::integrate::IntegratorChoice;
+use crate::solve::integrate::{IntegratorChoice, IntegratorOptions};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,6 +39,9 @@ pub struct PoincareMap {
     /// Which integrator runs.
     #[serde(default)]
     pub integrator: IntegratorChoice,
+    /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+    #[serde(default)]
+    pub flow_tolerance: Option<f64>,
     /// Whether Lyapunov exponents are computed for the labels.
     #[serde(default = "defaults::lyapunov")]
     pub lyapunov: bool,
@@ -68,7 +71,7 @@ pub(super) const REPORTED: usize = 64;
 impl Analysis for PoincareMap {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let states = self.states();
-        let mut faults = flow::check_motions(setting, &self.at, &states, self.integrator);
+        let mut faults = flow::check_motions(setting, &self.at, &states, self.flow());
         if self.initial.is_some() && self.initials.is_some() {
             let message = "give `initial` for one run or `initials` for several, not both";
             faults.push(Fault::new("initials", message));
@@ -114,7 +117,7 @@ impl Analysis for PoincareMap {
 struct Run {
     attractor: Attractor,
     integrator: &'static str,
-    warning: Option<String>,
+    warnings: Vec<String>,
 }
 
 impl PoincareMap {
@@ -124,6 +127,10 @@ impl PoincareMap {
             periods: self.periods,
             exponents: Lengths::wanted(self.lyapunov),
         }
+    }
+
+    fn flow(&self) -> IntegratorOptions {
+        flow::options(self.integrator, self.flow_tolerance)
     }
 
     fn label_keys(&self) -> LabelKeys {
@@ -151,7 +158,7 @@ impl PoincareMap {
         total: usize,
     ) -> Result<Run, Fault> {
         let start = (key.as_str(), initial);
-        let mut motion = Motion::new(setting, &self.at, start, self.integrator)?;
+        let mut motion = Motion::new(setting, &self.at, start, self.flow())?;
         let mut keep_going = |_: usize| {
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             if count.is_multiple_of(REPORTED) {
@@ -177,10 +184,14 @@ impl PoincareMap {
             options,
             &mut keep_going,
         );
+        let integrator = motion.integrator.as_ref();
+        let (name, strain) = (integrator.name(), integrator.strain());
         Ok(Run {
             attractor,
-            integrator: motion.integrator.name(),
-            warning: motion.warning,
+            integrator: name,
+            warnings: (motion.warning.into_iter())
+                .chain(flow::labour(name, strain, setting))
+                .collect(),
         })
     }
 
@@ -208,7 +219,7 @@ impl PoincareMap {
                 ))
             })
             .collect();
-        let mut warnings: Vec<String> = runs.iter().filter_map(|r| r.warning.clone()).collect();
+        let mut warnings: Vec<String> = runs.iter().flat_map(|r| r.warnings.clone()).collect();
         warnings.dedup();
         let labels: Vec<String> = runs.iter().map(|r| r.attractor.label.to_string()).collect();
         let mut report = Report {

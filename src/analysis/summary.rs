@@ -2,7 +2,7 @@
 
 use super::{Setting, flow};
 use crate::solve::attractor::{Attractor, Label, Stop};
-use crate::solve::integrate::{IntegrationEnd, IntegratorChoice};
+use crate::solve::integrate::{IntegrationEnd, IntegratorOptions};
 use crate::solve::orbit::Orbit;
 use crate::solve::segment_orbit::SegmentOrbit;
 use crate::system::System;
@@ -20,7 +20,7 @@ pub(super) enum Unmeasured {
 /// has, from its first point on. `last` is the state at its end.
 pub(super) fn measured(
     setting: &Setting<'_>,
-    (mut system, choice): (System, IntegratorChoice),
+    (mut system, options): (System, impl Into<IntegratorOptions>),
     attractor: &Attractor,
     last: &[f64],
 ) -> Result<(System, Orbit), Unmeasured> {
@@ -31,7 +31,7 @@ pub(super) fn measured(
         (None, _) => (points.len() / last.len(), points[..last.len()].to_vec()),
     };
     system.set_subharmonic(periods);
-    let integrator = flow::integrator(setting, &system, choice);
+    let integrator = flow::integrator(setting, &system, options);
     let mut integrator = integrator.map_err(|fault| Unmeasured::Refused(fault.message))?;
     let mut orbit = SegmentOrbit::new(system.omega(), periods, system.dof());
     let width = TAU / periods as f64;

@@ -11,7 +11,9 @@ use crate::error::{Error, did_you_mean};
 use crate::quantity::Quantity;
 use crate::report::{Report, Table, Values};
 use crate::solve::attractor::Stop;
-use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, Observer, Segment, Switch};
+use crate::solve::integrate::{
+    IntegrationEnd, IntegratorChoice, IntegratorOptions, Observer, Segment, Switch,
+};
 use crate::system::System;
 use figure::figure;
 use schemars::JsonSchema;
@@ -43,6 +45,9 @@ pub struct TimeHistory {
     /// Which integrator runs.
     #[serde(default)]
     pub integrator: IntegratorChoice,
+    /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+    #[serde(default)]
+    pub flow_tolerance: Option<f64>,
     /// Time from t = 0 on, instead of periods; loads may then be functions of time.
     #[serde(default)]
     pub duration: Option<Quantity>,
@@ -93,7 +98,7 @@ impl Analysis for TimeHistory {
             return faults;
         };
         let states = [("initial".to_string(), self.initial.clone())];
-        faults.extend(flow::check_motions(setting, at, &states, self.integrator));
+        faults.extend(flow::check_motions(setting, at, &states, self.flow()));
         for (key, found, least, most) in [
             ("periods", self.periods(), 1, limits::PERIODS),
             ("transient", self.transient, 0, limits::PERIODS),
@@ -269,7 +274,7 @@ impl TimeHistory {
             samples: self.samples.as_deref(),
             points: self.points.unwrap_or(POINTS),
             initial: &self.initial,
-            integrator: self.integrator,
+            integrator: self.flow(),
         })
     }
 
@@ -281,7 +286,7 @@ impl TimeHistory {
             text: "1".into(),
         });
         let start = ("initial", &self.initial);
-        let motion = Motion::new(setting, &at, start, self.integrator);
+        let motion = Motion::new(setting, &at, start, self.flow());
         let Motion {
             system,
             mut integrator,
@@ -330,13 +335,25 @@ impl TimeHistory {
         }
         let mut report = Report {
             tables: record.tables(),
-            warnings: warning.into_iter().collect(),
+            warnings: (warning.into_iter())
+                .chain(flow::labour(
+                    integrator.name(),
+                    integrator.strain(),
+                    setting,
+                ))
+                .collect(),
             ended_early: stop.map(|s| flow::tell(s, setting)),
             ..Report::default()
         };
         let name = json!(integrator.name());
         report.summary.insert("integrator".into(), name);
         Ok(report)
+    }
+}
+
+impl TimeHistory {
+    fn flow(&self) -> IntegratorOptions {
+        flow::options(self.integrator, self.flow_tolerance)
     }
 }
 

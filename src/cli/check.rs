@@ -11,6 +11,7 @@ use crate::model::ReportUnits;
 use crate::output;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::solve::galerkin::stored_blocks;
+use crate::solve::integrate::{IntegratorChoice, automatic};
 use crate::solve::support::{self, Reach, Support};
 use crate::study::Study;
 use comfy_table::{Table, presets};
@@ -135,6 +136,7 @@ fn as_value(study: &Study, state: &AtRest, warnings: &[String]) -> Value {
         .map(|(name, list)| (name.clone(), json!(list)))
         .collect::<serde_json::Map<_, _>>()
         .into();
+    value["integrator"] = json!(automatic(&study.assembly.system));
     value["static_is_unique"] = json!(rest.ok().map(|r| r.is_unique));
     value["analyses"] = json!(
         study
@@ -251,7 +253,12 @@ fn solvers(study: &Study) -> String {
         let shown = &names[..names.len().min(SHOWN)];
         let _ = writeln!(text, "{note} ({}{more})", shown.join(", "));
     }
-    text.push('\n');
+    let chosen = match automatic(&assembly.system) {
+        IntegratorChoice::Exact => "exact flow",
+        IntegratorChoice::Series => "series flow",
+        IntegratorChoice::Dopri5 | IntegratorChoice::Auto => "DOPRI5",
+    };
+    let _ = writeln!(text, "integrator auto: {chosen}\n");
     text
 }
 

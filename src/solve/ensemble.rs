@@ -1,6 +1,6 @@
 //! Many trajectories of one system at once: states at phase 0 after every period of the excitation.
 
-use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
+use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, choose};
 use crate::error::SolveError;
 use crate::interrupt;
 use crate::system::System;
@@ -39,9 +39,12 @@ impl Ensemble {
     ///
     /// # Errors
     /// [`SolveError::Unsupported`] when the system does not admit the integrator.
-    pub fn new(system: &System, choice: IntegratorChoice) -> Result<Ensemble, SolveError> {
+    pub fn new(
+        system: &System,
+        options: impl Into<IntegratorOptions>,
+    ) -> Result<Ensemble, SolveError> {
         Ok(Ensemble {
-            integrator: choose(system, choice)?,
+            integrator: choose(system, options)?,
             state: vec![0.0; system.state_size()],
         })
     }

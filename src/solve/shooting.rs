@@ -8,7 +8,7 @@
 
 use super::family::Family;
 use super::floquet;
-use super::integrate::{IntegrationEnd, Integrator, IntegratorChoice, Observer, choose};
+use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer, Strain, choose};
 use super::jumps;
 use super::orbit::Orbit;
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 /// The shooting residual of a family of systems.
 pub struct Shooting<F: Family> {
     family: F,
-    choice: IntegratorChoice,
+    options: IntegratorOptions,
     integrator: Box<dyn Integrator + Send>,
     /// Parameter for which the integrator's tables were made.
     prepared: f64,
@@ -55,17 +55,18 @@ impl<F: Family> Shooting<F> {
     pub fn new(
         mut family: F,
         lambda: f64,
-        choice: IntegratorChoice,
+        options: impl Into<IntegratorOptions>,
     ) -> Result<Shooting<F>, SolveError> {
         let system = family.at(lambda)?;
         let size = system.state_size();
         jumps::refuse_hidden(system)?;
         let motion = 2 * system.dof();
-        let integrator = choose(system, choice)?;
+        let options = options.into();
+        let integrator = choose(system, options)?;
         let (state, phi) = (vec![0.0; size], DMatrix::identity(size, size));
         Ok(Shooting {
             family,
-            choice,
+            options,
             integrator,
             prepared: lambda,
             centre: state.clone(),
@@ -77,15 +78,20 @@ impl<F: Family> Shooting<F> {
         })
     }
 
-    /// `exact` or `dopri5`.
+    /// `exact`, `series` or `dopri5`.
     pub fn integrator(&self) -> &'static str {
         self.integrator.name()
+    }
+
+    /// The most laborious map so far, if any was.
+    pub fn strain(&self) -> Option<Strain> {
+        self.integrator.strain()
     }
 
     /// The integrator keeps tables of the laws: they are made anew when anything but the frequency changes.
     fn prepare(&mut self, lambda: f64) -> Result<(), SolveError> {
         if lambda != self.prepared && !self.family.is_frequency() {
-            self.integrator = choose(self.family.at(lambda)?, self.choice)?;
+            self.integrator = choose(self.family.at(lambda)?, self.options)?;
         }
         self.prepared = lambda;
         Ok(())

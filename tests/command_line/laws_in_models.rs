@@ -109,19 +109,34 @@ fn check_says_what_every_solver_can_do() {
             .map(|s| s["reach"].as_str().unwrap().to_owned())
             .collect();
         let text = place.run(&["check", "m.yaml"]).ends_with(0).out;
+        let chosen = match json["integrator"].as_str().unwrap() {
+            "dopri5" => "DOPRI5".to_owned(),
+            flow => format!("{flow} flow"),
+        };
+        assert!(
+            text.contains(&format!("integrator auto: {chosen}\n")),
+            "{text}"
+        );
         (reach.join(" "), text, json["warnings"].to_string())
     };
     let (reach, text, _) = solvers("{type: backlash, half_gap: 40 um}");
     assert_eq!(reach, "yes yes yes yes yes yes yes");
     assert!(text.contains("exact exponentials"), "{text}");
+    assert!(text.contains("integrator auto: exact flow"), "{text}");
     let (reach, text, _) = solvers("{type: backlash, half_gap: 40 um, impact_damping: 0.5}");
     assert_eq!(reach, "no yes yes yes no yes yes");
+    assert!(text.contains("integrator auto: series flow"), "{text}");
     assert!(text.contains("exact quadrature, no: "), "{text}");
     assert!(text.contains("exact flow, no: exact integration needs a piecewise-affine law (and impact_damping 0) (mesh)"), "{text}");
     let (reach, ..) = solvers("{type: preloaded, half_gap: 5 um, preload: 300 N}");
     assert_eq!(reach, "yes yes yes yes yes yes yes");
     let (reach, text, warnings) = solvers("{type: expression, force: 2.4e8*q + 50*sign(v)}");
     assert_eq!(reach, "no no limited limited no no no");
+    let why = "series flow, no: no series: its force may jump where no breakpoint is known (mesh)";
+    assert!(
+        text.contains(why) && text.contains("integrator auto: DOPRI5"),
+        "{text}"
+    );
     assert!(
         text.contains("shooting, no: no transition matrix"),
         "{text}"
@@ -202,4 +217,46 @@ fn elements_lists_the_laws_with_their_parameters() {
     assert_eq!(gap["range"], ">= 0");
     assert_eq!(law("tanh_friction")["parameters"][1]["required"], true);
     assert_eq!(law("expression")["parameters"][1]["kind"], "map");
+}
+
+#[test]
+fn the_tolerance_of_the_flow_is_a_key() {
+    let law = "{type: cubic, cubic: 1e8}";
+    let motion = |keys: &str| {
+        let text = pair(
+            law,
+            &format!("  motion: {{type: time_history, at: 6 kHz, periods: 3, {keys}}}\n"),
+        );
+        Place::with(&text)
+    };
+    let last = |keys: &str| {
+        let place = motion(keys);
+        place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+        assert_eq!(place.json("out/motion.json")["integrator"], "series");
+        *place.column("out/motion.csv", "q.mesh").last().unwrap()
+    };
+    let (exact, close, coarse) = (
+        last("flow_tolerance: 1e-14"),
+        last("transient: 0"),
+        last("flow_tolerance: 1e-4"),
+    );
+    let error = |x: f64| (x / exact - 1.0).abs();
+    assert!(error(close) < 1e-9, "{close} {exact}");
+    assert!(
+        error(coarse) > 1e-9 && error(coarse) < 1e-2,
+        "{coarse} {exact}"
+    );
+    for (keys, what) in [
+        ("flow_tolerance: 0.1", "0.1 must be from 1e-15 to 1e-3"),
+        (
+            "integrator: dopri5, flow_tolerance: 1e-9",
+            "it belongs to the series flow",
+        ),
+    ] {
+        let told = motion(keys).run(&["check", "m.yaml"]).ends_with(2).err;
+        assert!(
+            told.contains("flow_tolerance") && told.contains(what),
+            "{told}"
+        );
+    }
 }

@@ -3,7 +3,7 @@
 use crate::common::{backlash, load};
 use crate::crosscheck_integrators::{Switches, train};
 use gearlash::element::{
-    Backlash, Cubic, Element, Expression, ImpactDampingLaw, Preloaded, TanhFriction,
+    Backlash, Cubic, Element, Expression, ImpactDampingLaw, Linear, Preloaded, TanhFriction,
 };
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
@@ -111,12 +111,7 @@ fn compare(system: &System, x: &[f64]) -> Result<(), String> {
         .collect();
     let mut flow = Exact::new(system, 1000).map_err(|e| e.to_string())?;
     let (end, state, phi, seen) = period(&mut flow, system, &start);
-    let options = Dopri5Options {
-        relative: 1e-13,
-        absolute: 1e-15,
-        ..Dopri5Options::default()
-    };
-    let mut dopri5 = Dopri5::new(system, options);
+    let mut dopri5 = closely(system);
     let (other_end, other, other_phi, other_seen) = period(&mut dopri5, system, &start);
     if (end, other_end) != (IntegrationEnd::Reached, IntegrationEnd::Reached) {
         return Err(format!("{end:?} {other_end:?}"));
@@ -200,6 +195,47 @@ fn a_pole_on_the_path_ends_the_motion() {
     }
 }
 
+pub fn closely(system: &System) -> Dopri5 {
+    let options = Dopri5Options {
+        relative: 1e-13,
+        absolute: 1e-15,
+        ..Dopri5Options::default()
+    };
+    Dopri5::new(system, options)
+}
+
+/// A weight that friction holds most of the time: the friction, which turns within 1e-4 of the velocities, takes short steps. The
+/// integrator says how many and for which connection, and finds the same motion as DOPRI5.
+#[test]
+fn steep_forces_take_short_steps_and_are_named() {
+    let mounts = vec![
+        Mount::new(Box::new(Linear {}) as Box<dyn Element>),
+        Mount::new(Box::new(TanhFriction {
+            force: 0.5,
+            velocity: 1e-4,
+        })),
+    ];
+    let kappa = DMatrix::from_row_slice(1, 2, &[1.0, 1.0]);
+    let map = DMatrix::from_row_slice(2, 1, &[1.0, 1.0]);
+    let damping = DMatrix::from_element(1, 1, 0.1);
+    let mut system = System::new(damping, kappa, map, mounts, vec![load(1, 0, 0.0, 0.4)]).unwrap();
+    system.set_excitation_frequency(0.3);
+    let start = [0.5, 0.0];
+    let mut flow = Exact::new(&system, 1000).unwrap();
+    let (mut state, mut other) = (start, start);
+    let end = flow.advance(&system, (0.0, TAU), &mut state, &mut ());
+    assert_eq!(end, IntegrationEnd::Reached);
+    let strain = flow.strain().unwrap();
+    assert!(strain.connection == 1 && strain.steps > 1000, "{strain:?}");
+    assert!(
+        strain.shortest > 0.0 && strain.shortest < 1e-3,
+        "{strain:?}"
+    );
+    closely(&system).advance(&system, (0.0, TAU), &mut other, &mut ());
+    let apart = (0..2).map(|i| (state[i] - other[i]).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-9, "{state:?}, not {other:?}");
+}
+
 /// Where tanh has saturated, or an exponential is far below rounding, the coefficients of a series say nothing of what comes: the
 /// turn of the force must not be stepped over.
 #[test]
@@ -240,4 +276,23 @@ fn forces_that_hide_in_small_exponentials_are_found() {
         let apart = apart.fold(0.0, f64::max);
         assert!(apart < 1e-9, "{force}: {state:?}, not {other:?}");
     }
+}
+
+/// Stiffnesses of 1e9 beside 1e4: the fast mode takes the steps, and is named.
+#[test]
+fn a_fast_mode_beside_a_slow_one_is_named() {
+    let kappa = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, -1.0, 1e7]);
+    let damping = DMatrix::from_diagonal_element(2, 2, 0.1);
+    let linear = || Mount::new(Box::new(Linear {}) as Box<dyn Element>);
+    let loads = vec![load(2, 0, 0.0, 1.0)];
+    let identity = DMatrix::identity(2, 2);
+    let mut system =
+        System::new(damping, kappa, identity, vec![linear(), linear()], loads).unwrap();
+    system.set_excitation_frequency(0.5);
+    let mut flow = Exact::new(&system, 10).unwrap();
+    assert!(flow.strain().is_none());
+    let mut state = [0.0; 4];
+    let end = flow.advance(&system, (0.0, TAU), &mut state, &mut ());
+    assert_eq!((flow.name(), end), ("exact", IntegrationEnd::Reached));
+    assert_eq!(flow.strain().map(|s| s.connection), Some(1));
 }

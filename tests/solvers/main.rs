@@ -31,6 +31,7 @@ mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;
 mod residual_derivatives;
+mod spur_pair;
 mod stability_windows;
 mod stiff_trains;
 mod trains_si;

@@ -8,7 +8,7 @@ use crate::interrupt;
 use crate::solve::attractor::{
     Attractor, Cycle, Label, Map, MapSize, Stop, Stroboscopic, attractor, reconsider, scatter,
 };
-use crate::solve::integrate::IntegratorChoice;
+use crate::solve::integrate::{IntegratorOptions, Strain};
 use crate::system::System;
 use rayon::prelude::*;
 use std::sync::Mutex;
@@ -27,7 +27,7 @@ pub(super) struct Plan {
     pub seeds: Option<States>,
     pub size: MapSize,
     pub labels: LabelKeys,
-    pub integrator: IntegratorChoice,
+    pub integrator: IntegratorOptions,
     pub initial: Initial,
     /// Unit of the reported parameter, and the factor to it.
     pub unit: String,
@@ -47,7 +47,17 @@ pub(super) struct Point {
     pub run: usize,
     pub attractor: Attractor,
     pub integrator: &'static str,
+    pub strain: Option<Strain>,
     pub warning: Option<String>,
+}
+
+/// Names of the integrators that ran, and the most laborious point.
+pub(super) fn integrations(points: &[Point]) -> (String, Option<Strain>) {
+    let mut names: Vec<&str> = points.iter().map(|p| p.integrator).collect();
+    names.sort_unstable();
+    names.dedup();
+    let strain = points.iter().map(|p| p.strain).fold(None, flow::harder);
+    (names.join(", "), strain)
 }
 
 impl Seeds {
@@ -290,6 +300,7 @@ impl<'a> Work<'a> {
             run,
             attractor,
             integrator: integrator.name(),
+            strain: integrator.strain(),
             warning: None,
         })
     }

@@ -40,7 +40,7 @@ impl Work<'_> {
         let from = swept.range.0;
         let mut family = swept.family_for(settings.subharmonic)?;
         let system = family.at(from)?;
-        let mut integrator = choose(system, settings.integrator)?;
+        let mut integrator = choose(system, settings.flow())?;
         let (mut state, _) = flow::rest(system);
         let mut largest = vec![0.0_f64; system.element_count()];
         let (mut nearest, mut least) = (state.clone(), f64::INFINITY);

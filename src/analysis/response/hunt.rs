@@ -67,7 +67,7 @@ impl<'a> Hunt<'a> {
         first: usize,
     ) -> Result<Hunt<'a>, SolveError> {
         let family = swept.family_for(settings.subharmonic)?;
-        let shooting = Shooting::new(family, lambda, settings.integrator)?;
+        let shooting = Shooting::new(family, lambda, settings.flow())?;
         let newton = NewtonOptions {
             max_iterations: ITERATIONS,
             min_damping: DAMPING,
@@ -174,8 +174,7 @@ impl<'a> Hunt<'a> {
         let setting = self.swept.setting;
         let system = self.system()?;
         let mut guesses = vec![DVector::from_column_slice(&state)];
-        let Ok(mut integrator) = flow::integrator(setting, &system, self.settings.integrator)
-        else {
+        let Ok(mut integrator) = flow::integrator(setting, &system, self.settings.flow()) else {
             return Ok(guesses);
         };
         integrator.allow(LONGEST);

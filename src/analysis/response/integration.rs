@@ -15,6 +15,7 @@ use crate::solve::attractor::{
     Attractor, Cycle, Label, Map, Stop, Stroboscopic, attractor, reconsider,
 };
 use crate::solve::branch::{BranchPoint, Recorder, Stability};
+use crate::solve::integrate::Strain;
 use crate::solve::newton::{NewtonOutcome, NewtonStatus};
 use crate::solve::orbit::Orbit;
 use crate::system::System;
@@ -45,6 +46,7 @@ pub(super) fn follow(
         cycle: None,
         delivered: Delivered::new(Method::Integration, 1),
         warnings: Vec::new(),
+        strain: None,
     };
     for (lambda, is_mark) in values {
         if let Err((reason, message)) = sweep.point(lambda, is_mark) {
@@ -53,6 +55,9 @@ pub(super) fn follow(
             break;
         }
     }
+    let integrators = sweep.delivered.integrators();
+    let labour = flow::labour(&integrators, sweep.strain, swept.setting);
+    sweep.warnings.extend(labour);
     (sweep.delivered, sweep.warnings)
 }
 
@@ -91,6 +96,8 @@ struct Sweep<'a, 'r> {
     cycle: Option<Cycle>,
     delivered: Delivered,
     warnings: Vec<String>,
+    /// The most laborious point.
+    strain: Option<Strain>,
 }
 
 impl Sweep<'_, '_> {
@@ -106,7 +113,7 @@ impl Sweep<'_, '_> {
                 state
             }
         };
-        let mut integrator = flow::integrator(setting, &system, self.settings.integrator)
+        let mut integrator = flow::integrator(setting, &system, self.settings.flow())
             .map_err(|fault| ("no_integrator", fault.message))?;
         self.delivered.note_integrator(integrator.name());
         let size = self.settings.map_size();
@@ -126,6 +133,7 @@ impl Sweep<'_, '_> {
             return Err(reason(setting, stop));
         }
         let label = attractor.label;
+        self.strain = flow::harder(self.strain, integrator.strain());
         let (system, orbit) = self.measured(system, &attractor, &state)?;
         let mut recorded = Vec::new();
         self.recorder.record(lambda, &system, &orbit, &mut recorded);
@@ -169,7 +177,7 @@ impl Sweep<'_, '_> {
         last: &[f64],
     ) -> Result<(System, Orbit), Reason> {
         let setting = self.swept.setting;
-        let found = measured(setting, (system, self.settings.integrator), attractor, last);
+        let found = measured(setting, (system, self.settings.flow()), attractor, last);
         found.map_err(|why| match why {
             Unmeasured::Refused(message) => ("no_integrator", message),
             Unmeasured::Stopped(stop) => reason(setting, stop),

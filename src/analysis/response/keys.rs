@@ -32,6 +32,9 @@ macro_rules! response_keys {
             /// Integrator of shooting and integration.
             #[serde(default)]
             pub integrator: crate::solve::integrate::IntegratorChoice,
+            /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+            #[serde(default)]
+            pub flow_tolerance: Option<f64>,
             /// Harmonics of the excitation frequency: a number, or limits between which an error estimate chooses.
             #[serde(default)]
             pub harmonics: crate::analysis::response::Harmonics,
@@ -143,6 +146,7 @@ macro_rules! branch_settings {
             method: $keys.method,
             methods: $keys.methods.clone(),
             integrator: $keys.integrator,
+            flow_tolerance: $keys.flow_tolerance,
             harmonics: $keys.harmonics,
             samples: $keys.samples,
             quadrature: $keys.quadrature,

@@ -169,7 +169,7 @@ impl Work<'_> {
             return Ok(None);
         };
         let family = swept.family_for(delivered.subharmonic)?;
-        let shooting = Shooting::new(family, last, settings.integrator)?;
+        let shooting = Shooting::new(family, last, settings.flow())?;
         let state = vec![0.0; shooting.dim()];
         let (from, to) = swept.range;
         let scale = last.abs().max(LEAST * (to - from).abs());

@@ -113,6 +113,11 @@ impl Delivered {
         }
     }
 
+    /// Names of the integrators that ran.
+    pub fn integrators(&self) -> String {
+        self.integrators.join(", ")
+    }
+
     /// Why it ended early, with the method and the number of the branch in front where there are several.
     fn complaint(&self, number: usize, branches: usize) -> Option<String> {
         let (message, word) = (&self.end.message, self.method.word());
@@ -137,7 +142,7 @@ impl Delivered {
     }
 
     fn as_value(&self, number: usize, delivered: &[Delivered]) -> Value {
-        let integrator = (!self.integrators.is_empty()).then(|| self.integrators.join(", "));
+        let integrator = (!self.integrators.is_empty()).then(|| self.integrators());
         json!({
             "branch": number,
             "method": self.method.word(),

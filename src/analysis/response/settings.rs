@@ -10,6 +10,7 @@ use crate::solve::closed_form::ClosedForm;
 use crate::solve::continuation::ContinuationOptions;
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::galerkin::{self, Galerkin};
+use crate::solve::integrate::IntegratorOptions;
 use crate::solve::jumps::refuse_hidden;
 use crate::solve::newton::NewtonOptions;
 use crate::system::System;
@@ -32,6 +33,11 @@ impl BranchSettings {
             Some(list) => list.clone(),
             None => vec![self.method.unwrap_or_default()],
         }
+    }
+
+    /// The integrator of shooting and integration.
+    pub(super) fn flow(&self) -> IntegratorOptions {
+        flow::options(self.integrator, self.flow_tolerance)
     }
 
     /// Values of an integrated response.
@@ -252,7 +258,8 @@ impl BranchSettings {
         }
         let needs_flow = is_asked || self.starts.is_some();
         if needs_flow || methods.iter().any(|m| *m != Method::Galerkin) {
-            faults.extend(flow::integrator(setting, system, self.integrator).err());
+            faults.extend(flow::check_tolerance(self.flow()));
+            faults.extend(flow::integrator(setting, system, self.flow()).err());
         }
         if methods.contains(&Method::Shooting)
             && let Err(error) = refuse_hidden(&setting.assembly.system)

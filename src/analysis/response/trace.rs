@@ -11,6 +11,7 @@ use super::starts::{self, Search};
 use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
+use crate::analysis::flow;
 use crate::error::{Error, SolveError};
 use crate::report::{Report, Table};
 use crate::solve::branch::{self, TraceOptions};
@@ -243,11 +244,13 @@ impl<'a> Work<'a> {
         let (settings, swept) = (self.settings, self.swept);
         let family = swept.family_for(delivered.subharmonic)?;
         let from = swept.range.0;
-        let mut shooting = Shooting::new(family, from, settings.integrator)?;
+        let mut shooting = Shooting::new(family, from, settings.flow())?;
         delivered.note_integrator(shooting.integrator());
         self.trace(&mut shooting, source, delivered)?;
         // Along some parameters the law stops being piecewise affine.
         delivered.note_integrator(shooting.integrator());
+        let labour = flow::labour(shooting.integrator(), shooting.strain(), swept.setting);
+        self.warnings.extend(labour);
         Ok(())
     }
 

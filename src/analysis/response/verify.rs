@@ -84,7 +84,7 @@ impl Verification {
         };
         let system = galerkin.system_at(first)?;
         let (nu, weight) = (system.subharmonic(), 0.5 * super::trace::weight(system));
-        let mut shooting = Shooting::new(swept.family_for(nu)?, first, settings.integrator)?;
+        let mut shooting = Shooting::new(swept.family_for(nu)?, first, settings.flow())?;
         self.integrator = shooting.integrator();
         let options = ConfirmOptions {
             spread,

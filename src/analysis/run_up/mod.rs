@@ -8,11 +8,11 @@ mod tables;
 
 use super::cost::{Cost, Period};
 use super::transient::{RampKeys, SpeedRamp, Transient, tell};
-use super::{Analysis, Fault, Initial, Setting, columns};
+use super::{Analysis, Fault, Initial, Setting, columns, flow};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
-use crate::solve::integrate::IntegratorChoice;
+use crate::solve::integrate::{IntegratorChoice, IntegratorOptions};
 use plan::Plan;
 use record::Record;
 use schemars::JsonSchema;
@@ -70,6 +70,9 @@ pub struct RunUp {
     /// Which integrator runs.
     #[serde(default)]
     pub integrator: IntegratorChoice,
+    /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+    #[serde(default)]
+    pub flow_tolerance: Option<f64>,
     /// Tables besides ranges, orders and resonances; the spectra when absent.
     #[serde(default)]
     pub tables: Option<Vec<RunUpTable>>,
@@ -107,11 +110,12 @@ mod defaults {
 impl Analysis for RunUp {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = self.initial.check(setting, "initial");
+        faults.extend(flow::check_tolerance(self.flow()));
         match Plan::new(self, setting) {
             Err(list) => faults.extend(list),
             Ok(plan) => {
                 let start = (&plan.ramp.line, plan.ramp.phase);
-                let motion = Transient::new(setting, start, &Initial::default(), self.integrator);
+                let motion = Transient::new(setting, start, &Initial::default(), self.flow());
                 faults.extend(motion.err());
             }
         }
@@ -143,7 +147,7 @@ impl Analysis for RunUp {
         let plan = Plan::new(self, setting);
         let plan = plan.map_err(|mut list| columns::refused(setting, list.remove(0)))?;
         let start = (&plan.ramp.line, plan.ramp.phase);
-        let motion = Transient::new(setting, start, &self.initial, self.integrator);
+        let motion = Transient::new(setting, start, &self.initial, self.flow());
         let mut motion = motion.map_err(|fault| columns::refused(setting, fault))?;
         let system = motion.system.clone();
         let Some(course) = system.course() else {
@@ -163,7 +167,7 @@ impl Analysis for RunUp {
         record.finish();
         let reached = record.reached;
         let mut report = tables::report(setting, &plan, record);
-        report.warnings.extend(motion.warning);
+        report.warnings.extend(motion.warnings(setting));
         report.ended_early = stop.map(|stop| tell(setting, stop, reached));
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         for (key, value) in [
@@ -187,6 +191,10 @@ impl Analysis for RunUp {
 }
 
 impl RunUp {
+    fn flow(&self) -> IntegratorOptions {
+        flow::options(self.integrator, self.flow_tolerance)
+    }
+
     fn ramp_keys(&self) -> RampKeys<'_> {
         RampKeys {
             from: &self.from,

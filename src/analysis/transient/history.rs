@@ -1,12 +1,12 @@
 //! `time_history` with `duration`: from t = 0 on, along a course of speed.
 
 use super::{Impacts, Rows, SpeedProfile, Transient, switch_table, tell, time, time_in_words};
-use crate::analysis::{Fault, Initial, Setting, columns, limits};
+use crate::analysis::{Fault, Initial, Setting, columns, flow, limits};
 use crate::error::Error;
 use crate::numeric::broken_line::BrokenLine;
 use crate::quantity::Quantity;
 use crate::report::Report;
-use crate::solve::integrate::{IntegratorChoice, Observer, Segment, Switch};
+use crate::solve::integrate::{IntegratorOptions, Observer, Segment, Switch};
 use crate::system::System;
 use serde_json::json;
 
@@ -25,7 +25,7 @@ pub struct History<'a> {
     /// State at t = 0.
     pub initial: &'a Initial,
     /// Which integrator runs.
-    pub integrator: IntegratorChoice,
+    pub integrator: IntegratorOptions,
 }
 
 /// What the keys say, nondimensional.
@@ -38,6 +38,7 @@ struct Plan {
 /// Everything wrong with the keys.
 pub fn check(history: &History<'_>, setting: &Setting<'_>) -> Vec<Fault> {
     let mut faults = history.initial.check(setting, "initial");
+    faults.extend(flow::check_tolerance(history.integrator));
     match plan(history, setting) {
         Err(list) => faults.extend(list),
         Ok(plan) => {
@@ -187,7 +188,7 @@ pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error
     tables.extend(record.impacts.tables((0.0, reached)));
     let mut report = Report {
         tables,
-        warnings: motion.warning.into_iter().collect(),
+        warnings: motion.warnings(setting),
         ended_early: stop.map(|stop| tell(setting, stop, reached)),
         ..Report::default()
     };

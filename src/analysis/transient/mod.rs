@@ -17,7 +17,7 @@ use super::{Fault, Initial, Setting, columns, flow};
 use crate::model::{Drag, Structure};
 use crate::numeric::broken_line::BrokenLine;
 use crate::solve::attractor::Stop;
-use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorChoice, Observer};
+use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer};
 use crate::system::{Course, LoadKind, LoadSource, Mount, System};
 
 /// A motion about to start along a course of speed.
@@ -36,18 +36,18 @@ impl Transient {
     /// Along a speed of the reference over omega_c against omega_c t, from a phase of the reference at time 0.
     ///
     /// # Errors
-    /// The first of the faults of the key `initial` or `integrator`.
+    /// The first of the faults of the keys `initial` and `integrator`.
     pub fn new(
         setting: &Setting<'_>,
         (speed, phase): (&BrokenLine, f64),
         initial: &Initial,
-        choice: IntegratorChoice,
+        options: impl Into<IntegratorOptions>,
     ) -> Result<Transient, Fault> {
         let own = &setting.assembly.system;
         let revolutions = own.revolutions() as f64;
         let course = Course::new(speed.scaled(1.0, 1.0 / revolutions), phase / revolutions);
         let system = own.along(course);
-        let integrator = flow::integrator(setting, &system, choice)?;
+        let integrator = flow::integrator(setting, &system, options)?;
         let (state, warning) = initial.state(setting, &system, "initial")?;
         Ok(Transient {
             system,
@@ -55,6 +55,13 @@ impl Transient {
             state,
             warning,
         })
+    }
+
+    /// What is to be said about the start and about the steps that were taken.
+    pub fn warnings(&self, setting: &Setting<'_>) -> Vec<String> {
+        let integrator = self.integrator.as_ref();
+        let labour = flow::labour(integrator.name(), integrator.strain(), setting);
+        self.warning.iter().cloned().chain(labour).collect()
     }
 
     /// Advances over (begin, end] of omega_c t in bits, with progress; why it ended before.

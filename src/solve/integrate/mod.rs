@@ -135,6 +135,17 @@ pub enum SwitchKind {
     Holding,
 }
 
+/// Many short steps: what the step control of an integration did about fast forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strain {
+    /// Steps per period of the excitation, in the call that took most.
+    pub steps: usize,
+    /// The shortest of them as a share of that period.
+    pub shortest: f64,
+    /// Connection whose force changes fastest.
+    pub connection: usize,
+}
+
 /// Who watches an integration.
 pub trait Observer {
     /// A stretch has been accepted.
@@ -176,6 +187,11 @@ pub trait Integrator {
 
     /// Limits the trial steps of a call.
     fn allow(&mut self, _steps: usize) {}
+
+    /// The most laborious call so far, if it took more than a thousand steps per period of the excitation.
+    fn strain(&self) -> Option<Strain> {
+        None
+    }
 
     /// Advances `state` = [q; v; z], z: what laws remember, over (tau.0, tau.1] in phases of the response.
     fn advance(
@@ -222,6 +238,25 @@ pub enum IntegratorChoice {
     Dopri5,
 }
 
+/// An integrator and its error control.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IntegratorOptions {
+    /// Which one.
+    pub choice: IntegratorChoice,
+    /// Error of a step relative to the motion that the series flow allows; the closed form has that of rounding.
+    pub flow_tolerance: f64,
+}
+
+impl From<IntegratorChoice> for IntegratorOptions {
+    fn from(choice: IntegratorChoice) -> Self {
+        let flow_tolerance = SeriesOptions::default().tolerance;
+        IntegratorOptions {
+            choice,
+            flow_tolerance,
+        }
+    }
+}
+
 /// What keeps the series flow from a connection; `None` when it can take it.
 pub fn series_refusal(mount: &Mount) -> Option<String> {
     let excitation = ClosedForm::Series.refusal(mount);
@@ -257,18 +292,26 @@ pub const MAX_SWITCHES: usize = 10_000;
 /// [`SolveError::Unsupported`] when the exact flow is asked for and a connection does not allow it.
 pub fn choose(
     system: &System,
-    choice: IntegratorChoice,
+    options: impl Into<IntegratorOptions>,
 ) -> Result<Box<dyn Integrator + Send>, SolveError> {
-    let dopri5 = || Box::new(Dopri5::new(system, Dopri5Options::default()));
+    let options = options.into();
+    let flow = || {
+        let series = SeriesOptions {
+            tolerance: options.flow_tolerance,
+            ..SeriesOptions::default()
+        };
+        Exact::with(system, series)
+    };
     let has_automaton = |m: &Mount| m.element.automata().is_some();
-    if let (IntegratorChoice::Dopri5, Some(connection)) =
-        (choice, system.mounts().iter().position(has_automaton))
-    {
+    if let (IntegratorChoice::Dopri5, Some(connection)) = (
+        options.choice,
+        system.mounts().iter().position(has_automaton),
+    ) {
         let reason = "DOPRI5 knows neither memory nor impacts: the exact flow does".into();
         return Err(SolveError::Unsupported { connection, reason });
     }
-    match choice {
-        IntegratorChoice::Dopri5 => Ok(dopri5()),
+    match options.choice {
+        IntegratorChoice::Dopri5 => Ok(Box::new(Dopri5::new(system, Dopri5Options::default()))),
         IntegratorChoice::Exact => {
             let refusal = |mount| ClosedForm::Flow.refusal(mount);
             let refusals = system.mounts().iter().map(refusal).enumerate();
@@ -276,9 +319,12 @@ pub fn choose(
             if let Some((connection, reason)) = first {
                 return Err(SolveError::Unsupported { connection, reason });
             }
-            Ok(Box::new(Exact::new(system, MAX_SWITCHES)?))
+            Ok(Box::new(flow()?))
         }
-        IntegratorChoice::Series => Ok(Box::new(Exact::new(system, MAX_SWITCHES)?)),
-        IntegratorChoice::Auto => choose(system, automatic(system)),
+        IntegratorChoice::Series => Ok(Box::new(flow()?)),
+        IntegratorChoice::Auto => {
+            let choice = automatic(system);
+            choose(system, IntegratorOptions { choice, ..options })
+        }
     }
 }

@@ -24,6 +24,8 @@ pub struct Deviations {
     motions: Vec<f64>,
     /// Rows of the memory, which do not change within a step.
     memory: Vec<f64>,
+    /// Coefficient of the force of one acting connection, column by column.
+    force: Vec<f64>,
     count: usize,
 }
 
@@ -43,6 +45,7 @@ impl Deviations {
         }
         self.count = series.count;
         self.terms.resize(COUNT * n * columns, 0.0);
+        self.force.resize(columns, 0.0);
         self.motions
             .resize(acting.list.len() * 2 * COUNT * columns, 0.0);
         for i in 0..n {
@@ -105,12 +108,12 @@ impl Deviations {
                 let factor = w * order / series.unit;
                 add(&mut rate[here.clone()], factor, &known[row(k + 1, *i)]);
             }
-            let partials = acting.partials(*part);
+            self.force.fill(0.0);
+            for (partial, motion) in acting.partials(*part).iter().zip([&*x, &*rate]) {
+                convolve(&mut self.force, partial, motion, k);
+            }
             for (i, kappa) in series.column(system, e) {
-                for (partial, motion) in partials.iter().zip([&*x, &*rate]) {
-                    let out = &mut next[out(*i)];
-                    convolve(out, -square * kappa, partial, motion, k);
-                }
+                add(&mut next[out(*i)], -square * kappa, &self.force);
             }
         }
         let factor = 1.0 / (order * (k + 2) as f64);
@@ -150,13 +153,13 @@ impl Deviations {
     }
 }
 
-/// out += factor sum_j partial_j motion_(k-j), a row of columns each.
-fn convolve(out: &mut [f64], factor: f64, partial: &Polynomial, motion: &[f64], k: usize) {
+/// out += sum_j partial_j motion_(k-j), a row of columns each.
+fn convolve(out: &mut [f64], partial: &Polynomial, motion: &[f64], k: usize) {
     let columns = out.len();
     for (j, p) in partial[..=k].iter().enumerate() {
         if *p != 0.0 {
             let row = &motion[(k - j) * columns..(k - j + 1) * columns];
-            add(out, factor * p, row);
+            add(out, *p, row);
         }
     }
 }

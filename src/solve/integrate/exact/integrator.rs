@@ -5,7 +5,7 @@ use super::{Exact, Motion};
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
 use crate::solve::integrate::{
-    IntegrationEnd, Integrator, Observer, Singularity, Switch, SwitchKind,
+    IntegrationEnd, Integrator, Observer, Singularity, Strain, Switch, SwitchKind,
 };
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -112,6 +112,10 @@ impl Integrator for Exact {
 
     fn allow(&mut self, steps: usize) {
         self.allowance = steps;
+    }
+
+    fn strain(&self) -> Option<Strain> {
+        self.labour.hardest()
     }
 
     fn advance(

@@ -28,6 +28,7 @@ mod recursion;
 mod regions;
 mod resting;
 mod series;
+mod strain;
 mod variation;
 
 use super::{IntegrationEnd, Observer, Segment};
@@ -45,6 +46,7 @@ pub use options::SeriesOptions;
 use regions::Regions;
 use series::{Series, Span};
 use std::f64::consts::TAU;
+use strain::Labour;
 use variation::Variation;
 
 /// Integration by Taylor series. One call depends on its arguments only, not on the calls before.
@@ -60,6 +62,7 @@ pub struct Exact {
     /// Steps of the last call, and how many a call may take.
     effort: usize,
     allowance: usize,
+    labour: Labour,
     slope: Vec<f64>,
     offset: Vec<f64>,
     /// Phases of the response where an excitation or a law has a corner, in [0, 2 pi), ascending.
@@ -130,6 +133,7 @@ impl Exact {
             name: if is_closed_form { "exact" } else { "series" },
             effort: 0,
             allowance: usize::MAX,
+            labour: Labour::default(),
             slope: vec![0.0; e],
             offset: vec![0.0; e],
             segment: vec![[0.0; COUNT]; n + m],
@@ -139,7 +143,20 @@ impl Exact {
         })
     }
 
-    fn run(
+    fn run(&mut self, span: (f64, f64), state: &mut [f64], motion: Motion<'_>) -> IntegrationEnd {
+        let system = motion.system;
+        self.prepare(system);
+        let end = self.march(span, state, motion);
+        let turn = match system.course() {
+            None => TAU / system.subharmonic() as f64,
+            Some(_) => TAU / system.moment(0.5 * (span.0 + span.1)).frequency,
+        };
+        let stiffest = || self.regions.stiffest(system);
+        (self.labour).close(self.effort, span.1 - span.0, turn, stiffest);
+        end
+    }
+
+    fn march(
         &mut self,
         (begin, end): (f64, f64),
         state: &mut [f64],
@@ -147,7 +164,6 @@ impl Exact {
     ) -> IntegrationEnd {
         let system = motion.system;
         let (state, memory) = state.split_at_mut(2 * system.dof());
-        self.prepare(system);
         // theta = T / h and tau = Om T.
         let per_theta = system.omega() * self.series.unit;
         let (mut tau, mut switches) = (begin, 0);
@@ -211,8 +227,15 @@ impl Exact {
                 None if whole => stop,
                 _ => (tau + theta * per_theta).min(stop),
             };
-            if crossing.is_none() && next <= tau {
-                return self.stuck(system, tau);
+            if crossing.is_none() {
+                if next <= tau {
+                    return self.stuck(system, tau);
+                }
+                if !whole {
+                    let count = self.series.count;
+                    let culprit = || self.acting.steepest(count).map(|c| c.0);
+                    self.labour.add(step * per_theta, culprit);
+                }
             }
             self.series.state(theta, state);
             let bound = match self.acting.list.is_empty() {

@@ -12,8 +12,8 @@ pub struct SeriesOptions {
     pub terms: usize,
     /// Switches allowed in one response period.
     pub max_switches: usize,
-    /// Steps allowed in a period of the response besides fifty for every oscillation of the fastest mode: a motion that takes
-    /// more has left everything that the equation describes, and ends with [`MaxSteps`](crate::solve::integrate::IntegrationEnd::MaxSteps).
+    /// Steps allowed in a period of the response besides fifty for every oscillation of the fastest mode: a motion that takes more ends
+    /// with [`MaxSteps`](crate::solve::integrate::IntegrationEnd::MaxSteps).
     pub spare_steps: usize,
     /// A coordinate or velocity beyond this has diverged, where the flow is no closed form.
     pub bound: f64,

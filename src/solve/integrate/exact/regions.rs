@@ -6,6 +6,7 @@ use super::series::Series;
 use crate::element::automaton::{MemoryRate, RegionForce, Reset};
 use crate::numeric::bernstein::{Direction, first_passage, hull};
 use crate::numeric::taylor::{COUNT, Polynomial};
+use crate::system::System;
 use std::cmp::Ordering;
 
 /// Rounding of a deformation in units of what it is made of.
@@ -90,6 +91,20 @@ impl Regions {
     #[inline]
     pub fn piece(&self, part: usize) -> &Piece {
         self.parts[part].piece()
+    }
+
+    /// The connection that alone would oscillate fastest in its steepest region.
+    pub fn stiffest(&self, system: &System) -> usize {
+        let square = |part: &Part| {
+            let e = part.connection;
+            let row = system.element_map_row(e).iter();
+            let own: f64 = row.map(|(i, w)| w * system.stiffness()[(*i, e)]).sum();
+            let variation = system.mounts()[e].stiffness_variation.as_ref();
+            let factor = variation.map_or(1.0, |s| s.largest());
+            own.abs() * factor * part.law.slopes(f64::max).0
+        };
+        let fastest = (self.parts.iter()).max_by(|a, b| square(a).total_cmp(&square(b)));
+        fastest.map_or(0, |part| part.connection)
     }
 
     /// What happens where a part passes a guard.
