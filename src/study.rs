@@ -79,9 +79,9 @@ struct Texts {
 /// What to write and where.
 #[derive(Debug, Clone)]
 pub struct RunSettings {
-    /// Folder of the results.
+    /// Results folder.
     pub out: PathBuf,
-    /// Formats of the static figures.
+    /// Figure formats.
     pub figures: Vec<FigureFormat>,
     /// Threads.
     pub jobs: usize,

@@ -27,34 +27,34 @@ pub struct BifurcationDiagram {
     /// `frequency`, or the path of a number of the model.
     #[serde(default = "frequency")]
     pub parameter: String,
-    /// Excitation frequency, where it is not the parameter.
+    /// Excitation frequency, if it is not the parameter.
     #[serde(default)]
     pub at: Option<Quantity>,
     /// First value.
     pub from: Quantity,
     /// Last value.
     pub to: Quantity,
-    /// Values, evenly spaced, both ends included.
+    /// Number of values, evenly spaced, both ends included.
     pub points: usize,
-    /// In which direction the attractor is followed; from `from` to `to` when absent.
+    /// Direction in which the attractor is followed; default: from `from` to `to`.
     #[serde(default)]
     pub direction: Option<Direction>,
-    /// Periods of the excitation before the record begins, at every value.
+    /// Excitation periods before the record, at every value.
     #[serde(default = "defaults::periods")]
     pub transient: usize,
-    /// Periods recorded at every value.
+    /// Recorded periods per value.
     #[serde(default = "defaults::periods")]
     pub periods: usize,
     /// State at phase 0 at the first value.
     #[serde(default)]
     pub initial: Option<Initial>,
-    /// Random initial states at every value, instead of following.
+    /// Random initial states at every value, instead of following the attractor.
     #[serde(default)]
     pub seeds: Option<Seeds>,
-    /// Whether Lyapunov exponents are computed.
+    /// Compute Lyapunov exponents.
     #[serde(default = "defaults::lyapunov")]
     pub lyapunov: bool,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
@@ -63,7 +63,7 @@ pub struct BifurcationDiagram {
     /// Longest period that a label may name; 256 when absent.
     #[serde(default)]
     pub longest_period: Option<usize>,
-    /// Length to which a record that decides nothing may be extended, in lengths of the record; 8 when absent.
+    /// Limit to which an undecided record is extended, in lengths of the record; default 8.
     #[serde(default)]
     pub extend: Option<usize>,
 }
@@ -76,11 +76,11 @@ fn frequency() -> String {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
-    /// Rising parameter.
+    /// Increasing parameter.
     Up,
-    /// Falling parameter.
+    /// Decreasing parameter.
     Down,
-    /// A run with rising and a run with falling parameter.
+    /// One run with increasing and one with decreasing parameter.
     Both,
 }
 
@@ -88,7 +88,7 @@ pub enum Direction {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Seeds {
-    /// States at every value of the parameter.
+    /// States per value of the parameter.
     pub count: usize,
     /// Seed of the generator: the same seed gives the same states.
     pub seed: u64,
@@ -101,9 +101,9 @@ pub struct Seeds {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a number, or {q: [..], v: [..]}")]
 pub enum Reach {
-    /// Of every coordinate and rate, nondimensional.
+    /// The same for every coordinate and rate, nondimensional.
     Uniform(f64),
-    /// Of each coordinate and rate, in the units of `initial`.
+    /// One per coordinate and rate, in the units of `initial`.
     Each(Initial),
 }
 

@@ -11,7 +11,7 @@ use serde_json::Value;
 response_keys! {
     /// Settings of `frequency_response`.
     pub struct FrequencyResponse {
-        /// The one frequency of a response with `points: 1`, instead of `from` and `to`.
+        /// Frequency of a response with `points: 1`, instead of `from` and `to`.
         #[serde(default)]
         pub at: Option<Quantity>,
     }

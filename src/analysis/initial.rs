@@ -11,12 +11,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Initial {
-    /// Relative coordinates; the static equilibrium when absent.
+    /// Relative coordinates; default: the static equilibrium.
     pub q: Option<Vec<Quantity>>,
-    /// Their rates; zero when absent.
+    /// Rates; default 0.
     pub v: Option<Vec<Quantity>>,
-    /// What connections remember, in their order (of sliders: the deformation at which their spring is free); when absent, what the
-    /// static equilibrium leaves. What a deformation does not allow is moved to what it does.
+    /// Memory of the connections, in their order (of a slider: the deformation at which its spring is relaxed);
+    /// default: the memory left by the static equilibrium. Values inconsistent with the deformation are replaced by
+    /// the nearest consistent ones.
     pub memory: Option<Vec<Quantity>>,
 }
 

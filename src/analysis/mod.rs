@@ -195,7 +195,7 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
     ),
     (
         "operating_point",
-        "the attractor at one frequency, with everything that is measured, in one row",
+        "the attractor at one frequency with all measured quantities, in one row",
         OperatingPoint::json_schema,
     ),
     (
@@ -220,7 +220,7 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
     ),
     (
         "regime_map",
-        "kinds of attractors and measures over a grid of two numbers of the model",
+        "labels and measures of attractors over a grid of two numbers of the model",
         RegimeMap::json_schema,
     ),
     (

@@ -19,9 +19,9 @@ pub struct Modes {
     pub effective_stiffness: [f64; 2],
     /// Number of values, both ends included.
     pub points: usize,
-    /// Connections whose stiffness varies together, the others keeping that of the state; all when absent.
+    /// Connections whose stiffness varies together; the others keep that of the state. Default: all.
     pub vary: Option<Vec<String>>,
-    /// State whose stiffness is 1.
+    /// State with effective stiffness 1.
     pub state: State,
 }
 
@@ -29,12 +29,12 @@ pub struct Modes {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// Full contact: slope 1 in every connection that is a spring.
+    /// Full contact: slope 1 in every connection with a spring.
     #[default]
     Contact,
-    /// The static equilibrium: the slope of every law there, 0 where a connection is open.
+    /// Static equilibrium: the slope of every law there, 0 for open connections.
     Rest,
-    /// Full contact with every slider slipping: laws with memory have the slope that is left at rest.
+    /// Full contact with every slider slipping.
     Slipping,
 }
 

@@ -20,16 +20,16 @@ pub struct OperatingPoint {
     /// Periods integrated before the record.
     #[serde(default = "defaults::settle")]
     pub settle: usize,
-    /// Periods recorded: those of a period n attractor among them are measured, of any other one all.
+    /// Periods recorded. A period n attractor is measured over n of them, any other attractor over all.
     #[serde(default = "defaults::periods")]
     pub periods: usize,
-    /// Longest period, in periods of the excitation, that a label may have; 256 when absent.
+    /// Longest period of a label, in excitation periods; default 256.
     #[serde(default)]
     pub longest_period: Option<usize>,
-    /// How many times the record an undecided label may take; 8 when absent.
+    /// Limit to which an undecided record is extended, in lengths of the record; default 8.
     #[serde(default)]
     pub extend: Option<usize>,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
 }

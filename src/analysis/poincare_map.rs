@@ -27,16 +27,16 @@ pub struct PoincareMap {
     /// Periods of the excitation recorded.
     #[serde(default = "defaults::periods")]
     pub periods: usize,
-    /// Periods before.
+    /// Periods before the record.
     #[serde(default = "defaults::periods")]
     pub transient: usize,
     /// State at phase 0.
     #[serde(default)]
     pub initial: Option<Initial>,
-    /// Several of them: one run each.
+    /// Several initial states, one run each.
     #[serde(default)]
     pub initials: Option<Vec<Initial>>,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
@@ -45,10 +45,10 @@ pub struct PoincareMap {
     /// Whether Lyapunov exponents are computed for the labels.
     #[serde(default = "defaults::lyapunov")]
     pub lyapunov: bool,
-    /// Longest period that a label may name; 256 when absent.
+    /// Longest period of a label; default 256.
     #[serde(default)]
     pub longest_period: Option<usize>,
-    /// Length to which a record that decides nothing may be extended, in lengths of the record; 8 when absent.
+    /// Limit to which an undecided record is extended, in lengths of the record; default 8.
     #[serde(default)]
     pub extend: Option<usize>,
 }

@@ -27,22 +27,22 @@ use std::time::Instant;
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct TimeHistory {
-    /// Excitation frequency; with `duration` the one of the model's reference when absent.
+    /// Excitation frequency; default with `duration`: the speed of the model's reference.
     #[serde(default)]
     pub at: Option<Quantity>,
-    /// Periods of the excitation written, 10 when absent.
+    /// Excitation periods to write; default 10.
     #[serde(default)]
     pub periods: Option<usize>,
-    /// Periods integrated before, not written; the time goes on counting.
+    /// Periods integrated before the first row and not written; time starts before them.
     #[serde(default)]
     pub transient: usize,
-    /// Rows a period.
+    /// Rows per period.
     #[serde(default = "defaults::samples")]
     pub samples_per_period: usize,
     /// State at phase 0.
     #[serde(default)]
     pub initial: Initial,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
@@ -51,19 +51,19 @@ pub struct TimeHistory {
     /// Time from t = 0 on, instead of periods; loads may then be functions of time.
     #[serde(default)]
     pub duration: Option<Quantity>,
-    /// Speed of the reference over time, with `duration`.
+    /// Speed of the reference against time; requires `duration`.
     #[serde(default)]
     pub speed: Option<SpeedProfile>,
-    /// Instants written, ascending, with `duration`.
+    /// Instants to write, ascending; requires `duration`.
     #[serde(default)]
     pub samples: Option<Vec<Quantity>>,
-    /// Rows written, evenly over the duration, where no instants are listed; 2001 when absent.
+    /// Number of rows, evenly over the duration, if no instants are listed; default 2001.
     #[serde(default)]
     pub points: Option<usize>,
-    /// Every so many rows one is written.
+    /// Write every k-th row.
     #[serde(default = "defaults::decimate")]
     pub decimate: usize,
-    /// Columns written besides the time, such as `q.mesh_1`; all when absent.
+    /// Columns to write besides the time, such as `q.mesh_1`; default: all.
     #[serde(default)]
     pub columns: Option<Vec<String>>,
 }

@@ -39,30 +39,30 @@ enum Command {
     Run(RunArguments),
     /// Parse and validate a model file; print the coupled and scaled system.
     Check(CheckArguments),
-    /// List every registered law, with parameters, units and defaults.
+    /// List all laws with parameters, units and defaults.
     Elements {
-        /// As JSON.
+        /// Print JSON.
         #[arg(long)]
         json: bool,
     },
-    /// Draw the figures of a folder of results again, from its tables, without a run.
+    /// Redraw the figures of a results folder from its tables, without a run.
     Plot(PlotArguments),
-    /// Compare two folders of results: what changed in the model and in the results, curves on top of each other.
+    /// Compare two results folders: differences of model and results, superimposed curves.
     Compare(CompareArguments),
-    /// Write the tables of a folder of results for other programs.
+    /// Export the tables of a results folder to MATLAB, Parquet, NumPy or netCDF.
     Export(ExportArguments),
-    /// Join the parts of a sharded study into results as one run would have written them.
+    /// Merge the parts of a sharded study into the results of a single run.
     Merge(MergeArguments),
     /// Print the JSON schema of the model file, for completion and validation in editors.
     Schema,
     /// Write a commented starter model.
     New {
-        /// The file, which must not exist yet; standard output when absent.
+        /// File to create; it must not exist [default: standard output].
         file: Option<PathBuf>,
     },
-    /// Print shell completions.
+    /// Print a shell completion script.
     Completions {
-        /// The shell.
+        /// Shell.
         shell: clap_complete::Shell,
     },
 }
@@ -71,69 +71,70 @@ enum Command {
 struct RunArguments {
     /// Model file.
     file: PathBuf,
-    /// Only the analysis of this name (may be repeated).
+    /// Run only this analysis (repeatable).
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Replace a value of the file, such as connections.mesh_1.element.half_gap="5 um" (may be repeated).
+    /// Replace a value of the model, such as connections.mesh_1.element.half_gap="5 um" (repeatable).
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<String>,
-    /// Folder of the results [default: results/<file stem>].
+    /// Results folder [default: results/<file stem>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Formats of the static figures.
+    /// Figure formats.
     #[arg(long, value_delimiter = ',', value_parser = figure_format)]
     #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
     figures: Vec<FigureFormat>,
-    /// Only part I of N of the runs of every parameter study, I from 1: for job arrays; see `gearlash merge`.
+    /// Compute only part I of N of every parameter study (I from 1), for job arrays; see `gearlash merge`.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Threads [default: the machine's].
+    /// Number of threads [default: number of processors].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// End the run after this time, such as 90s, 10min or 2h, with what it has.
+    /// End the run after this time, such as 90s, 10min or 2h, and write partial results.
     #[arg(long, value_name = "TIME", value_parser = time)]
     time_limit: Option<Duration>,
-    /// Refuse analyses estimated to take more memory than this, such as 500MB or 4GB, and end the run where it does.
+    /// Memory limit, such as 500MB or 4GB: analyses with a larger estimate are rejected, and the run ends when it
+    /// exceeds the limit.
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory_limit: Option<u64>,
-    /// Print nothing but warnings and errors.
+    /// Print warnings and errors only.
     #[arg(long)]
     quiet: bool,
 }
 
 #[derive(Debug, clap::Args)]
 struct PlotArguments {
-    /// Folder of the results, written by `gearlash run`.
+    /// Results folder written by `gearlash run`.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Only the analysis of this name (may be repeated).
+    /// Run only this analysis (repeatable).
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Change what the figures show, with the keys of `plot:` in the model file, such as x_unit=rpm, y=rms,impacts,
-    /// y_scale=log, backbone=true, size=one_column (may be repeated).
+    /// Override a key of `plot:` in the model file, such as x_unit=rpm, y=rms,impacts, y_scale=log, backbone=true,
+    /// size=one_column (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     plot: Vec<String>,
-    /// Formats of the static figures.
+    /// Figure formats.
     #[arg(long, value_delimiter = ',', value_parser = figure_format)]
     #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
     figures: Vec<FigureFormat>,
-    /// Print nothing but errors.
+    /// Print errors only.
     #[arg(long)]
     quiet: bool,
 }
 
 #[derive(Debug, clap::Args)]
 struct CompareArguments {
-    /// Folder of the first run.
+    /// Results folder of the first run.
     #[arg(value_name = "DIR_A")]
     first: PathBuf,
-    /// Folder of the second run.
+    /// Results folder of the second run.
     #[arg(value_name = "DIR_B")]
     second: PathBuf,
-    /// Folder of the comparison [default: results/<DIR_A>-and-<DIR_B>].
+    /// Output folder [default: results/<DIR_A>-and-<DIR_B>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Formats of the static figures.
+    /// Figure formats.
     #[arg(long, value_delimiter = ',', value_parser = figure_format)]
     #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
     figures: Vec<FigureFormat>,
@@ -141,36 +142,36 @@ struct CompareArguments {
 
 #[derive(Debug, clap::Args)]
 struct ExportArguments {
-    /// Folder of the results, written by `gearlash run`.
+    /// Results folder written by `gearlash run`.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// mat (MATLAB), parquet, npz (numpy) or netcdf.
+    /// mat (MATLAB), parquet, npz (NumPy) or netcdf.
     #[arg(long, value_name = "FORMAT", value_parser = export::format)]
     format: ExportFormat,
-    /// Only the analysis of this name (may be repeated).
+    /// Run only this analysis (repeatable).
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Columns called rms_mesh_1 instead of rms.mesh_1, which programs take as names (always so in .mat).
+    /// Write column names as rms_mesh_1 instead of rms.mesh_1 (always in .mat).
     #[arg(long)]
     safe_names: bool,
-    /// Folder of the files [default: DIR].
+    /// Output folder [default: DIR].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]
 struct MergeArguments {
-    /// Folders of the parts, each written by `gearlash run --shard I/N`.
+    /// Folders of the parts written by `gearlash run --shard I/N`.
     #[arg(required = true, value_name = "DIR")]
     parts: Vec<PathBuf>,
-    /// Folder of the results.
+    /// Results folder.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Formats of the static figures.
+    /// Figure formats.
     #[arg(long, value_delimiter = ',', value_parser = figure_format)]
     #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
     figures: Vec<FigureFormat>,
-    /// Print nothing but warnings and errors.
+    /// Print warnings and errors only.
     #[arg(long)]
     quiet: bool,
 }
@@ -179,16 +180,16 @@ struct MergeArguments {
 struct CheckArguments {
     /// Model file.
     file: PathBuf,
-    /// Replace a value of the file (may be repeated).
+    /// Replace a value of the model (repeatable).
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<String>,
-    /// List every number of the mechanics with its name, value, unit and range, instead of the system.
+    /// List all numbers of the model with name, value, unit and range instead of the system.
     #[arg(long)]
     numbers: bool,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Draw the train too: .svg, .png or .pdf [default: <file stem>.svg].
+    /// Also draw the train: .svg, .png or .pdf [default: <file stem>.svg].
     #[arg(long, value_name = "PATH", num_args = 0..=1, require_equals = true)]
     figure: Option<Option<PathBuf>>,
 }

@@ -140,8 +140,8 @@ crate::register_element! {
         { name: "half_gap", doc: "half of the total backlash", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
         { name: "gap", doc: "total backlash, 2 half_gap", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
         { name: "impact_damping", doc: "impact damping beta", kind: ParameterKind::Number, dimension: Dimension::INVERSE_VELOCITY, default: Some("0"), range: ParameterRange::NotNegative },
-        { name: "impact_damping_law", doc: "dissipative on both flanks, or literal as in the paper's eq. (1): puts energy in on the back flank", kind: ParameterKind::Choice(&["dissipative", "literal"]), dimension: Dimension::NONE, default: Some("dissipative") },
-        { name: "contact_damping", doc: "damping in contact only, c v; the contact may pull", kind: ParameterKind::Number, dimension: Dimension::DAMPING, default: Some("0"), range: ParameterRange::NotNegative },
+        { name: "impact_damping_law", doc: "dissipative on both flanks, or literal as in eq. (1) of the paper, which adds energy on the back flank", kind: ParameterKind::Choice(&["dissipative", "literal"]), dimension: Dimension::NONE, default: Some("dissipative") },
+        { name: "contact_damping", doc: "viscous damping c v in contact only; the contact may pull", kind: ParameterKind::Number, dimension: Dimension::DAMPING, default: Some("0"), range: ParameterRange::NotNegative },
     ],
     example: "{type: backlash, half_gap: 1.0, impact_damping: 0.05}",
 }

@@ -61,7 +61,7 @@ const STIFFNESS: Dimension = Dimension {
 static STAGE: [ParameterInfo; 4] = [
     ParameterInfo::new(
         "to",
-        "deformation at which the stage ends; the last one goes on",
+        "deformation at which the stage ends; the last stage has no end",
         ParameterKind::Number,
         Dimension::DISPLACEMENT,
         Some("null"),
@@ -85,7 +85,7 @@ static STAGE: [ParameterInfo; 4] = [
     .within(ParameterRange::NotNegative),
     ParameterInfo::new(
         "hysteresis_stiffness",
-        "slope of the loop's flanks; that of the connection when absent",
+        "slope of the loop's flanks; default: stiffness of the connection",
         ParameterKind::Number,
         STIFFNESS,
         Some("null"),
@@ -95,12 +95,12 @@ static STAGE: [ParameterInfo; 4] = [
 
 crate::register_element! {
     tag: "clutch",
-    doc: "a broken line through 0 with a slider (Jenkins element) for every stage, which moves only within its stage",
+    doc: "a broken line through 0 with one slider (Jenkins element) per stage, which moves only within its stage",
     parameters: [
         { name: "stages", doc: "stages from the middle outwards, the same on both sides", kind: ParameterKind::Records(&STAGE), dimension: Dimension::NONE, default: None, one_of: ["stages", "drive"] },
         { name: "drive", doc: "stages of the side q > 0, with `coast`", kind: ParameterKind::Records(&STAGE), dimension: Dimension::NONE, default: None, one_of: ["stages", "drive"] },
         { name: "coast", doc: "stages of the side q < 0, with `drive`", kind: ParameterKind::Records(&STAGE), dimension: Dimension::NONE, default: Some("null") },
-        { name: "everywhere", doc: "whether the sliders act on the whole deformation", kind: ParameterKind::Switch, dimension: Dimension::NONE, default: Some("false") },
+        { name: "everywhere", doc: "true: the sliders act on the whole deformation", kind: ParameterKind::Switch, dimension: Dimension::NONE, default: Some("false") },
     ],
     example: "{type: clutch, stages: [{to: 0.5, stiffness: 0.1, hysteresis: 0.04, hysteresis_stiffness: 0.3}, {stiffness: 1, hysteresis: 0.3}]}",
 }

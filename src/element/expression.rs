@@ -85,10 +85,10 @@ impl Fault {
 
 crate::register_element! {
     tag: "expression",
-    doc: "f = force/K, the force typed as a formula of q, v and phase in SI units; exact derivatives",
+    doc: "f = force/K with the force as a formula of q, v and phase in SI units; exact derivatives",
     parameters: [
         { name: "force", doc: "formula of the force in N or N m; q, v in m, m/s or rad, rad/s; phase of the excitation; abs sign min max if(c, a, b) sqrt exp log sin cos tan atan sinh cosh tanh, < <= > >= == != and or not, pi", kind: ParameterKind::Text, dimension: Dimension::NONE, default: None },
-        { name: "parameters", doc: "named numbers for the formula, quantities in SI units", kind: ParameterKind::Map, dimension: Dimension::NONE, default: Some("{}") },
+        { name: "parameters", doc: "named numbers of the formula; quantities are converted to SI units", kind: ParameterKind::Map, dimension: Dimension::NONE, default: Some("{}") },
     ],
     example: "{type: expression, force: \"k*max(q - b, 0) + c*v\", parameters: {k: 2.0, b: 0.3, c: 0.1}}",
 }

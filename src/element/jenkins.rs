@@ -26,7 +26,7 @@ pub struct Jenkins {
 
 crate::register_element! {
     tag: "jenkins",
-    doc: "a spring in series with a slider: f = q - z, cut at slip_force/K on both sides; z moves with q while it slips",
+    doc: "a spring in series with a slider: f = q - z, limited to slip_force/K on both sides; z moves with q while it slips",
     parameters: [
         { name: "slip_force", doc: "force at which the slider slips", kind: ParameterKind::Number, dimension: Dimension::FORCE, default: None, range: ParameterRange::NotNegative },
     ],

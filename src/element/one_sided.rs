@@ -40,7 +40,7 @@ crate::register_element! {
     parameters: [
         { name: "gap", doc: "distance to the stop", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative },
         { name: "side", doc: "side of the stop", kind: ParameterKind::Choice(&["positive", "negative"]), dimension: Dimension::NONE, default: Some("positive") },
-        { name: "contact_damping", doc: "damping in contact only, c v; the contact may pull", kind: ParameterKind::Number, dimension: Dimension::DAMPING, default: Some("0"), range: ParameterRange::NotNegative },
+        { name: "contact_damping", doc: "viscous damping c v in contact only; the contact may pull", kind: ParameterKind::Number, dimension: Dimension::DAMPING, default: Some("0"), range: ParameterRange::NotNegative },
     ],
     example: "{type: one_sided, gap: 0.5}",
 }

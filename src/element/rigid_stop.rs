@@ -96,13 +96,13 @@ impl From<RigidStop> for Written {
 
 crate::register_element! {
     tag: "rigid_stop",
-    doc: "rigid stops at |q| = b: v+ = -restitution v-, then contact that is held; only the direction of the connection counts",
+    doc: "rigid stops at |q| = b: v+ = -restitution v-, then held contact; the stiffness of the connection has no effect",
     parameters: [
         { name: "half_gap", doc: "distance to a stop on each side", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
-        { name: "gap", doc: "with `side` the distance to one stop, without it the distance between two", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
+        { name: "gap", doc: "with `side` the distance to the stop, without it the distance between two stops", kind: ParameterKind::Number, dimension: Dimension::DISPLACEMENT, default: None, range: ParameterRange::NotNegative, one_of: ["half_gap", "gap"] },
         { name: "side", doc: "side of a single stop", kind: ParameterKind::Choice(&["positive", "negative"]), dimension: Dimension::NONE, default: Some("null") },
         { name: "restitution", doc: "coefficient of restitution, 0 to 1", kind: ParameterKind::Number, dimension: Dimension::NONE, default: None, range: ParameterRange::NotNegative },
-        { name: "least_impact", doc: "impacts slower than this share of the scale of rates are not counted", kind: ParameterKind::Number, dimension: Dimension::NONE, default: Some("1e-9"), range: ParameterRange::NotNegative },
+        { name: "least_impact", doc: "slower impacts are not counted; relative to the r.m.s. rate", kind: ParameterKind::Number, dimension: Dimension::NONE, default: Some("1e-9"), range: ParameterRange::NotNegative },
     ],
     example: "{type: rigid_stop, gap: 0.5, side: positive, restitution: 0.6}",
 }

@@ -26,10 +26,10 @@ pub struct TanhFriction {
 
 crate::register_element! {
     tag: "tanh_friction",
-    doc: "f = (force/K) tanh(v/velocity); dry friction, regularised: it creeps instead of sticking",
+    doc: "f = (force/K) tanh(v/velocity); regularised dry friction: it creeps instead of sticking",
     parameters: [
         { name: "force", doc: "friction force", kind: ParameterKind::Number, dimension: Dimension::FORCE, default: None, range: ParameterRange::NotNegative },
-        { name: "velocity", doc: "regularisation: tanh(1) of the force is reached at this velocity", kind: ParameterKind::Number, dimension: Dimension::VELOCITY, default: None, range: ParameterRange::Positive },
+        { name: "velocity", doc: "regularisation velocity: the force there is tanh(1) = 0.76 of its limit", kind: ParameterKind::Number, dimension: Dimension::VELOCITY, default: None, range: ParameterRange::Positive },
     ],
     example: "{type: tanh_friction, force: 0.3, velocity: 0.7}",
 }

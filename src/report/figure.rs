@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Curve {
     /// Name of the table (empty: the main table).
     pub table: String,
-    /// Column along the abscissa.
+    /// Column of the abscissa.
     pub x: String,
     /// Column along the ordinate.
     pub y: String,

@@ -4,14 +4,14 @@ use super::Scale;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the figures of an analysis show and how; what is left out is the analysis's choice.
+/// Contents and style of the figures of an analysis; the analysis chooses what is not given.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Plot {
-    /// Column along the abscissa.
+    /// Column of the abscissa.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<String>,
-    /// Columns along the ordinate, one panel each; `rms` stands for the r.m.s. of every connection.
+    /// Columns of the ordinate, one panel each; `rms` selects the r.m.s. of every connection.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub y: Vec<String>,
     /// Unit of the abscissa, such as `rpm`, `Hz`, `ms`.
@@ -20,22 +20,22 @@ pub struct Plot {
     /// Scale of the ordinate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y_scale: Option<Scale>,
-    /// Ends of the abscissa, in the unit that it has in the figure.
+    /// Limits of the abscissa, in its unit in the figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x_range: Option<[f64; 2]>,
-    /// Ends of the ordinate, in the unit of the column.
+    /// Limits of the ordinate, in the unit of the column.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y_range: Option<[f64; 2]>,
-    /// Whether the backbone is drawn: natural frequencies of the response-variant linear system (default: no).
+    /// Draw the backbone: natural frequencies of the response-variant linear system (default: no).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backbone: Option<bool>,
-    /// Kinds of events drawn (default: all); an empty list: none.
+    /// Kinds of events to draw (default: all; an empty list: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub events: Option<Vec<String>>,
-    /// Connections drawn.
+    /// Connections to draw (default: all).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub connections: Option<Vec<String>>,
-    /// Methods drawn.
+    /// Methods to draw (default: all).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub methods: Option<Vec<String>>,
     /// Width on paper.

@@ -69,11 +69,11 @@ const BACKLASH: &str = "backlash";
 fn drawing() -> Value {
     let way = |about: &str| nullable(quantity(about, Range::NotNegative));
     let mut value = object(
-        "Backlash as on a drawing, of a mesh with teeth; half of it on the line of action is the half gap.",
+        "Backlash from a drawing, for a mesh with `teeth`; converted to the half gap on the line of action.",
         json!({
             "circumferential": way("On the reference circle [m]."),
             "normal": way("Normal to the flanks [m]."),
-            "angular": way("Angle of the first wheel with the other one held [rad]."),
+            "angular": way("Angle of the first wheel with the other wheel fixed [rad]."),
         }),
         &[],
     );

@@ -113,25 +113,24 @@ fn model() -> Value {
                 "enum": [SCHEMA, SCHEMA.to_string(), null],
             },
             "name": nullable(text("Name of the model, for titles.")),
-            "extends": text("Another model file, relative to this one, upon which this file is laid: maps merge, lists and \
-                single values are replaced, null removes."),
+            "extends": text("Base model file, relative to this one: maps merge, lists and single values are replaced, null removes."),
             "bodies": described("bodies", "Inertias by name."),
-            "connections": described("connections", "Compliant connections by name; their order chooses the relative coordinates."),
-            "damping": nullable(described("damping", "Damping of the whole train; adds to the connections' own dashpots.")),
+            "connections": described("connections", "Compliant connections by name; the first independent ones are the relative coordinates."),
+            "damping": nullable(described("damping", "Damping of the whole train, in addition to the dashpots of connections.")),
             "loads": nullable(described("loads", "Torques (forces on sliding masses) by body.")),
             "scaling": nullable(described("scaling", "Characteristic frequency and displacement.")),
             "reference": nullable(train::mean_motion()),
             "balance": nullable(train::balance()),
-            "reduced": described("reduced", "A nondimensional system as published, instead of bodies and connections."),
+            "reduced": described("reduced", "Nondimensional system, instead of bodies and connections."),
             "report": nullable(object(
-                "How results are given.",
+                "Units of the results.",
                 json!({ "units": {
                     "description": "`si` (the default for trains) or `nondimensional` (the only choice for reduced systems).",
                     "enum": ["si", "nondimensional", null],
                 }}),
                 &[],
             )),
-            "analyses": nullable(named("What to compute, by name.", ANALYSIS_NAME, reference("analysis"))),
+            "analyses": nullable(named("Analyses by name.", ANALYSIS_NAME, reference("analysis"))),
         }),
         &[],
     );
@@ -178,14 +177,14 @@ fn common(tag: &str, about: &str) -> Map<String, Value> {
     let keys = json!({
         "type": { "description": about, "const": tag },
         "title": nullable(text("Title of the figure and of the section in the report.")),
-        "caption": nullable(text("What to see in the figure.")),
+        "caption": nullable(text("Caption: what the figure shows.")),
         "assumed": {
-            "description": "Parameters that are assumed rather than known, for the report.",
+            "description": "Assumed parameters, listed in the report.",
             "type": "array",
             "items": text(""),
         },
         "set": {
-            "description": "Values of the model changed for this analysis alone, by dotted path.",
+            "description": "Values of the model that differ in this analysis, by dotted path.",
             "type": ["object", "null"],
         },
     });

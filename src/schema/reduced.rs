@@ -11,7 +11,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
         json!({ "type": "array", "items": reference("vector"), "minItems": 1 }),
     );
     let mut elements = named(
-        "Laws by name, one for each column of kappa.",
+        "Laws by name, one per column of kappa.",
         NAME,
         reference("reduced_law"),
     );
@@ -22,7 +22,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
             "stiffness": super::described("matrix", "kappa, n x e, a list of rows."),
             "damping": nullable(damping()),
             "elements": elements,
-            "element_map": nullable(super::described("matrix", "W, e x n; the identity when absent.")),
+            "element_map": nullable(super::described("matrix", "W, e x n; default: the identity.")),
             "loads": nullable(loads()),
         }),
         &["stiffness", "elements"],
@@ -58,15 +58,15 @@ fn loads() -> Value {
         "cos cos(order Om T) + sin sin(order Om T)",
         json!({
             "order": count("1 for the excitation frequency."),
-            "cos": part("One value a coordinate."),
-            "sin": part("One value a coordinate."),
+            "cos": part("One value per coordinate."),
+            "sin": part("One value per coordinate."),
         }),
         &["order"],
     );
     object(
         "Loads on the relative coordinates.",
         json!({
-            "mean": part("Mean loads, one a coordinate."),
+            "mean": part("Mean loads, one per coordinate."),
             "harmonics": nullable(json!({ "type": "array", "items": harmonic })),
         }),
         &[],

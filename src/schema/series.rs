@@ -36,7 +36,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
             "mean": nullable(quantity("Mean torque [N m]; force [N] on a sliding mass.", Range::Any)),
             "harmonics": harmonics_of_loads(),
             "cycle": nullable(cycle()),
-            "profile": nullable(profile("Torque over time [N m], linear between instants; a repeated instant is a jump. For a time_history with `duration` and for run_up.")),
+            "profile": nullable(profile("Torque as a function of time [N m], linear between instants; a repeated instant is a jump. Only for `run_up` and for `time_history` with `duration`.")),
         }),
         &[],
     );
@@ -52,9 +52,8 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
 pub(super) fn keys(units: Units) -> Map<String, Value> {
     let error = units.name("transmission_error");
     let variation =
-        "Relative stiffness against the phase of the excitation: mean 1, nowhere negative.";
-    let unit = "Order 1 of transmission error and stiffness variation is this multiple of the excitation frequency, such \
-                as `mesh` (tooth passing) or the number of teeth.";
+        "Relative stiffness against the phase of the excitation; mean 1, never negative.";
+    let unit = "Order that counts as 1 in transmission error and stiffness variation, in multiples of the excitation frequency: `mesh` (tooth passing) or a number such as the number of teeth.";
     [
         (
             "transmission_error",
@@ -79,16 +78,16 @@ pub(super) fn keys(units: Units) -> Map<String, Value> {
 }
 
 fn cycle() -> Value {
-    let torque = quantity("[N m]; bare numbers in `unit`.", Range::Any);
+    let torque = quantity("Torque [N m]; bare numbers are in `unit`.", Range::Any);
     let mut value = object(
-        "Measured torque over a cycle, linear between its values, which are uniform in angle; the first one at phase 0.",
+        "Measured torque over a cycle, uniform in angle, the first value at phase 0, linear between values.",
         json!({
             "values": nullable(json!({ "type": "array", "items": torque, "minItems": 2 })),
             "file": nullable(text("Table with a header row (CSV), relative to this file, instead of `values`.")),
-            "column": nullable(text("Name of its column of torques.")),
-            "angle": nullable(text("Name of its column of angles, ascending over at most a cycle; uniform when absent.")),
-            "angle_unit": nullable(text("Unit of the angles; rad when absent.")),
-            "unit": nullable(text("Unit of bare numbers; N m when absent.")),
+            "column": nullable(text("Column of torques.")),
+            "angle": nullable(text("Column of angles, ascending over at most one cycle; default: rows are uniform in angle.")),
+            "angle_unit": nullable(text("Unit of the angles; default rad.")),
+            "unit": nullable(text("Unit of bare numbers; default N m.")),
             "revolutions": nullable(count("Revolutions of the reference per cycle, such as 2 for a four-stroke engine.")),
         }),
         &[],
@@ -101,19 +100,19 @@ fn cycle() -> Value {
 fn profile(about: &str) -> Value {
     let pair = json!({
         "type": "array",
-        "items": quantity("Instant [s], value.", Range::Any),
+        "items": quantity("Time [s], value.", Range::Any),
         "minItems": 2,
         "maxItems": 2,
     });
     let mut value = object(
         about,
         json!({
-            "points": nullable(json!({ "description": "Instants with values: [[0 s, 10 N m], [50 ms, 200 N m]].", "type": "array", "items": pair, "minItems": 1 })),
+            "points": nullable(json!({ "description": "Pairs of time and torque: [[0 s, 10 N m], [50 ms, 200 N m]].", "type": "array", "items": pair, "minItems": 1 })),
             "file": nullable(text("Table with a header row (CSV), relative to this file, instead of `points`.")),
-            "time": nullable(text("Name of its column of instants.")),
-            "column": nullable(text("Name of its column of values.")),
-            "unit": nullable(text("Unit of the values; SI when absent.")),
-            "time_unit": nullable(text("Unit of the instants; s when absent.")),
+            "time": nullable(text("Column of times.")),
+            "column": nullable(text("Column of values.")),
+            "unit": nullable(text("Unit of the values; default SI.")),
+            "time_unit": nullable(text("Unit of the times; default s.")),
         }),
         &[],
     );
@@ -138,13 +137,15 @@ fn harmonics_of_loads() -> Value {
         json!({
             "order": described("order", "1 for the excitation frequency."),
             "amplitude": { "anyOf": [amplitude, table] },
-            "phase": nullable(quantity("Phase [rad]; a text such as `30 deg`.", Range::Any)),
-            "speed_power": nullable(quantity("Power of the speed with which the amplitude grows.", Range::Any)),
-            "at": nullable(quantity("Speed at which the amplitude is as written [rad/s].", Range::Positive)),
+            "phase": nullable(quantity("Phase [rad], or a quantity such as `30 deg`.", Range::Any)),
+            "speed_power": nullable(quantity("Exponent p: the amplitude is proportional to speed^p.", Range::Any)),
+            "at": nullable(quantity("Speed at which the amplitude has the given value [rad/s].", Range::Positive)),
         }),
         &["order", "amplitude"],
     );
-    nullable(json!({ "description": "Alternating part, a list.", "type": "array", "items": one }))
+    nullable(
+        json!({ "description": "Alternating part: a list of harmonics.", "type": "array", "items": one }),
+    )
 }
 
 fn harmonics(units: Units) -> Value {
@@ -153,16 +154,18 @@ fn harmonics(units: Units) -> Value {
         json!({
             "order": described("order", "1 for the excitation frequency (times order_unit)."),
             "amplitude": units.number("Amplitude of the cosine.", Range::Any),
-            "phase": nullable(quantity("Phase [rad]; a text such as `30 deg`.", Range::Any)),
+            "phase": nullable(quantity("Phase [rad], or a quantity such as `30 deg`.", Range::Any)),
         }),
         &["order", "amplitude"],
     );
-    nullable(json!({ "description": "Alternating part, a list.", "type": "array", "items": one }))
+    nullable(
+        json!({ "description": "Alternating part: a list of harmonics.", "type": "array", "items": one }),
+    )
 }
 
 fn table(value: Value) -> Value {
     nullable(json!({
-        "description": "Values over one period, evenly spaced, with straight lines between them.",
+        "description": "Values over one period, evenly spaced, linear between values.",
         "type": "array",
         "items": value,
         "minItems": 2,
@@ -175,7 +178,7 @@ fn order() -> Value {
         "Orders of another shaft.",
         json!({
             "shaft": text("Name of a body."),
-            "times": nullable(described("order", "Order of that shaft; 1 when absent.")),
+            "times": nullable(described("order", "Order of that shaft; default 1.")),
         }),
         &["shaft"],
     );
@@ -191,7 +194,7 @@ fn order() -> Value {
 }
 
 fn own_unit() -> [Value; 2] {
-    let about = "Overrides the connection's order_unit here.";
+    let about = "Overrides the `order_unit` of the connection.";
     [about, "Former name of `order_unit`."].map(|about| nullable(described("order", about)))
 }
 
@@ -217,11 +220,11 @@ fn stiffness_variation() -> Value {
     let [unit, former] = own_unit();
     let ratio = |about: &str| quantity(about, Range::NotNegative);
     let rectangle = object(
-        "Two levels a period.",
+        "Two levels per period.",
         json!({
             "high": ratio("Relative stiffness of the first part of the period."),
-            "low": ratio("Relative stiffness of the rest."),
-            "duty": quantity("Share of `high`, between 0 and 1.", Range::Positive),
+            "low": ratio("Relative stiffness of the rest of the period."),
+            "duty": quantity("Fraction of the period with `high`, between 0 and 1.", Range::Positive),
             "phase": nullable(quantity("Phase at which `high` begins [rad].", Range::Any)),
         }),
         &["high", "low", "duty"],
@@ -229,7 +232,7 @@ fn stiffness_variation() -> Value {
     let mut variation = object(
         "Harmonics, a table or a rectangle; mean 1.",
         json!({
-            "mean": nullable(quantity("1, which is the default.", Range::Any)),
+            "mean": nullable(quantity("Must be 1, the default.", Range::Any)),
             "harmonics": harmonics(Units::Si),
             "table": table(ratio("Relative stiffness.")),
             "rectangular": nullable(rectangle),

@@ -8,13 +8,14 @@ use crate::model::GEOMETRY;
 use serde_json::{Map, Value, json};
 
 pub(super) fn define(definitions: &mut Map<String, Value>) {
-    let inertia = "kg m^2 for a turning body; a mass in kg (`250 kg`) makes it a sliding one.";
+    let inertia =
+        "Moment of inertia [kg m^2]; a value in kg (`250 kg`) makes the body a sliding mass.";
     let body = object(
         "A body and its inertia.",
         json!({
             "inertia": quantity(inertia, Range::Positive),
             "drag": nullable(drag()),
-            "mass": nullable(quantity("Mass of a planet, carried by its carrier where meshes have `planets: N` [kg].", Range::NotNegative)),
+            "mass": nullable(quantity("Mass of a planet [kg], added to its carrier if meshes have `planets: N`.", Range::NotNegative)),
         }),
         &["inertia"],
     );
@@ -46,7 +47,7 @@ fn drag() -> Value {
         &[],
     );
     json!({
-        "description": "Torque [N m] that opposes the mean rotation, whichever way the body turns; needs a `reference`.",
+        "description": "Torque [N m] that opposes the mean rotation in either direction; requires a `reference`.",
         "anyOf": [reference("not_negative_quantity"), parts],
     })
 }
@@ -55,10 +56,10 @@ fn drag() -> Value {
 pub(super) fn mean_motion() -> Value {
     let speed = |about: &str| quantity(about, Range::Any);
     object(
-        "The shaft whose revolutions orders count; its speed gives every other one.",
+        "Shaft to whose revolutions orders refer; its speed determines all others.",
         json!({
             "body": text("Name of a body."),
-            "speed": speed("Mean speed, such as `800 rpm`; a negative one turns the other way."),
+            "speed": speed("Mean speed, such as `800 rpm`; a negative value reverses the rotation."),
             "also": nullable(named("Speeds for further rigid-body modes, by body.", NAME, speed(""))),
         }),
         &["body", "speed"],
@@ -68,7 +69,7 @@ pub(super) fn mean_motion() -> Value {
 /// The `balance` of a train.
 pub(super) fn balance() -> Value {
     json!({
-        "description": "Body whose mean torque is computed from all others, one for each rigid-body mode.",
+        "description": "Bodies whose mean torques are computed from all others, one per rigid-body mode.",
         "anyOf": [text(""), { "type": "array", "items": text(""), "minItems": 1 }],
     })
 }
@@ -81,13 +82,13 @@ fn toothed(about: &str, bodies: &[&str]) -> Value {
     let mut properties = json!({
         "teeth": teeth,
         "module": quantity("Normal module [m].", Range::Positive),
-        "pressure_angle": nullable(quantity("Normal pressure angle [rad]; 20 deg when absent.", Range::NotNegative)),
-        "helix_angle": nullable(quantity("Helix angle [rad]; 0 when absent.", Range::NotNegative)),
-        "centre_distance": nullable(quantity("Working centre distance [m], where profiles are shifted.", Range::Positive)),
+        "pressure_angle": nullable(quantity("Normal pressure angle [rad]; default 20 deg.", Range::NotNegative)),
+        "helix_angle": nullable(quantity("Helix angle [rad]; default 0.", Range::NotNegative)),
+        "centre_distance": nullable(quantity("Working centre distance [m] of meshes with profile shift.", Range::Positive)),
     });
     if !bodies.is_empty() {
         properties["planets"] = nullable(count(
-            "Number of equal planets, copied with the phases of their meshes.",
+            "Number of equal planets; bodies and meshes are copied, with the phases of the meshes.",
         ));
     }
     for body in bodies {
@@ -121,11 +122,11 @@ fn geometry(kind: &str) -> Value {
             pair("Internal mesh {A: R_A, B: R_B}: deformation R_A th_A - R_B th_B [m].")
         }
         "planet_gear" => toothed(
-            "Sun and planet on a turning carrier: R_s th_s + R_p th_p - (R_s + R_p) th_c [m].",
+            "Sun and planet on a rotating carrier: deformation R_s th_s + R_p th_p - (R_s + R_p) th_c [m].",
             &["sun", "planet", "carrier"],
         ),
         "planet_ring" => toothed(
-            "Planet and ring on a turning carrier: R_p th_p - R_r th_r + (R_r - R_p) th_c [m].",
+            "Planet and ring on a rotating carrier: deformation R_p th_p - R_r th_r + (R_r - R_p) th_c [m].",
             &["ring", "planet", "carrier"],
         ),
         "shaft" => json!({
@@ -135,12 +136,11 @@ fn geometry(kind: &str) -> Value {
             "minItems": 2,
             "maxItems": 2,
         }),
-        "ground" => text("A body held by the frame: deformation th_A [rad], or x_A [m]."),
+        "ground" => text("Connection of a body to ground: deformation th_A [rad], or x_A [m]."),
         _ => {
-            let arm = "Lever arm [m] of a turning body; a number (1) for a sliding mass, and for turning bodies where the \
-                       deformation is an angle.";
+            let arm = "Lever arm [m] of a rotating body; a number (1) for a sliding mass, and for rotating bodies if the deformation is an angle.";
             let mut arms = named(
-                "Any lever arms by body: deformation is their sum times the motions.",
+                "Any lever arms by body: the deformation is the sum of arm times motion.",
                 NAME,
                 quantity(arm, Range::Any),
             );
@@ -156,13 +156,13 @@ fn connection() -> Value {
         .map(|kind| ((*kind).to_owned(), nullable(geometry(kind))))
         .collect();
     let law = json!({
-        "description": "Force law of the deformation; linear when absent.",
+        "description": "Force law; default linear.",
         "anyOf": [reference("law"), { "type": "null" }],
     });
     properties.insert(
         "stiffness".into(),
         quantity(
-            "Reference stiffness, > 0 [N/m; N m/rad for shafts]; may be left out for laws without displacement (friction).",
+            "Reference stiffness, > 0 [N/m; N m/rad for shafts]; optional for laws that do not depend on the displacement (friction).",
             Range::Positive,
         ),
     );
@@ -172,8 +172,7 @@ fn connection() -> Value {
         nullable(quantity(dashpot, Range::NotNegative)),
     );
     properties.insert("element".into(), law);
-    let lag =
-        "Share of a mesh period by which transmission error and stiffness variation come later.";
+    let lag = "Fraction of a mesh period by which transmission error and stiffness variation are delayed.";
     properties.insert("lag".into(), nullable(quantity(lag, Range::Any)));
     let scale = "Own displacement scale [m; rad for shafts].";
     properties.insert("length".into(), nullable(quantity(scale, Range::Positive)));
@@ -202,7 +201,7 @@ fn stiffness_or_friction() -> Value {
 fn damping() -> Value {
     let ratio = |about: &str| quantity(about, Range::NotNegative);
     let list = json!({
-        "description": "One ratio for each elastic mode, ascending frequency.",
+        "description": "One ratio per elastic mode, in ascending frequency.",
         "type": "array",
         "items": ratio(""),
     });
@@ -222,14 +221,14 @@ fn damping() -> Value {
 fn scaling() -> Value {
     let words = json!({ "enum": ["first_mode", "first_connection"] });
     object(
-        "Characteristic values; they never change an answer in SI units.",
+        "Characteristic values; results in SI units do not depend on them.",
         json!({
             "frequency": {
                 "description": "omega_c: `first_mode` (default), `first_connection`, or a value [rad/s].",
                 "anyOf": [words, reference("positive_quantity"), { "type": "null" }],
             },
             "length": nullable(quantity(
-                "l of every connection without its own `length`; the default is its first nonzero breakpoint, else 1.",
+                "l of every connection without its own `length`; default: its first nonzero breakpoint, else 1.",
                 Range::Positive,
             )),
         }),

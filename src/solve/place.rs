@@ -43,7 +43,7 @@ impl Place {
         })
     }
 
-    /// nu, excitation periods in a response period.
+    /// nu: excitation periods per response period.
     pub fn subharmonic(&self) -> usize {
         self.states.len()
     }

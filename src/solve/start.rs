@@ -16,7 +16,7 @@ use crate::system::System;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
-/// Where the search for the first solution begins.
+/// First guess of the search for the first solution.
 #[derive(
     Debug,
     Clone,
@@ -30,7 +30,8 @@ use std::f64::consts::TAU;
 )]
 #[serde(rename_all = "snake_case")]
 pub enum StartMode {
-    /// Linear response in the contact state of the static equilibrium; homotopy in the alternating load; integration.
+    /// Linear response in the contact state of the static equilibrium; if that fails, homotopy in the alternating
+    /// load, then integration.
     #[default]
     Auto,
     /// Linear response with every connection in contact.

@@ -27,27 +27,27 @@ use std::time::Instant;
 pub struct Basins {
     /// Excitation frequency.
     pub at: Quantity,
-    /// Values of the coordinates that are varied, by the names of their columns, such as `q.mesh_1` and `v.mesh_1`.
+    /// Values of the varied coordinates, by column name, such as `q.mesh_1` and `v.mesh_1`.
     pub grid: IndexMap<String, Axis>,
-    /// All other coordinates at phase 0: the static equilibrium at rest when absent.
+    /// All other coordinates at phase 0; default: the static equilibrium at rest.
     #[serde(default)]
     pub initial: Option<Initial>,
-    /// Periods before anything but a known attractor is looked for.
+    /// Periods before the search for new attractors.
     #[serde(default = "defaults::transient")]
     pub transient: usize,
-    /// Periods of a record that is judged.
+    /// Periods per record.
     #[serde(default = "defaults::periods")]
     pub periods: usize,
-    /// Periods after which a start is undecided; 4000 when absent, or `transient` + `periods` where that is more.
+    /// Periods after which a start is undecided; default 4000, or `transient` + `periods` if that is more.
     #[serde(default)]
     pub limit: Option<usize>,
-    /// Ranges of varied coordinates: the share of the starts inside that ends at each attractor is reported too.
+    /// Ranges of varied coordinates; the fraction of the starts inside that ends at each attractor is reported too.
     #[serde(rename = "box", default)]
     pub region: Option<IndexMap<String, (Quantity, Quantity)>>,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
-    /// Longest period that a label may name; 256 when absent.
+    /// Longest period of a label; default 256.
     #[serde(default)]
     pub longest_period: Option<usize>,
 }
@@ -60,7 +60,7 @@ pub struct Axis {
     pub from: Quantity,
     /// Last value.
     pub to: Quantity,
-    /// Values, evenly spaced, both ends included.
+    /// Number of values, evenly spaced, both ends included.
     pub points: usize,
 }
 

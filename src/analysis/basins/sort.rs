@@ -165,7 +165,7 @@ impl<'a> Sorting<'a> {
         self.start.system
     }
 
-    /// Which integrator runs.
+    /// Integrator.
     pub fn integrator(&self) -> &'static str {
         self.start.integrator
     }

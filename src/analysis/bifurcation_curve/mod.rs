@@ -28,15 +28,15 @@ pub struct BifurcationCurve {
     pub parameters: Vec<String>,
     /// Range of each: [first, last].
     pub ranges: Vec<(Quantity, Quantity)>,
-    /// Excitation frequency, where it is not one of the parameters.
+    /// Excitation frequency, if it is not one of the parameters.
     #[serde(default)]
     pub at: Option<Quantity>,
-    /// Where the curve begins; a list for several curves.
+    /// Start of the curve; a list for several curves.
     pub start: OneOrMany,
-    /// Values of the second parameter that are solved exactly at every passage.
+    /// Values of the second parameter to solve exactly at every passage.
     #[serde(default)]
     pub marks: Vec<Quantity>,
-    /// Excitation periods of the orbit.
+    /// Excitation periods per orbit period.
     #[serde(default = "defaults::subharmonic")]
     pub subharmonic: usize,
     /// First step, in ranges of the parameters and sizes of the state.
@@ -48,13 +48,13 @@ pub struct BifurcationCurve {
     /// Largest step.
     #[serde(default = "defaults::max_step")]
     pub max_step: f64,
-    /// Points at most, each way from a start.
+    /// Limit of points in each direction from a start.
     #[serde(default = "defaults::max_points")]
     pub max_points: usize,
-    /// How far beyond the ranges a curve is followed, in ranges: it may come back.
+    /// Distance beyond the ranges over which a curve is followed, because it may return; in ranges.
     #[serde(default = "defaults::margin")]
     pub margin: f64,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
 }
@@ -93,7 +93,7 @@ pub enum OneOrMany {
     Many(Vec<Begin>),
 }
 
-/// Where a curve begins: an event of an analysis of this file, or values of both parameters near one.
+/// Start of a curve: an event of an analysis of this file, or values of both parameters near an event.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Begin {
@@ -102,19 +102,19 @@ pub struct Begin {
     pub analysis: Option<String>,
     /// Kind of the event.
     pub kind: Kind,
-    /// Value of the parameter of the analysis near which the event lies; the first one of the kind when absent.
+    /// Value of the analysis's parameter near the event; default: the first event of the kind.
     #[serde(default)]
     pub near: Option<Quantity>,
-    /// Connection that grazes.
+    /// Grazing connection.
     #[serde(default)]
     pub connection: Option<String>,
     /// Values of both parameters near the event.
     #[serde(default)]
     pub at: Option<IndexMap<String, Quantity>>,
-    /// Folder of results of another run, relative to the working directory, in which `analysis` has the point.
+    /// Results folder of another run that contains the point of `analysis`, relative to the working directory.
     #[serde(default)]
     pub results: Option<PathBuf>,
-    /// Branch or curve of that point; 0 when absent.
+    /// Branch or curve of that point; default 0.
     #[serde(default)]
     pub branch: usize,
     /// Number of that point.

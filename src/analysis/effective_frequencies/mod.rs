@@ -26,13 +26,13 @@ pub struct EffectiveFrequencies {
     /// Number of values, both ends included.
     #[serde(default = "default_points")]
     pub points: usize,
-    /// Mean deformation around which the motion goes.
+    /// Mean deformation of the motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_displacement: Option<Mean>,
-    /// Mean force that the motion carries; the mean deformation follows from it.
+    /// Mean force; the mean deformation follows from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_force: Option<Mean>,
-    /// Connections that move; the others keep the effective stiffness 1. All when absent.
+    /// Connections that move; the others keep the effective stiffness 1. Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vary: Option<Vec<String>>,
 }
@@ -41,7 +41,7 @@ fn default_points() -> usize {
     101
 }
 
-/// One value for every connection, or one each.
+/// One value for all connections, or one per connection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,

@@ -17,15 +17,16 @@ pub struct Collected {
     /// Table: `main`, or one with a name such as `events`.
     #[serde(default = "main")]
     pub table: String,
-    /// Column; not needed to count rows.
+    /// Column; optional for `count` of rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
-    /// How its rows become one value.
+    /// Reduction of its rows to one value.
     pub reduce: Reduce,
-    /// Column that `argmax`, `argmin` and `at` refer to; the excitation frequency, the time or the parameter when absent.
+    /// Column to which `argmax`, `argmin` and `at` refer; default: the excitation frequency, the time or the
+    /// parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// Rows that count: those with these values in these columns.
+    /// Selects rows with these values in these columns.
     #[serde(default, rename = "where", skip_serializing_if = "IndexMap::is_empty")]
     pub only: IndexMap<String, Given>,
 }
@@ -34,29 +35,30 @@ fn main() -> String {
     "main".into()
 }
 
-/// How the rows of a column become one value. Empty cells do not count.
+/// Reduction of the rows of a column to one value. Empty cells are ignored.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Reduce {
-    /// The largest.
+    /// The largest value.
     Max,
-    /// The smallest.
+    /// The smallest value.
     Min,
     /// The arithmetic mean.
     Mean,
-    /// Largest less smallest.
+    /// The largest minus the smallest value.
     Range,
-    /// The first in the table.
+    /// The first value in the table.
     First,
-    /// The last.
+    /// The last value in the table.
     Last,
-    /// How many.
+    /// Number of values.
     Count,
-    /// Where the largest stands: `by` in the row of the maximum.
+    /// `by` in the row of the maximum.
     Argmax,
-    /// Where the smallest stands.
+    /// `by` in the row of the minimum.
     Argmin,
-    /// The value where `by` has this value: at a row that has it exactly, else between the first two neighbours around it.
+    /// The value where `by` has this value: in a row with exactly that value, otherwise interpolated between the
+    /// first two neighbours around it.
     At(Quantity),
 }
 

@@ -37,18 +37,18 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ParameterStudy {
-    /// Values by path: every combination runs, the last path changing fastest.
+    /// Values by path; every combination runs, the last path changes fastest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grid: Option<IndexMap<String, Axis>>,
-    /// Rows of values by path: every row runs.
+    /// Rows of values by path; every row runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub list: Option<Vec<IndexMap<String, Given>>>,
     /// Random values by path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample: Option<Sample>,
-    /// What each run does: the name of another analysis of the file, or an analysis in place, `{type: .., ..}`.
+    /// Analysis to run: the name of another analysis of the file, or an analysis in place, `{type: .., ..}`.
     pub analysis: serde_json::Value,
-    /// What of each run's tables becomes a column, by the name of the column.
+    /// Quantities taken from the tables of each run, by the name of their column.
     pub collect: IndexMap<String, Collected>,
 }
 

@@ -14,10 +14,10 @@ use std::f64::consts::SQRT_2;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sample {
-    /// How the values are spread.
+    /// Sampling method.
     #[serde(default)]
     pub method: Method,
-    /// Runs.
+    /// Number of runs.
     pub count: u64,
     /// Seed of the generator: the same seed gives the same values.
     pub seed: u64,
@@ -25,14 +25,14 @@ pub struct Sample {
     pub parameters: IndexMap<String, Distribution>,
 }
 
-/// How random values are spread.
+/// Sampling method.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Every parameter once in each of `count` equally likely intervals, the intervals paired at random.
+    /// Latin hypercube: one value of every parameter in each of `count` equally likely intervals, paired at random.
     #[default]
     LatinHypercube,
-    /// Every value on its own.
+    /// Independent random values.
     MonteCarlo,
 }
 
@@ -40,18 +40,18 @@ pub enum Method {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Distribution {
-    /// Its shape.
+    /// Shape of the distribution.
     pub distribution: Shape,
-    /// Lower end: of `uniform`, or where the others are cut off.
+    /// Lower end of `uniform`, or lower truncation limit of the other distributions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub low: Option<Quantity>,
-    /// Upper end.
+    /// Upper end or truncation limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high: Option<Quantity>,
-    /// Mean of the parameter before it is cut off.
+    /// Mean of the parameter before truncation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean: Option<Quantity>,
-    /// Standard deviation of the parameter before it is cut off.
+    /// Standard deviation of the parameter before truncation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<Quantity>,
 }
@@ -60,11 +60,11 @@ pub struct Distribution {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
-    /// Equally likely between `low` and `high`.
+    /// Uniform between `low` and `high`.
     Uniform,
-    /// Gaussian.
+    /// Normal (Gaussian).
     Normal,
-    /// Its logarithm is Gaussian: positive quantities with a tail.
+    /// Lognormal: for positive quantities.
     Lognormal,
 }
 

@@ -91,9 +91,9 @@ impl Visitor<'_> for OneValue {
 #[derive(Debug, Clone, PartialEq, DeriveSerialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Axis {
-    /// One by one.
+    /// A list.
     Values(Vec<Given>),
-    /// Between two ends.
+    /// A range.
     Range(Range),
 }
 
@@ -105,9 +105,9 @@ pub struct Range {
     pub from: Quantity,
     /// Last value.
     pub to: Quantity,
-    /// How many.
+    /// Number of values.
     pub points: u64,
-    /// Which way they are even.
+    /// Spacing.
     #[serde(default)]
     pub spacing: Spacing,
 }

@@ -27,43 +27,43 @@ use std::time::Instant;
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegimeMap {
-    /// The two numbers, `frequency` or paths of numbers of the model, each with its values.
+    /// The two numbers (`frequency` or paths of numbers of the model), each with its values.
     pub parameters: IndexMap<String, Values>,
-    /// Excitation frequency, where it is not one of the parameters.
+    /// Excitation frequency, if it is not one of the parameters.
     #[serde(default)]
     pub at: Option<Quantity>,
-    /// Columns that are reported, of a frequency response or of its rattle metrics: by name, or all connections and bodies of a
-    /// quantity, such as `impacts`.
+    /// Columns to report, of a frequency response or of its rattle metrics: by name, or for all connections and
+    /// bodies, such as `impacts`.
     #[serde(default = "defaults::measures")]
     pub measures: Vec<String>,
-    /// The measure that is drawn; labels when absent.
+    /// Measure to draw; default: labels.
     #[serde(default)]
     pub draw: Option<String>,
-    /// How often the grid is halved where neighbours differ.
+    /// Number of times the grid is halved where neighbours differ.
     #[serde(default = "defaults::refine")]
     pub refine: usize,
-    /// Where motions begin.
+    /// Initial states of the motions.
     #[serde(default = "defaults::seeds")]
     pub seeds: Vec<Seed>,
-    /// Curves of this file that are drawn over the map.
+    /// Curves of this file to draw over the map.
     #[serde(default)]
     pub curves: Vec<String>,
-    /// Periods of the excitation before the record begins.
+    /// Excitation periods before the record.
     #[serde(default = "defaults::transient")]
     pub transient: usize,
     /// Periods recorded.
     #[serde(default = "defaults::periods")]
     pub periods: usize,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
-    /// Whether Lyapunov exponents are computed for the labels.
+    /// Compute Lyapunov exponents for the labels.
     #[serde(default = "defaults::lyapunov")]
     pub lyapunov: bool,
-    /// Longest period that a label may name; 256 when absent.
+    /// Longest period of a label; default 256.
     #[serde(default)]
     pub longest_period: Option<usize>,
-    /// Length to which a record that decides nothing may be extended, in lengths of the record; 8 when absent.
+    /// Limit to which an undecided record is extended, in lengths of the record; default 8.
     #[serde(default)]
     pub extend: Option<usize>,
 }
@@ -76,19 +76,19 @@ pub struct Values {
     pub from: Quantity,
     /// Last value.
     pub to: Quantity,
-    /// Values, evenly spaced, both ends included.
+    /// Number of values, evenly spaced, both ends included.
     pub points: usize,
 }
 
-/// Where a motion begins.
+/// Initial state of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Seed {
-    /// At the static equilibrium at rest.
+    /// Static equilibrium at rest.
     Rest,
-    /// Where the motion of the cell before ended, along the first number upwards.
+    /// End of the motion in the previous cell, along the first number upwards.
     Neighbour,
-    /// The same downwards.
+    /// End of the motion in the previous cell, along the first number downwards.
     NeighbourDown,
 }
 

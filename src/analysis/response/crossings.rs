@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 pub enum Branches {
     /// By a word.
     Word(Word),
-    /// The primary one and others, within limits.
+    /// The primary branch and others, within limits.
     Limits(Limits),
 }
 
@@ -36,19 +36,19 @@ pub enum Branches {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Word {
-    /// The one from the first solution.
+    /// The branch through the first solution.
     Primary,
-    /// Others too, within the default limits.
+    /// Also the branches that begin at events, within the default limits.
     All,
 }
 
-/// How many branches to follow.
+/// Limits of the search for branches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
-    /// Crossings between the primary branch and another one.
+    /// Largest number of crossings between the primary branch and another branch.
     pub depth: usize,
-    /// Branches of a method, the primary one among them.
+    /// Largest number of branches per method, including the primary branch.
     pub limit: usize,
 }
 

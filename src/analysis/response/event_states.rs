@@ -18,7 +18,7 @@ pub struct EventState {
     pub number: Option<(String, f64)>,
     /// State at phase 0.
     pub state: Vec<f64>,
-    /// Excitation periods of the orbit.
+    /// Excitation periods per orbit period.
     pub subharmonic: usize,
 }
 

@@ -14,22 +14,22 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Harmonics {
-    /// The same everywhere.
+    /// The same number everywhere.
     Count(usize),
-    /// As many as a tolerance asks for.
+    /// Adapted to a tolerance.
     Chosen(Chosen),
 }
 
-/// The number of harmonics chosen along the branch by an error estimate.
+/// Number of harmonics, adapted along the branch by an error estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Chosen {
     /// Largest estimated relative error of an r.m.s. value.
     pub tolerance: f64,
-    /// Fewest.
+    /// Smallest number of harmonics.
     #[serde(default = "least")]
     pub least: usize,
-    /// Most.
+    /// Largest number of harmonics.
     #[serde(default = "most")]
     pub most: usize,
 }

@@ -38,93 +38,94 @@ macro_rules! response_keys {
             /// Harmonics of the excitation frequency: a number, or limits between which an error estimate chooses.
             #[serde(default)]
             pub harmonics: crate::analysis::response::Harmonics,
-            /// Samples a response period, a power of two.
+            /// Samples per response period, a power of two.
             #[serde(default)]
             pub samples: Option<usize>,
-            /// How the forces are integrated over a period.
+            /// Integration of the forces over a period.
             #[serde(default)]
             pub quadrature: crate::analysis::response::Quadrature,
-            /// Whether to compute Floquet multipliers and the bifurcations that they show.
+            /// Compute Floquet multipliers and bifurcations.
             #[serde(default = "crate::analysis::response::defaults::stability")]
             pub stability: bool,
-            /// Width in the parameter down to which changes of stability are looked for, relative to the larger of the
+            /// Width of the narrowest window of changed stability that is found, relative to the larger of the
             /// parameter and a tenth of the range.
             #[serde(default = "crate::analysis::response::defaults::stability_resolution")]
             pub stability_resolution: f64,
-            /// nu, excitation periods in a response period.
+            /// nu: excitation periods per response period.
             #[serde(default = "crate::analysis::response::defaults::subharmonic")]
             pub subharmonic: usize,
-            /// Which branches to follow: the primary one, or those too that begin at its period doublings and branch points.
+            /// Branches to follow: the primary branch, or also those that begin at period doublings and branch
+            /// points.
             #[serde(default)]
             pub branches: crate::analysis::response::Branches,
-            /// Random states that look for further branches, at values inside the range.
+            /// Random initial states to search for further branches, at values inside the range.
             #[serde(default)]
             pub starts: Option<crate::analysis::response::Starts>,
             /// Values to solve exactly, every time the branch passes them.
             #[serde(default)]
             pub marks: Vec<crate::quantity::Quantity>,
-            /// Which orbits to keep.
+            /// Orbits to keep.
             #[serde(default)]
             pub orbits: crate::analysis::response::Orbits,
-            /// Tables to compute and write: a list, or `all`; all but `multiplier_estimates` when absent, `rattle` where a law
-            /// has a gap.
+            /// Tables to compute and write: a list, or `all`. Default: all except `multiplier_estimates`, and
+            /// `rattle` only if a law has a gap.
             #[serde(default, skip_serializing_if = "crate::analysis::Tables::are_usual")]
             pub tables: crate::analysis::Tables,
-            /// What of Galerkin branches is taken through the flow: events with a spread of points, all points, every k-th point, or
-            /// none; events where the flow is exact, when absent.
+            /// What the flow confirms on Galerkin branches: `events` with a spread of points, `all` points, every
+            /// k-th point, or `none`. Default: `events` where the flow is exact.
             #[serde(default)]
             pub confirm: Option<crate::analysis::response::Confirm>,
-            /// `true` stands for `confirm: all`, k for `confirm: k`, `false` for `confirm: none`.
+            /// Short form of `confirm`: `true` means `all`, a number k means k, `false` means `none`.
             #[serde(default)]
             pub verify: Option<crate::analysis::response::Verify>,
-            /// Whether to estimate the error of every point of Galerkin branches, from twice the harmonics.
+            /// Estimate the error of every point of Galerkin branches, from the flow or from twice the harmonics.
             #[serde(default)]
             pub error_estimate: bool,
-            /// Whether to solve every point of Galerkin branches with twice the harmonics as well.
+            /// Solve every point of Galerkin branches also with twice the harmonics.
             #[serde(default)]
             pub convergence_check: bool,
-            /// First step of the path, in arclength; 0.02, or max_step where that is smaller, when absent.
+            /// First step of the path, in arclength; default 0.02, or `max_step` if that is smaller.
             #[serde(default)]
             pub step: Option<f64>,
-            /// Smallest step before the branch is given up.
+            /// Smallest step; the branch ends if a smaller one would be required.
             #[serde(default = "crate::analysis::response::defaults::min_step")]
             pub min_step: f64,
             /// Largest step.
             #[serde(default = "crate::analysis::response::defaults::max_step")]
             pub max_step: f64,
-            /// Points at most.
+            /// Limit of points per branch.
             #[serde(default = "crate::analysis::response::defaults::max_points")]
             pub max_points: usize,
-            /// Shooting and integration: integration steps per response period at most; a stiff mode far above the excitation
-            /// takes more, and minutes per point.
+            /// Shooting and integration: limit of integration steps per response period. A stiff mode far above the
+            /// excitation requires more, and minutes per point.
             #[serde(default = "crate::analysis::response::defaults::max_steps")]
             pub max_steps: usize,
-            /// Deformation at which a branch counts as unbounded, in units of the largest of breakpoints, static and linear
-            /// deformations and the displacement scale.
+            /// Deformation beyond which a branch counts as unbounded, relative to the largest of breakpoints, static
+            /// and linear deformations and the displacement scale.
             #[serde(default = "crate::analysis::response::defaults::bound")]
             pub bound: f64,
             /// Largest residual, relative to the size of its terms.
             #[serde(default = "crate::analysis::response::defaults::tolerance")]
             pub tolerance: f64,
-            /// Where the search for the first solution begins.
+            /// First guess of the search for the first solution.
             #[serde(default)]
             pub start: crate::solve::start::StartMode,
-            /// Integration: values, evenly spaced, both ends included; 200 when absent.
+            /// Integration: number of values, evenly spaced, both ends included; default 200.
             #[serde(default)]
             pub points: Option<usize>,
-            /// Integration: in which direction the attractor is followed; from `from` to `to` when absent.
+            /// Integration: direction in which the attractor is followed; default: from `from` to `to`.
             #[serde(default)]
             pub direction: Option<crate::analysis::bifurcation_diagram::Direction>,
-            /// Integration: periods of the excitation before the record begins, at every value; 200 when absent.
+            /// Integration: excitation periods before the record, at every value; default 200.
             #[serde(default)]
             pub transient: Option<usize>,
-            /// Integration: periods recorded at every value; 100 when absent.
+            /// Integration: recorded periods per value; default 100.
             #[serde(default)]
             pub periods: Option<usize>,
-            /// Integration: longest period that a label may name; 256 when absent.
+            /// Integration: longest period of a label; default 256.
             #[serde(default)]
             pub longest_period: Option<usize>,
-            /// Integration: length to which a record that decides nothing may be extended, in lengths of the record; 8 when absent.
+            /// Integration: limit to which an undecided record is extended, in lengths of the record; default 8.
             #[serde(default)]
             pub extend: Option<usize>,
         }
@@ -221,7 +222,7 @@ pub enum Method {
     Galerkin,
     /// Fixed points of the Poincaré map.
     Shooting,
-    /// The attractor, followed from value to value.
+    /// Time integration: the attractor, followed from value to value.
     Integration,
 }
 
@@ -250,16 +251,16 @@ impl Method {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Quadrature {
-    /// Closed form where every law allows it and no `samples` are given, equally spaced samples elsewhere.
+    /// Closed form if every law admits it and `samples` is not given, otherwise equally spaced samples.
     #[default]
     Auto,
-    /// Equally spaced samples; any law.
+    /// Equally spaced samples, for any law.
     Sampled,
-    /// Closed form between switching instants; piecewise-affine laws.
+    /// Closed form between switching instants, for piecewise-affine laws.
     Exact,
 }
 
-/// Which orbits to keep.
+/// Orbits to keep.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Orbits {
     /// None.

@@ -16,23 +16,23 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// Random states that look for solutions.
+/// Random initial states to search for solutions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Starts {
-    /// States at every value.
+    /// States per value.
     pub count: usize,
     /// Seed of the generator: the same seed gives the same states.
     pub seed: u64,
-    /// Value or values of the parameter; the first one of the range when absent.
+    /// Value or values of the parameter; default: the first value of the range.
     #[serde(default)]
     pub at: At,
-    /// Half width of the box around the static equilibrium at rest, of every coordinate and rate, nondimensional.
+    /// Half width of the box around the static equilibrium at rest, in every coordinate and rate, nondimensional.
     #[serde(rename = "box", default = "reach")]
     pub reach: f64,
 }
 
-/// Values at which random starts are made.
+/// Values at which random starts are drawn.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a value of the parameter or a list of them")]
 pub enum At {

@@ -4,12 +4,12 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// A table that costs something or takes space. Tables with a key of their own (`orbits`, `verify`, ..) follow that key.
+/// An optional table. Tables with a key of their own (`orbits`, `verify`, ..) follow that key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ResponseTable {
-    /// One row per point: `NAME.csv`. Figures and page draw it, so it is always written.
+    /// One row per point: `NAME.csv`. Always written, because figures and page draw it.
     Main,
     /// Events of the branches.
     Events,
@@ -17,7 +17,7 @@ pub enum ResponseTable {
     Rattle,
     /// Floquet multipliers.
     Multipliers,
-    /// Their estimate from the averaged system.
+    /// Estimate of the multipliers from the averaged system.
     MultiplierEstimates,
 }
 

@@ -25,49 +25,49 @@ use std::time::Instant;
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct RunUp {
-    /// Speed of the reference at the begin.
+    /// Speed of the reference at the start.
     pub from: Quantity,
     /// Speed at the end; below `from` for a run-down.
     pub to: Quantity,
-    /// How long the speed takes from `from` to `to`.
+    /// Duration of the ramp from `from` to `to`.
     #[serde(default)]
     pub duration: Option<Quantity>,
-    /// Change of speed per time, such as `170 rpm/s`, instead of `duration`.
+    /// Rate of change of speed, such as `170 rpm/s`, instead of `duration`.
     #[serde(default)]
     pub rate: Option<Quantity>,
-    /// Time for which the first speed is held before, and the last one behind.
+    /// Time at the first speed before the ramp, and at the last speed after it.
     #[serde(default)]
     pub hold: Option<Quantity>,
-    /// Phase of the reference at t = 0, 0 when absent.
+    /// Phase of the reference at t = 0; default 0.
     #[serde(default)]
     pub phase: Option<Quantity>,
-    /// Orders of the reference that are tracked: numbers, fractions such as 35/47, or names of meshes with teeth; those of the
-    /// loads when absent.
+    /// Orders of the reference to track: numbers, fractions such as 35/47, or names of meshes with teeth; default:
+    /// the orders of the loads.
     #[serde(default)]
     pub orders: Option<Vec<Order>>,
-    /// Whole revolutions in a window.
+    /// Length of a window, in whole revolutions.
     #[serde(default = "defaults::window")]
     pub window: usize,
-    /// Revolutions from window to window; half a window when absent.
+    /// Revolutions between the starts of windows; default: half a window.
     #[serde(default)]
     pub hop: Option<usize>,
-    /// Samples per revolution; a power of two that suits the orders when absent.
+    /// Samples per revolution; default: 64, more for orders above 8.
     #[serde(default)]
     pub samples_per_revolution: Option<usize>,
-    /// What is followed: `q.c`, `v.c`, `f.c`, `dte.c` of a connection c, `acceleration.BODY`; the deformations of connections with
-    /// gaps when absent.
+    /// Signals: `q.c`, `v.c`, `f.c`, `dte.c` of a connection c, `acceleration.BODY`; default: the deformations of
+    /// connections with gaps.
     #[serde(default)]
     pub signals: Option<Vec<String>>,
-    /// Highest order of the spectra; the highest tracked one when absent.
+    /// Highest order of the spectra; default: the highest tracked order.
     #[serde(default)]
     pub spectrum_to: Option<usize>,
-    /// Bands of frequency in which levels are given: pairs of frequencies.
+    /// Frequency bands of the levels: pairs of frequencies.
     #[serde(default)]
     pub bands: Option<Vec<(Quantity, Quantity)>>,
-    /// State at t = 0; the static equilibrium under the mean loads, at rest, when absent.
+    /// State at t = 0; default: the static equilibrium under the mean loads at rest.
     #[serde(default)]
     pub initial: Initial,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
@@ -88,15 +88,15 @@ pub enum Order {
     Text(String),
 }
 
-/// Tables of a run-up that are computed when asked for.
+/// Optional tables of a run-up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RunUpTable {
-    /// Amplitudes over speed and order.
+    /// Amplitudes against speed and order.
     Spectra,
-    /// Every passage of a breakpoint.
+    /// Every passage through a breakpoint.
     Switches,
-    /// The signals, sample by sample.
+    /// The samples of the signals.
     Series,
 }
 

@@ -24,37 +24,37 @@ use std::time::Instant;
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Torus {
-    /// Where the first torus comes from.
+    /// Source of the first torus.
     pub start: Begin,
     /// `frequency`, or the path of a number of the model.
     #[serde(default = "defaults::parameter")]
     pub parameter: String,
-    /// Excitation frequency, where it is not the parameter.
+    /// Excitation frequency, if it is not the parameter.
     #[serde(default)]
     pub at: Option<Quantity>,
     /// First value.
     pub from: Quantity,
     /// Last value.
     pub to: Quantity,
-    /// Values that are solved exactly at every passage.
+    /// Values to solve exactly at every passage.
     #[serde(default)]
     pub marks: Vec<Quantity>,
-    /// Excitation periods of one map; as many as there are curves that are visited in turn when absent.
+    /// Excitation periods per map; default: the number of curves that are visited in turn.
     #[serde(default)]
     pub subharmonic: Option<usize>,
-    /// Points on a curve at first; odd.
+    /// Initial number of points on a curve; odd.
     #[serde(default = "defaults::points")]
     pub points: usize,
-    /// Points on a curve at most.
+    /// Limit of points on a curve.
     #[serde(default = "defaults::most_points")]
     pub most_points: usize,
     /// Invariance error, in sizes of the states, above which points are added.
     #[serde(default = "defaults::tolerance")]
     pub tolerance: f64,
-    /// Maps before a record of the attractor begins.
+    /// Maps before the record of the attractor.
     #[serde(default = "defaults::transient")]
     pub transient: usize,
-    /// Whether the curves are written, point by point at phase 0.
+    /// Write the curves, point by point at phase 0.
     #[serde(default)]
     pub curve: bool,
     /// First step, in ranges of the parameter and sizes of the states.
@@ -66,10 +66,10 @@ pub struct Torus {
     /// Largest step.
     #[serde(default = "defaults::max_step")]
     pub max_step: f64,
-    /// Tori at most, each way from the start.
+    /// Limit of tori in each direction from the start.
     #[serde(default = "defaults::max_tori")]
     pub max_tori: usize,
-    /// Which integrator runs.
+    /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
 }
@@ -104,7 +104,7 @@ mod defaults {
     }
 }
 
-/// Where the first torus comes from: a Neimark-Sacker event of an analysis of this file, or an attractor.
+/// Source of the first torus: a Neimark-Sacker event of an analysis of this file, or an attractor.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Begin {
@@ -114,7 +114,7 @@ pub struct Begin {
     /// Kind of the event: `neimark_sacker`.
     #[serde(default)]
     pub kind: Option<Kind>,
-    /// Value of the parameter near which the event lies; the first one when absent.
+    /// Value of the parameter near the event; default: the first event.
     #[serde(default)]
     pub near: Option<Quantity>,
     /// The attractor that is reached from rest.
@@ -130,13 +130,13 @@ pub enum Kind {
     NeimarkSacker,
 }
 
-/// An attractor that is integrated.
+/// An attractor found by integration.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Attractor {
     /// Value of the parameter.
     pub value: Quantity,
-    /// State at phase 0; the static equilibrium at rest when absent.
+    /// State at phase 0; default: the static equilibrium at rest.
     #[serde(default)]
     pub initial: Option<super::Initial>,
 }

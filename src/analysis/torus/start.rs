@@ -1,4 +1,4 @@
-//! Where the first torus comes from.
+//! Source of the first torus.
 
 use super::road::Road;
 use super::{Begin, Torus};

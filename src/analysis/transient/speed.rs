@@ -8,12 +8,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Speed of the reference over time: linear between instants, constant before the first and after the last.
+/// Speed of the reference against time: linear between instants, constant before the first and after the last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedProfile {
-    /// Instants with speeds, such as `[[0 s, 800 rpm], [5 s, 4000 rpm]]`. Bare numbers are s and rpm, in nondimensional reports T
-    /// and omega/omega_c.
+    /// Pairs of time and speed, such as `[[0 s, 800 rpm], [5 s, 4000 rpm]]`. Bare numbers are s and rpm, in
+    /// nondimensional reports T and omega/omega_c.
     pub points: Vec<(Quantity, Quantity)>,
 }
 

@@ -13,7 +13,7 @@ use crate::solve::integrate::IntegrationEnd;
 /// How far a start is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patience {
-    /// Periods before anything but a known attractor is looked for.
+    /// Periods before the search for new attractors.
     pub transient: usize,
     /// Periods of a record.
     pub periods: usize,

@@ -36,11 +36,11 @@ impl std::fmt::Display for Stop {
 /// How long a Poincaré map runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MapSize {
-    /// Periods of the excitation before the record begins.
+    /// Excitation periods before the record.
     pub transient: usize,
     /// Periods recorded.
     pub periods: usize,
-    /// Whether Lyapunov exponents are computed.
+    /// Compute Lyapunov exponents.
     pub exponents: Lengths,
 }
 

@@ -15,7 +15,7 @@ pub struct ContinuationOptions {
     pub min_step: f64,
     /// Largest step.
     pub max_step: f64,
-    /// Points at most.
+    /// Limit of points per branch.
     pub max_points: usize,
     /// Weight of u against lambda in the arclength: ds^2 = weight |du|^2 + dlambda^2.
     pub weight: f64,

@@ -18,11 +18,11 @@ pub struct CurveOptions {
     pub step: (f64, f64),
     /// Smallest step.
     pub min_step: f64,
-    /// Points at most.
+    /// Limit of points per branch.
     pub max_points: usize,
     /// Shares of the second parameter that are solved exactly at every passage.
     pub marks: Vec<f64>,
-    /// How far beyond the ranges a curve is followed, in ranges: it may come back.
+    /// Distance beyond the ranges over which a curve is followed, because it may return; in ranges.
     pub margin: f64,
 }
 

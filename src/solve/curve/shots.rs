@@ -103,7 +103,7 @@ impl<'a> Shots<'a> {
         Ok(&self.slots[slot].system)
     }
 
-    /// Which integrator runs.
+    /// Integrator.
     pub fn integrator(&self) -> &'static str {
         let slot = self.slots.first();
         slot.map_or("", |slot| slot.integrator.name())

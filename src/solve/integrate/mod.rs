@@ -213,7 +213,7 @@ pub trait Integrator {
     ) -> IntegrationEnd;
 }
 
-/// Which integrator to take.
+/// Integrator.
 #[derive(
     Debug,
     Clone,
@@ -227,14 +227,15 @@ pub trait Integrator {
 )]
 #[serde(rename_all = "snake_case")]
 pub enum IntegratorChoice {
-    /// The series flow where every law allows it, in closed form where that is possible, DOPRI5 else; the result says which.
+    /// The series flow if every law admits it (in closed form where possible), otherwise DOPRI5; the JSON states
+    /// which.
     #[default]
     Auto,
-    /// The flow in closed form; refused where a law or excitation does not allow it.
+    /// The flow in closed form; an error if a law or excitation does not admit it.
     Exact,
-    /// The flow by Taylor series, which is the closed form where there is one; refused where a law has no series.
+    /// The flow by Taylor series, which includes the closed form; an error if a law has no series.
     Series,
-    /// Dormand and Prince's method.
+    /// Dormand-Prince method of order 5.
     Dopri5,
 }
 

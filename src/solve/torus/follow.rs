@@ -18,7 +18,7 @@ pub struct TorusOptions {
     pub max_points: usize,
     /// Largest invariance error before points are added, in sizes of the states.
     pub tolerance: f64,
-    /// Points on a curve at most.
+    /// Limit of points on a curve.
     pub most: usize,
     /// Shares of the parameter that are solved exactly.
     pub marks: Vec<f64>,
