@@ -2,13 +2,13 @@
 //!
 //! # Units
 //!
-//! Models and results are in SI base units: m, kg, s, N, rad. Quantities may be written in others (`50 um`, `800 rpm`, `12 kN/mm`) and are
-//! converted when they are read. Angles have units: a bare angle is in rad. A bare frequency is refused in SI models: write `Hz`, `rpm` or
+//! Models and results are in SI base units: m, kg, s, N, rad. Quantities with other units (`50 um`, `800 rpm`, `12 kN/mm`) are converted
+//! when they are read. Angles have units: a bare angle is in rad. A bare frequency is rejected in SI models: use `Hz`, `rpm` or
 //! `rad/s` ([`hertz`](crate::quantity::hertz), [`rpm`](crate::quantity::rpm)). `reduced` models are nondimensional throughout.
 //!
 //! # Deformations and forces
 //!
-//! A connection has one deformation, the sum of lever arm times motion of its bodies. It is positive where the drive flank is
+//! A connection has one deformation, the sum of lever arm times motion of its bodies. It is positive when the drive flank is
 //! loaded:
 //!
 //! ```text
@@ -19,11 +19,12 @@
 //! ```
 //!
 //! Its force is K f(deformation, rate, phase), positive where it opposes a positive deformation; for shafts it is a moment. The law f
-//! is a displacement: force over the reference stiffness K. A transmission error e is taken off: the law sees the deformation less e.
+//! is a displacement: force over the reference stiffness K. A transmission error e is subtracted: the law sees the deformation minus e.
 //!
 //! # Phase, frequency, period
 //!
-//! The excitation frequency is that of the reference shaft where the model has a `reference`, else that of harmonic 1 of the loads. A harmonic
+//! The excitation frequency is that of the reference shaft if the model has a `reference`, otherwise that of harmonic 1 of
+//! the loads. A harmonic
 //! of order k is amplitude cos(k phase + phase_0). The response of subharmonic index nu has nu times the period of the excitation.
 //!
 //! # Scales
@@ -34,4 +35,4 @@
 //!
 //! # Empty cells
 //!
-//! What is not known is an empty cell (NaN in a column of numbers), never a guess.
+//! An unknown value is an empty cell (NaN in a column of numbers), never a guess.

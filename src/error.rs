@@ -1,7 +1,7 @@
-//! What can go wrong, per layer.
+//! Errors, per layer.
 //!
-//! `Err` means that the caller can fix the input. What the mathematics answers (no convergence, end of a branch) is
-//! data in the results, never an error.
+//! `Err` means that the caller can fix the input. An outcome of the computation (no convergence, end of a branch)
+//! is data in the results, never an error.
 
 mod render;
 mod suggest;
@@ -32,20 +32,20 @@ pub struct Location {
     pub column: usize,
 }
 
-/// One mistake in the input: what, where, found, wanted, next move.
+/// One error in the input: path, place, found and expected values, next step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
-    /// Where in the text, if it came from a text.
+    /// Place in the text, if it has one.
     pub location: Option<Location>,
     /// Dotted path, such as `connections.mesh_1.element.half_gap`; empty for the whole document.
     pub path: String,
-    /// What was found and what was wanted.
+    /// Found and expected values.
     pub message: String,
-    /// The next move, such as the nearest known name.
+    /// The next step, such as the nearest valid name.
     pub help: Option<String>,
 }
 
-/// Misuse of the solvers, detected before or while they run.
+/// Misuse of the solvers, detected before or during a run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SolveError {
@@ -55,7 +55,7 @@ pub enum SolveError {
         /// Name of the quantity.
         what: String,
     },
-    /// Matrices or vectors whose shapes do not fit each other.
+    /// Matrices or vectors with inconsistent shapes.
     #[error("{what} is {found}, wanted {wanted}")]
     Shape {
         /// Name of the quantity.
@@ -65,7 +65,7 @@ pub enum SolveError {
         /// Shape wanted.
         wanted: String,
     },
-    /// An option whose value makes no sense.
+    /// An option with an invalid value.
     #[error("option {name} = {found}: must be {wanted}")]
     Option {
         /// Name of the option.
@@ -75,30 +75,30 @@ pub enum SolveError {
         /// Values allowed.
         wanted: String,
     },
-    /// A value of the parameter at which there is no system.
+    /// A value of the parameter at which the model does not exist.
     #[error("{reason}")]
     NoSystem {
-        /// What the model says about the value.
+        /// Errors of the model at this value.
         reason: String,
     },
-    /// Somebody asked to stop: there is no answer.
+    /// Interrupted on request; there is no result.
     #[error("interrupted")]
     Interrupted,
-    /// A law that the method cannot take.
+    /// A law that the method does not support.
     #[error("connection {connection}: {reason}")]
     Unsupported {
         /// Index of the connection.
         connection: usize,
-        /// Why the method cannot take it.
+        /// Reason.
         reason: String,
     },
 }
 
-/// Everything that ends a command with exit status 2, and faults of the outside world.
+/// Errors that end a command with exit status 2, and errors of the file system.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Mistakes in the input, all that could be found in one go.
+    /// Errors in the input, all that were found.
     #[error("{}", summary(.0))]
     Input(Vec<Diagnostic>),
     /// Misuse of a solver.
@@ -111,7 +111,7 @@ pub enum Error {
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 }

@@ -1,6 +1,6 @@
 //! Interruption of long computations: a flag that reaches every loop without passing through every call.
 //!
-//! Whoever runs an analysis enters a scope with a flag. Loops that may last for seconds ask [`is_requested`]: integrators every
+//! The caller of an analysis enters a scope with a flag. Loops that may last for seconds check [`is_requested`]: integrators every
 //! few steps, factorisations from block to block, searches from evaluation to evaluation. Work that is handed to other
 //! threads takes [`current`] along and enters it there. Without a scope nothing is ever interrupted.
 
@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A flag that somebody else may raise.
+/// A flag that another thread may raise.
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt(Arc<AtomicBool>);
 
@@ -17,12 +17,12 @@ thread_local! {
 }
 
 impl Interrupt {
-    /// Asks everything in the scopes of this flag to stop.
+    /// Requests everything in the scopes of this flag to stop.
     pub fn request(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether somebody has.
+    /// Whether a stop was requested.
     pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -43,17 +43,17 @@ impl Drop for Outer {
     }
 }
 
-/// The flag of the scope around the caller; one that nobody raises outside all scopes.
+/// Flag of the scope around the caller; outside all scopes a flag that is never raised.
 pub fn current() -> Interrupt {
     CURRENT.with_borrow(|flag| flag.clone()).unwrap_or_default()
 }
 
-/// Whether the scope around the caller is asked to stop.
+/// Whether the scope around the caller was requested to stop.
 pub fn is_requested() -> bool {
     CURRENT.with_borrow(|flag| flag.as_ref().is_some_and(Interrupt::is_requested))
 }
 
-/// Looks at the flag once in a while: for loops whose rounds are short.
+/// Checks the flag at intervals, for loops with short iterations.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Watch(u32);
 

@@ -1,12 +1,12 @@
 //! Nonlinear dynamics of gear trains, and of lumped torsional systems in general, with clearances.
 //!
-//! Everything that is computed is a property of one equation, in nondimensional relative coordinates q:
+//! All results are properties of one equation in nondimensional relative coordinates q:
 //!
 //! ```text
 //! Om^2 q'' + Om Gam q' + kappa f(W q - e, Om (W q' - nu e'), phase) = Q(tau)
 //! ```
 //!
-//! `Om` is the excitation frequency over omega_c and over the subharmonic index nu, ' = d/dtau, phase = nu tau; each
+//! `Om` is the excitation frequency divided by omega_c and by the subharmonic index nu, ' = d/dtau, phase = nu tau. Each
 //! connection has one force law f of its own deformation, one column of kappa (n x e) and one row of W (e x n). For a tree
 //! W is the identity and this is (4a) of T. E. Rook and R. Singh, Dynamic analysis of a reverse-idler gear pair with
 //! concurrent clearances, J. Sound Vib. 182(2), 303-322 (1995), times Om^2.
@@ -34,12 +34,12 @@
 //! # Ok::<(), Error>(())
 //! ```
 //!
-//! Models are values: built as above, from a text ([`Model::from_yaml`]), a file ([`Model::load`]) or a tree of values
-//! ([`Model::from_tree`]). Any number has a name: [`Model::knob`], [`Model::get`], [`Model::set`], [`Model::numbers`]. Analyses run on a
+//! Models are values. They are built as above, or read from a text ([`Model::from_yaml`]), a file ([`Model::load`]) or a tree of values
+//! ([`Model::from_tree`]). Every number has a name: [`Model::knob`], [`Model::get`], [`Model::set`], [`Model::numbers`]. Analyses run on a
 //! model in memory and return columns with units; [`analysis::Observer`] reports progress and stops them. Errors are the enum [`Error`].
 //! [`system::System`] and the solvers in [`solve`] are usable without a model.
 //!
-//! Units, signs and scales are on the page of [`conventions`].
+//! See [`conventions`] for units, signs and scales.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -1,4 +1,4 @@
-//! What a program that builds models and runs analyses needs, in one `use`.
+//! Everything required to build models and run analyses, in one `use`.
 //!
 //! ```
 //! use gearlash::prelude::*;

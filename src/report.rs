@@ -17,8 +17,8 @@ pub use words::{Words, readable};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 
-/// A text without control characters, which could move the cursor of a terminal or break a page: their symbols instead, such
-/// as ␛ for the escape character. Ends of lines and tabs stay.
+/// Text with control characters replaced by their symbols, such as ␛ for the escape character, because they could move the
+/// cursor of a terminal or break a page. Line ends and tabs are kept.
 pub fn shown(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| !c.is_control() && !is_bidirectional(c) || matches!(c, '\n' | '\t');
     if text.chars().all(is_plain) {
@@ -51,7 +51,7 @@ pub enum Values {
     Text(Vec<String>),
 }
 
-/// Numbers of which empty cells are null: JSON knows no NaN.
+/// Numbers with empty cells as null, because JSON has no NaN.
 fn with_gaps<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
     let cell = |x: &f64| (!x.is_nan()).then_some(*x);
     serializer.collect_seq(values.iter().map(cell))
@@ -63,7 +63,7 @@ fn from_gaps<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::
 }
 
 impl Values {
-    /// The real numbers of a column of them; NaN where a cell is empty.
+    /// Real numbers, NaN for empty cells; `None` for another kind.
     pub fn as_floats(&self) -> Option<&[f64]> {
         match self {
             Values::Float(values) => Some(values),
@@ -71,7 +71,7 @@ impl Values {
         }
     }
 
-    /// The whole numbers of a column of them.
+    /// Whole numbers; `None` for another kind.
     pub fn as_integers(&self) -> Option<&[i64]> {
         match self {
             Values::Integer(values) => Some(values),
@@ -79,7 +79,7 @@ impl Values {
         }
     }
 
-    /// The words of a column of them.
+    /// Words; `None` for another kind.
     pub fn as_texts(&self) -> Option<&[String]> {
         match self {
             Values::Text(values) => Some(values),
@@ -96,7 +96,7 @@ impl Values {
         }
     }
 
-    /// Whether there is no row.
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -113,7 +113,7 @@ impl Values {
     /// Appends a cell.
     ///
     /// # Panics
-    /// When it is of another kind.
+    /// If the cell is of another kind.
     pub fn push(&mut self, cell: Cell) {
         match (self, cell) {
             (Values::Float(v), Cell::Float(x)) => v.push(x),
@@ -143,7 +143,7 @@ impl Values {
     }
 }
 
-/// One value of a row: what [`Values`] holds many of.
+/// One value of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// A real number; NaN is an empty cell.
@@ -161,7 +161,7 @@ pub struct Column {
     pub name: String,
     /// Unit, such as `m` or `rad/s`; empty when dimensionless.
     pub unit: String,
-    /// One value a row.
+    /// One value per row.
     pub values: Values,
 }
 
@@ -174,7 +174,7 @@ pub struct Table {
     pub columns: Vec<Column>,
 }
 
-/// What one analysis delivers.
+/// Results of one analysis.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Name of the analysis in the model file: file stem of the results.
@@ -183,7 +183,7 @@ pub struct Report {
     pub kind: String,
     /// Heading.
     pub title: String,
-    /// What to look for.
+    /// Caption.
     pub caption: String,
     /// Parameters that the author of the model assumed.
     pub assumed: Vec<String>,
@@ -193,21 +193,21 @@ pub struct Report {
     pub figure: Option<Figure>,
     /// Further figures, each in a file of its own.
     pub further_figures: Vec<NamedFigure>,
-    /// What the figures show and how, as asked for.
+    /// Requested contents and style of the figures.
     pub plot: Plot,
     /// Names of the connections in the order of the model: each has its colour in every figure of a run.
     pub connections: Vec<String>,
-    /// Everything else for the JSON file: options, scales, branches, events; and the timings.
+    /// Other entries of the JSON file: options, scales, branches, events; and the timings.
     pub summary: serde_json::Map<String, serde_json::Value>,
-    /// What the user must know: shown on the terminal, in the JSON file and on the page.
+    /// Warnings, shown on the terminal, in the JSON file and on the page.
     pub warnings: Vec<String>,
-    /// Why the analysis ended early, if it did (exit status 1).
+    /// Reason of an early end (exit status 1); `None` if complete.
     pub ended_early: Option<String>,
-    /// Set when the main table went to its file row by row: `tables` then holds only the rows that are drawn.
+    /// Set if the main table was written to its file row by row; `tables` then holds only the rows that are drawn.
     pub streamed: Option<Streamed>,
 }
 
-/// A main table that is on disk already.
+/// A main table that is already on disk.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Streamed {
     /// Rows in the file.
@@ -222,12 +222,12 @@ impl Table {
         self.columns.iter().find(|c| c.name == name)
     }
 
-    /// Real numbers of a column, NaN where a cell is empty; `None` where there is no such column of real numbers.
+    /// Real numbers of a column, NaN for empty cells; `None` if there is no such column of real numbers.
     pub fn floats(&self, name: &str) -> Option<&[f64]> {
         self.column(name)?.values.as_floats()
     }
 
-    /// The same columns without values: what an analysis promises before it runs.
+    /// The columns without values, as announced by an analysis before it runs.
     pub fn without_rows(&self) -> Table {
         let columns = self.columns.iter().map(|column| Column {
             name: column.name.clone(),
@@ -247,7 +247,7 @@ impl Table {
 }
 
 impl Report {
-    /// Whether a table is on disk already.
+    /// Whether a table is already on disk.
     pub fn is_streamed(&self, table: &Table) -> bool {
         self.streamed.is_some() && table.name.is_empty()
     }

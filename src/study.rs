@@ -76,7 +76,7 @@ struct Texts {
     plot: Option<Plot>,
 }
 
-/// What to write and where.
+/// Output settings of a run.
 #[derive(Debug, Clone)]
 pub struct RunSettings {
     /// Results folder.
@@ -87,7 +87,7 @@ pub struct RunSettings {
     pub jobs: usize,
 }
 
-/// What became of the analyses.
+/// Outcome of a run.
 #[derive(Debug)]
 pub struct Outcome {
     /// Reports in the order of the file; analyses that an interruption kept from starting are missing.
@@ -99,7 +99,7 @@ pub struct Outcome {
     /// Analyses that are no parameter studies, when a part of the studies was to run; or those that did not end in time when the
     /// process had to.
     pub left_out: Vec<String>,
-    /// What is to be said of the folder.
+    /// Warnings about the folder.
     pub warnings: Vec<String>,
 }
 
@@ -210,7 +210,7 @@ impl Study {
             return Err(Error::Input(vec![Diagnostic {
                 location: None,
                 path: "--shard".into(),
-                message: "no parameter_study is to run: there is nothing to divide".into(),
+                message: "no parameter_study to run: nothing to divide".into(),
                 help: None,
             }]));
         }
@@ -268,7 +268,7 @@ impl Study {
             run.texts.plot.clone().unwrap_or_default(),
             assembly,
         );
-        // An interruption has a reason where nobody asked for it.
+        // An interruption that the user did not request has a reason.
         if let (Some(end), Some(reason)) = (&mut report.ended_early, control.reason()) {
             *end = end.replacen("interrupted", &reason, 1);
         }

@@ -24,7 +24,7 @@ pub struct MeasureRecorder<'a> {
 }
 
 impl<'a> MeasureRecorder<'a> {
-    /// A recorder for orbits of so many samples.
+    /// A recorder for orbits with `samples` samples.
     pub fn new(swept: &'a Swept<'a>, samples: usize) -> Self {
         let pulling = vec![false; swept.setting.assembly.connections.len()];
         MeasureRecorder {
@@ -90,19 +90,19 @@ pub(super) fn rms(swept: &Swept<'_>) -> Vec<(usize, Heading)> {
     main(swept, "rms")
 }
 
-/// What one method delivered.
+/// Results of one method.
 pub struct Traced<'a> {
     /// Points in their order.
     pub points: &'a [BranchPoint],
     /// Events in their order.
     pub events: &'a [BifurcationEvent],
-    /// Kinds of the attractors, one a point; none for branches of periodic solutions.
+    /// Kinds of the attractors, one per point; none for branches of periodic solutions.
     pub labels: &'a [Label],
-    /// How the points were computed.
+    /// Method of the points.
     pub method: Method,
 }
 
-/// The main table: one row a point.
+/// The main table: one row per point.
 pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     let setting = swept.setting;
     let rows: Vec<(usize, usize, &Traced<'_>, &BranchPoint)> = traced

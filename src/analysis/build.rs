@@ -1,4 +1,4 @@
-//! Analyses built by a program: defaults, and the settings that nearly everybody gives.
+//! Analyses built in code: defaults, and the most frequent settings.
 //!
 //! Every other setting is a public field: `analysis.with(|settings| settings.max_step = 0.02)`.
 
@@ -25,7 +25,7 @@ fn defaults<T: DeserializeOwned>(required: Value) -> T {
 macro_rules! settings {
     ($($name:ident),+) => {$(
         impl $name {
-            /// The same settings after a change.
+            /// Settings after a change.
             #[must_use]
             pub fn with(mut self, change: impl FnOnce(&mut $name)) -> $name {
                 change(&mut self);
@@ -47,23 +47,23 @@ settings!(
     ParameterStudy
 );
 
-/// What both analyses of responses share.
+/// Settings shared by both analyses of responses.
 macro_rules! responses {
     ($($name:ident),+) => {$(
         impl $name {
-            /// The same with a number of harmonics of the excitation frequency.
+            /// Sets the number of harmonics of the excitation frequency.
             #[must_use]
             pub fn harmonics(self, count: usize) -> $name {
                 self.with(|settings| settings.harmonics = Harmonics::Count(count))
             }
 
-            /// The same by another method.
+            /// Selects another method.
             #[must_use]
             pub fn method(self, method: Method) -> $name {
                 self.with(|settings| settings.method = Some(method))
             }
 
-            /// The same with a value that is solved exactly, every time the branch passes it.
+            /// Adds a value to solve exactly, every time the branch passes it.
             #[must_use]
             pub fn mark(self, value: impl Into<Quantity>) -> $name {
                 self.with(|settings| settings.marks.push(value.into()))
@@ -74,14 +74,14 @@ macro_rules! responses {
 responses!(FrequencyResponse, ParameterResponse);
 
 impl Default for FrequencyResponse {
-    /// All defaults; `from` and `to`, or `at`, are to be given.
+    /// All defaults; set `from` and `to`, or `at`.
     fn default() -> FrequencyResponse {
         defaults(json!({}))
     }
 }
 
 impl FrequencyResponse {
-    /// The response from one excitation frequency to another.
+    /// Response from one excitation frequency to another.
     pub fn between(from: impl Into<Quantity>, to: impl Into<Quantity>) -> FrequencyResponse {
         FrequencyResponse {
             from: Some(from.into()),
@@ -92,14 +92,14 @@ impl FrequencyResponse {
 }
 
 impl Default for ParameterResponse {
-    /// All defaults; the parameter, the range and the excitation frequency are to be given.
+    /// All defaults; set the parameter, the range and the excitation frequency.
     fn default() -> ParameterResponse {
         defaults(json!({"at": 0, "parameter": ""}))
     }
 }
 
 impl ParameterResponse {
-    /// The response from one value of a number of the model to another, at an excitation frequency.
+    /// Response from one value of a number of the model to another, at an excitation frequency.
     pub fn between(
         parameter: impl Into<String>,
         from: impl Into<Quantity>,
@@ -117,7 +117,7 @@ impl ParameterResponse {
 }
 
 impl Default for EffectiveFrequencies {
-    /// All defaults; the amplitudes are to be given.
+    /// All defaults; set the amplitudes.
     fn default() -> EffectiveFrequencies {
         defaults(json!({"amplitude": [0, 0]}))
     }
@@ -134,14 +134,14 @@ impl EffectiveFrequencies {
 }
 
 impl Default for TimeHistory {
-    /// All defaults; the excitation frequency or a duration is to be given.
+    /// All defaults; set the excitation frequency or a duration.
     fn default() -> TimeHistory {
         defaults(json!({}))
     }
 }
 
 impl TimeHistory {
-    /// The motion at an excitation frequency.
+    /// Motion at an excitation frequency.
     pub fn at(frequency: impl Into<Quantity>) -> TimeHistory {
         TimeHistory {
             at: Some(frequency.into()),
@@ -149,7 +149,7 @@ impl TimeHistory {
         }
     }
 
-    /// The motion over a time \[s\] from t = 0 on; loads may be functions of time.
+    /// Motion over a duration \[s\] from t = 0; loads may be functions of time.
     pub fn lasting(duration: impl Into<Quantity>) -> TimeHistory {
         TimeHistory {
             duration: Some(duration.into()),
@@ -159,14 +159,14 @@ impl TimeHistory {
 }
 
 impl Default for OperatingPoint {
-    /// All defaults; the excitation frequency is to be given.
+    /// All defaults; set the excitation frequency.
     fn default() -> OperatingPoint {
         defaults(json!({"at": 0}))
     }
 }
 
 impl OperatingPoint {
-    /// The attractor at an excitation frequency, followed from rest.
+    /// Attractor at an excitation frequency, followed from rest.
     pub fn at(frequency: impl Into<Quantity>) -> OperatingPoint {
         OperatingPoint {
             at: frequency.into(),
@@ -176,14 +176,14 @@ impl OperatingPoint {
 }
 
 impl Default for RunUp {
-    /// All defaults; the speeds, and a duration or a rate, are to be given.
+    /// All defaults; set the speeds, and a duration or a rate.
     fn default() -> RunUp {
         defaults(json!({"from": 0, "to": 0}))
     }
 }
 
 impl RunUp {
-    /// A run-up of the reference from one speed to another in a time \[s\].
+    /// Run-up of the reference from one speed to another within a duration \[s\].
     pub fn between(
         from: impl Into<Quantity>,
         to: impl Into<Quantity>,
@@ -199,14 +199,14 @@ impl RunUp {
 }
 
 impl Default for PoincareMap {
-    /// All defaults; the excitation frequency is to be given.
+    /// All defaults; set the excitation frequency.
     fn default() -> PoincareMap {
         defaults(json!({"at": 0}))
     }
 }
 
 impl PoincareMap {
-    /// The map at an excitation frequency.
+    /// Map at an excitation frequency.
     pub fn at(frequency: impl Into<Quantity>) -> PoincareMap {
         PoincareMap {
             at: frequency.into(),
@@ -216,14 +216,14 @@ impl PoincareMap {
 }
 
 impl Default for BifurcationDiagram {
-    /// 200 values; the range is to be given, and `at` where the parameter is not the frequency.
+    /// 200 values; set the range, and `at` if the parameter is not the frequency.
     fn default() -> BifurcationDiagram {
         defaults(json!({"from": 0, "to": 0, "points": POINTS}))
     }
 }
 
 impl BifurcationDiagram {
-    /// The diagram from one excitation frequency to another.
+    /// Diagram from one excitation frequency to another.
     pub fn between(from: impl Into<Quantity>, to: impl Into<Quantity>) -> BifurcationDiagram {
         BifurcationDiagram {
             from: from.into(),
@@ -234,7 +234,7 @@ impl BifurcationDiagram {
 }
 
 impl Default for ParameterStudy {
-    /// Nothing to vary, run or collect: all three are to be given.
+    /// Empty study: set the parameters, the analysis and the collected quantities.
     fn default() -> ParameterStudy {
         defaults(json!({"analysis": "", "collect": {}}))
     }
@@ -259,7 +259,7 @@ impl ParameterStudy {
         }
     }
 
-    /// The same over values of one more number: every combination runs, the last one changing fastest.
+    /// Varies one more number over values: every combination runs, the last number changes fastest.
     #[must_use]
     pub fn over<Q: Into<Quantity>>(
         self,
@@ -276,7 +276,7 @@ impl ParameterStudy {
         })
     }
 
-    /// The same with one more collected quantity.
+    /// Adds a collected quantity.
     #[must_use]
     pub fn collecting(self, name: impl Into<String>, what: Collected) -> ParameterStudy {
         self.with(|study| {

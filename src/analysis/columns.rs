@@ -57,7 +57,7 @@ pub(super) fn frequency_axis(setting: &Setting<'_>, si: FrequencyUnit) -> Option
     })
 }
 
-/// Name of the reference shaft, where speeds in rpm stand beside frequencies: in SI reports of trains that name one.
+/// Name of the reference shaft, where speeds in rpm accompany frequencies: in SI reports of trains that name one.
 pub(super) fn reference<'a>(setting: &Setting<'a>) -> Option<&'a str> {
     let Structure::Train(train) = &setting.model.structure else {
         return None;

@@ -55,7 +55,7 @@ impl Cost {
         }
     }
 
-    /// The same with its time.
+    /// Adds the time.
     pub fn lasting(self, seconds: f64, key: &'static str) -> Cost {
         Cost {
             seconds,
@@ -83,11 +83,11 @@ impl Cost {
         }
     }
 
-    /// What is to be said of a run that takes more memory than there is.
+    /// Error of a run that needs more memory than is available.
     pub fn refusal(&self, memory: Option<u64>) -> Option<Fault> {
         let most = memory.filter(|most| self.bytes > *most as f64)?;
         let message = format!(
-            "takes about {} of memory ({:.0} bytes), more than the {} that are left; reduce `{}`",
+            "needs about {} of memory ({:.0} bytes), more than the {} available; reduce `{}`",
             machine::bytes(self.bytes),
             self.bytes,
             machine::bytes(most as f64),
@@ -96,7 +96,7 @@ impl Cost {
         Some(Fault::new(self.memory_key, message))
     }
 
-    /// What is to be said of a run that takes long or much.
+    /// Warnings of a run with large cost.
     pub fn warnings(&self) -> Vec<String> {
         let mut list = Vec::new();
         if self.seconds > LONG {
@@ -117,7 +117,7 @@ impl Cost {
     }
 }
 
-/// What a period of the excitation takes to integrate.
+/// Cost of integrating one excitation period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Period {
     /// Steps of the integrator.
@@ -171,7 +171,7 @@ fn entries(system: &System) -> f64 {
     (damping + rows.sum::<usize>()) as f64
 }
 
-/// What points of the Galerkin method take.
+/// Cost of points of the Galerkin method.
 pub fn galerkin(system: &System, harmonics: f64, samples: f64, points: f64) -> Cost {
     let (entries, products) = galerkin::effort(system);
     let coefficients = 2.0 * harmonics + 1.0;
@@ -189,7 +189,7 @@ pub fn galerkin(system: &System, harmonics: f64, samples: f64, points: f64) -> C
     }
 }
 
-/// What points of the shooting method take.
+/// Cost of points of the shooting method.
 pub fn shooting(period: Period, subharmonic: f64, points: f64) -> Cost {
     Cost::default().lasting(points * SHOTS * subharmonic * period.varied, "max_points")
 }

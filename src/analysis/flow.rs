@@ -10,7 +10,7 @@ use crate::solve::integrate::{
 };
 use crate::system::System;
 
-/// The integrator that an analysis asked for, for a system of its setting.
+/// The integrator requested by an analysis, for a system of its setting.
 ///
 /// # Errors
 /// The exact flow for a system that does not admit it: a fault of the key `integrator`.
@@ -32,7 +32,7 @@ pub fn frequency(setting: &Setting<'_>, key: &str, written: &Quantity) -> Result
     value.map_err(|message| Fault::new(key, message))
 }
 
-/// What is wrong with the settings of motions at a frequency, from initial states with their keys.
+/// Errors in the settings of motions at a frequency, from initial states with their keys.
 pub fn check_motions(
     setting: &Setting<'_>,
     at: &Quantity,
@@ -84,11 +84,11 @@ pub fn check_tolerance(options: IntegratorOptions) -> Option<Fault> {
 pub struct Motion {
     /// The system.
     pub system: System,
-    /// What advances the state.
+    /// Integrator.
     pub integrator: Box<dyn Integrator + Send>,
     /// [q; v; z].
     pub state: Vec<f64>,
-    /// What is to be said about the state.
+    /// Warning about the state.
     pub warning: Option<String>,
 }
 
@@ -165,25 +165,27 @@ pub fn rest(system: &System) -> (Vec<f64>, Option<String>) {
     let found = match equilibrium(system) {
         Ok(found) => found,
         Err(NoEquilibrium::NotCarried { .. }) => {
-            let warning = "there is no static equilibrium (nothing carries the mean load): motion starts from q = 0, v = 0; \
-                           `initial` chooses another state";
+            let warning = "there is no static equilibrium (nothing carries the mean load): the motion starts from q = \
+                           0, v = 0; set `initial` to choose another state";
             return (state, Some(warning.into()));
         }
         Err(NoEquilibrium::NotFound) => {
-            let warning = "no static equilibrium was found: motion starts from q = 0, v = 0; `initial` chooses another state";
+            let warning = "no static equilibrium was found: the motion starts from q = 0, v = 0; set `initial` to \
+                           choose another state";
             return (state, Some(warning.into()));
         }
     };
     state[..n].copy_from_slice(found.q.as_slice());
     state[2 * n..].copy_from_slice(&system.memory_at_rest(found.q.as_slice()));
-    let warning = "the static equilibrium is not unique: motion starts from the middle of the gap";
+    let warning =
+        "the static equilibrium is not unique: the motion starts from the middle of the gap";
     (state, (!found.is_unique).then(|| warning.into()))
 }
 
 /// Points recorded at most.
 const MAX_POINTS: usize = 50_000_000;
 
-/// What this number of records takes.
+/// Cost of this number of records.
 pub fn cost(size: MapSize, setting: &Setting<'_>, period: Period, records: usize) -> Cost {
     let [records, periods, transient] = [records, size.periods, size.transient].map(|n| n as f64);
     let watched = match size.exponents {
@@ -238,7 +240,7 @@ impl LabelKeys {
         }
     }
 
-    /// What is wrong with them.
+    /// Errors in them.
     pub fn check(self) -> Vec<Fault> {
         let mut faults = Vec::new();
         let longest = self.options().longest_period;

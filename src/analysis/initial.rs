@@ -30,7 +30,7 @@ pub(super) enum Kind {
 }
 
 impl Initial {
-    /// What is wrong with it; `key` is its own.
+    /// Errors in it; `key` is its own.
     pub fn check(&self, setting: &Setting<'_>, key: &str) -> Vec<Fault> {
         let mut faults = Vec::new();
         for (name, list, kind) in [
@@ -97,7 +97,7 @@ impl Initial {
     }
 }
 
-/// Nondimensional values, one a coordinate; mistakes with the rest of their key.
+/// Nondimensional values, one per coordinate; errors with the rest of their key.
 fn numbers(
     setting: &Setting<'_>,
     list: &[Quantity],

@@ -1,4 +1,4 @@
-//! Upper limits of what an analysis can be asked for. They keep every product of sizes far from overflow; what a run
+//! Upper limits of the counts of an analysis. They keep every product of sizes far from overflow; what a run
 //! costs within them is estimated by [`super::cost`].
 
 use super::Fault;

@@ -58,7 +58,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Curves of dots, one a run where the runs are few.
+/// Curves of dots, one per run if the runs are few.
 pub(super) fn dots(x: &str, y: &str, labels: &[String]) -> Vec<Curve> {
     let curve = |label: String, only| Curve {
         table: String::new(),

@@ -1,4 +1,4 @@
-//! What a model file can ask for: one file an analysis type.
+//! The analyses of a model file: one file per analysis type.
 //!
 //! An analysis is checked against the assembled model before anything runs, then runs and returns a report.
 
@@ -69,31 +69,31 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// One analysis of a model file, named by `type:`.
 #[typetag::serde(tag = "type")]
 pub trait Analysis: std::fmt::Debug + Send + Sync {
-    /// Everything wrong with the settings that can be known before anything runs: key and message.
+    /// Errors in the settings that can be detected before anything runs: key and message.
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault>;
 
-    /// Runs. A numerical outcome is part of the report, never an error.
+    /// Runs the analysis. A numerical outcome is part of the report, never an error.
     ///
     /// # Errors
-    /// Misuse that `check` could not see.
+    /// Misuse that `check` could not detect.
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error>;
 
-    /// What a run takes, of settings that `check` has found good.
+    /// Estimated cost of a run, for settings that passed `check`.
     fn cost(&self, _setting: &Setting<'_>) -> Cost {
         Cost::default()
     }
 
-    /// Tables that a run delivers, with all their columns and no rows: what a parameter study can collect.
+    /// Tables of a run, with all columns and no rows, for the `collect` of a parameter study.
     fn tables(&self, _setting: &Setting<'_>) -> Vec<Table> {
         Vec::new()
     }
 
-    /// Whether it takes loads that are functions of time; periodic methods do not.
+    /// Whether it accepts loads that are functions of time; periodic methods do not.
     fn takes_functions_of_time(&self) -> bool {
         false
     }
 
-    /// Events of a response with the states at which they happen; `None` where the analysis has none.
+    /// Events of a response with their states; `None` if the analysis has none.
     ///
     /// # Errors
     /// As [`Analysis::run`].
@@ -101,13 +101,13 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
         Ok(None)
     }
 
-    /// The study that this is, if it is one: its runs are handed out one by one.
+    /// The study, if the analysis is one; its runs are distributed one by one.
     fn study(&self) -> Option<&ParameterStudy> {
         None
     }
 }
 
-/// Everything wrong with an analysis under a model: its settings, and loads that it does not take.
+/// Errors of an analysis under a model: its settings, and loads that it does not accept.
 pub fn check(analysis: &dyn Analysis, setting: &Setting<'_>) -> Vec<Fault> {
     let mut faults = analysis.check(setting);
     let Structure::Train(train) = &setting.model.structure else {
@@ -128,14 +128,14 @@ pub fn check(analysis: &dyn Analysis, setting: &Setting<'_>) -> Vec<Fault> {
     if let Some((body, _)) = timed.filter(|_| !analysis.takes_functions_of_time()) {
         let message = format!(
             "loads.{body}.profile is a function of time, which no periodic motion can follow: use a time_history with \
-             `duration`, or a run_up; or take it out here, set: {{loads.{body}.profile: null}}"
+             `duration`, or a run_up; or remove it for this analysis, set: {{loads.{body}.profile: null}}"
         );
         faults.push(Fault::new("", message));
     }
     faults
 }
 
-/// What to say of a panic: a fault of the program, which costs the analysis that had it and no other.
+/// Message for a panic, which ends only the analysis in which it occurs.
 pub fn panicked(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text
@@ -144,12 +144,12 @@ pub fn panicked(panic: &(dyn std::any::Any + Send)) -> String {
     format!("internal error: {text}; please report it with the model file")
 }
 
-/// A key of an analysis and what is wrong with its value.
+/// A key of an analysis and the error in its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// Key, with an index where the value is a list: `marks.2`.
     pub key: String,
-    /// What was found and what was wanted.
+    /// Found and expected values.
     pub message: String,
 }
 
@@ -163,7 +163,7 @@ impl Fault {
     }
 }
 
-/// Gives the JSON schema of an analysis's own settings.
+/// Returns the JSON schema of the settings of an analysis.
 pub type SettingsSchema = fn(&mut SchemaGenerator) -> Schema;
 
 /// The analysis types, what each is for, and the schema of its settings.
@@ -240,7 +240,7 @@ pub const TYPES: &[(&str, &str, SettingsSchema)] = &[
     ),
 ];
 
-/// The model under which an analysis runs, its own `set:` applied.
+/// The model under which an analysis runs, with its `set:` applied.
 pub struct Setting<'a> {
     /// Name of the analysis.
     pub name: &'a str,
@@ -252,41 +252,41 @@ pub struct Setting<'a> {
     pub control: &'a dyn Control,
 }
 
-/// Writes page and manifest of the analyses that have ended and returns the names of the others; `None` when the run itself is
-/// doing so.
+/// Writes page and manifest of the finished analyses and returns the names of the others; `None` if the run is already doing
+/// so.
 pub type Emergency = Box<dyn FnOnce() -> Option<Result<Vec<String>, Error>> + Send>;
 
-/// What a running analysis may ask of, and tell, whoever started it.
+/// Interface between a running analysis and its caller: interruption, memory, progress.
 pub trait Control: Send + Sync {
     /// Whether to stop at the next opportunity.
     fn is_interrupted(&self) -> bool {
         false
     }
 
-    /// The flag that reaches into long computations; raised when [`Control::is_interrupted`] says so, or never.
+    /// Flag that reaches into long computations, raised together with [`Control::is_interrupted`].
     fn interrupt(&self) -> Interrupt {
         Interrupt::default()
     }
 
-    /// Why an interruption came, where that was not the user's wish.
+    /// Reason of an interruption that the user did not request.
     fn reason(&self) -> Option<String> {
         None
     }
 
-    /// Bytes of memory that may be taken; `None`: no limit.
+    /// Memory limit in bytes; `None`: no limit.
     fn memory(&self) -> Option<u64> {
         machine::available_memory()
     }
 
-    /// Takes what writes the finished results when the process has to end before the run does.
+    /// Stores the function that writes the finished results if the process must end before the run.
     fn in_emergency(&self, _conclude: Emergency) {}
 
-    /// Progress of an analysis: share done, 0..1, and a few words.
+    /// Progress of an analysis: fraction done, 0..1, and a description.
     fn progress(&self, _analysis: &str, _share: f64, _words: &str) {}
 }
 
-/// An observer made of a function: told which analysis has done which share (0..1) of its work, and in words where it is, it
-/// answers whether to go on.
+/// An observer from a closure. It receives the name of the analysis, the fraction done (0..1) and a description, and returns
+/// whether to continue.
 ///
 /// ```
 /// use gearlash::analysis::Observer;
@@ -303,7 +303,7 @@ pub struct Observer<F> {
 }
 
 impl<F: Fn(&str, f64, &str) -> bool + Send + Sync> Observer<F> {
-    /// An observer that calls a function from whichever thread computes.
+    /// Observer that calls a function on the computing thread.
     pub fn new(tell: F) -> Observer<F> {
         Observer {
             tell,

@@ -143,7 +143,7 @@ pub fn frequencies_at_rest(
 }
 
 impl Modes {
-    /// Slopes of the laws in the state asked for, e values; or why there are none.
+    /// Slopes of the laws in the requested state, e values; or the reason why there are none.
     fn slopes(&self, setting: &Setting<'_>) -> Result<Vec<f64>, String> {
         let system = &setting.assembly.system;
         match self.state {

@@ -21,7 +21,7 @@ pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table
     let Some(count) = rows.iter().map(|r| r.2.multipliers.len()).max() else {
         return Vec::new();
     };
-    // What is 1 by construction stands where its modulus belongs.
+    // Multipliers that are 1 by construction are sorted by modulus like the others.
     let whole = |p: &BranchPoint| {
         let mut list = p.multipliers.clone();
         list.truncate(list.len() - p.neutral);

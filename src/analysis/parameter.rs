@@ -9,7 +9,7 @@ use crate::quantity::Quantity;
 use crate::system::System;
 use crate::yaml::{Node, Value};
 
-/// What is varied.
+/// The varied quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Parameter {
     /// The excitation frequency.
@@ -73,7 +73,7 @@ impl Parameter {
     /// Whether the model takes the value as it is written, unit included.
     ///
     /// # Errors
-    /// What the model says about it.
+    /// Errors of the model.
     pub fn check(&self, setting: &Setting<'_>, written: &Quantity) -> Result<(), String> {
         let Parameter::Number(knob) = self else {
             return setting.frequency(written).map(|_| ());
@@ -151,7 +151,7 @@ impl<'a> Systems<'a> {
     /// The system at values of the parameters, in their order: omega/omega_c, SI numbers (nondimensional in a reduced model).
     ///
     /// # Errors
-    /// What the model says about the values.
+    /// Errors of the model at these values.
     pub fn at(&mut self, values: &[f64]) -> Result<&System, Vec<Diagnostic>> {
         let numbers: Vec<f64> = self.numbers.iter().map(|k| values[*k]).collect();
         let known = self.last.take().filter(|(last, _)| *last == numbers);
@@ -200,7 +200,7 @@ impl<'a> Variation<'a> {
     /// The system at values of the numbers.
     ///
     /// # Errors
-    /// What the model says about them.
+    /// Errors of the model at these values.
     pub fn system(&mut self, values: &[f64]) -> Result<System, Vec<Diagnostic>> {
         if self.root.is_some() {
             return Ok(self.at(values)?.1.system);
@@ -212,7 +212,7 @@ impl<'a> Variation<'a> {
     /// The model at values of the numbers and its assembly.
     ///
     /// # Errors
-    /// What the model says about them.
+    /// Errors of the model at these values.
     pub fn at(&mut self, values: &[f64]) -> Result<(Model, Assembly), Vec<Diagnostic>> {
         if let Some(root) = &mut self.root {
             for (knob, value) in self.knobs.iter().zip(values) {
@@ -266,7 +266,7 @@ pub(super) fn rebuild(
                 unchanged.coordinates.join(", "),
                 assembly.coordinates.join(", ")
             ),
-            help: Some("vary something that keeps the topology".into()),
+            help: Some("vary a number that keeps the topology".into()),
         }]);
     }
     Ok((model, assembly))

@@ -1,4 +1,4 @@
-//! An analysis as it stands in a document.
+//! An analysis as written in a document.
 
 use super::TYPES;
 use crate::error::{Diagnostic, did_you_mean};

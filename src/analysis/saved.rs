@@ -4,7 +4,7 @@ use super::{Setting, columns};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Which point of which results.
+/// Reference to a point of saved results.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wanted<'a> {
     pub folder: &'a Path,

@@ -1,4 +1,4 @@
-//! What is recorded at every point of a branch: the measures of each table, one behind the other.
+//! Recorded values of every point of a branch: the measures of each table in order.
 
 use super::response::{ResponseTable, Swept};
 use crate::measure::{
@@ -36,7 +36,7 @@ struct Section {
 pub(super) struct Sections(Vec<Section>);
 
 impl Sections {
-    /// What a response records; the same every time.
+    /// The sections of a response, in a fixed order.
     pub fn of(swept: &Swept<'_>) -> Sections {
         let setting = swept.setting;
         let dof = setting.assembly.system.dof();

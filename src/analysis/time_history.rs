@@ -93,7 +93,7 @@ impl Analysis for TimeHistory {
             return faults;
         }
         let Some(at) = &self.at else {
-            let message = "is missing: the excitation frequency; or give `duration`";
+            let message = "is missing: give the excitation frequency, or `duration`";
             faults.push(Fault::new("at", message));
             return faults;
         };
@@ -207,7 +207,7 @@ impl TimeHistory {
         faults
     }
 
-    /// Leaves the columns and rows that are asked for.
+    /// Keeps the requested columns and rows.
     fn thin(&self, table: &mut Table) {
         if let Some(columns) = &self.columns {
             let mut place = 0;
@@ -241,8 +241,7 @@ impl TimeHistory {
         ];
         if self.duration.is_none() {
             let given = timed.into_iter().filter(|(_, is_given)| *is_given);
-            faults
-                .extend(given.map(|(key, _)| refuse(key, "goes with `duration`, which is absent")));
+            faults.extend(given.map(|(key, _)| refuse(key, "requires `duration`")));
             return faults;
         }
         for (key, is_given) in [
@@ -250,22 +249,19 @@ impl TimeHistory {
             ("transient", self.transient > 0),
         ] {
             if is_given {
-                faults.push(refuse(
-                    key,
-                    "does not go with `duration`, which says how long",
-                ));
+                faults.push(refuse(key, "excludes `duration`, which sets the length"));
             }
         }
         if self.samples.is_some() && self.points.is_some() {
             faults.push(refuse(
                 "points",
-                "does not go with `samples`, which lists the instants",
+                "excludes `samples`, which lists the instants",
             ));
         }
         faults
     }
 
-    /// The motion over time, where that is what is asked for.
+    /// The motion with `duration`, if given.
     fn history(&self) -> Option<History<'_>> {
         Some(History {
             at: self.at.as_ref(),
@@ -414,12 +410,12 @@ impl<'a> Record<'a> {
         TAU * sample as f64 / self.samples as f64
     }
 
-    /// T after so many periods and samples.
+    /// T after a number of periods and samples.
     fn time(&self, period: usize, share: f64) -> f64 {
         (period as f64 + share) * TAU / self.system.excitation_frequency()
     }
 
-    /// A row; phase 0 stands for the end of the period before, too.
+    /// A row; phase 0 is also the end of the previous period.
     fn row(&mut self, period: usize, sample: usize, state: &[f64]) {
         let time = self.time(period, sample as f64 / self.samples as f64);
         self.rows.push(time, self.tau(sample), state);

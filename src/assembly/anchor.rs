@@ -14,7 +14,7 @@ const BALANCED: f64 = 1e-4;
 /// The same relative to all loads, alternating parts included.
 const NOTICEABLE: f64 = 1e-5;
 
-/// What (6a) needs besides the motion, SI units. Everything is kept body by body: a train's rows have two or three entries.
+/// Data of (6a) besides the motion, in SI units, stored per body: the rows of a train have two or three entries.
 #[derive(Debug, Clone)]
 pub struct Anchor {
     /// Names of the bodies, n_b.
@@ -30,7 +30,7 @@ pub struct Anchor {
     dashpots: Vec<Vec<(f64, f64, Periodic)>>,
 }
 
-/// What acts on a body, SI units.
+/// Forces on a body, in SI units.
 #[derive(Debug, Clone, Copy)]
 pub enum Action<'a> {
     /// Its load [N m or N].

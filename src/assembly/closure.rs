@@ -33,7 +33,11 @@ pub(super) fn suggestion(train: &Train, involved: &[usize]) -> String {
     }
     let mut text = String::new();
     for (k, arm) in list.iter().take(SHOWN).enumerate() {
-        let joint = if k == 0 { "; it closes with" } else { ", or" };
+        let joint = if k == 0 {
+            "; to close the loop, use"
+        } else {
+            ", or"
+        };
         let (connection, _) = train.connections.get_index(arm.connection).unzip();
         let (body, _) = train.bodies.get_index(arm.body).unzip();
         let _ = write!(
@@ -53,8 +57,8 @@ pub(super) fn suggestion(train: &Train, involved: &[usize]) -> String {
 pub(super) fn locked(train: &Train) -> Option<String> {
     let is_held = train.connections.values().any(|c| c.arms.len() == 1);
     (!is_held).then(|| {
-        "nothing holds the train to the frame, yet it cannot move as a whole (rigid-body modes: 0): its ratios lock it; \
-         check the lever arms around its loops"
+        "the train is not connected to ground, but has no rigid-body mode: its ratios lock it; check the lever arms \
+         around its loops"
             .into()
     })
 }

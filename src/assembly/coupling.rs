@@ -144,7 +144,7 @@ fn nearly_closes(
         .map(|(k, _)| name(*k))
         .collect();
     let message = format!(
-        "nearly closes a loop with {}: its lever arms miss what the others give by {mismatch:.2e} of the row",
+        "nearly closes a loop with {}: its lever arms differ from those of the others by {mismatch:.2e} of the row",
         partners.join(", ")
     );
     let involved = (coordinates.iter().zip(w))

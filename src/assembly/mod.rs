@@ -36,7 +36,7 @@ use crate::model::{Model, Structure, Train};
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 
-/// How bodies, connections and relative coordinates hang together.
+/// Relations between bodies, connections and relative coordinates.
 #[derive(Debug, Clone)]
 pub struct Coupling {
     /// B, e x n_b. Lever arms.
@@ -81,7 +81,7 @@ pub struct Assembly {
     pub anchor: Option<Anchor>,
     /// Natural frequencies in full contact over omega_c, ascending, elastic modes only: eigenvalues of (kappa W)^(1/2).
     pub natural_frequencies: DVector<f64>,
-    /// What the user must know.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
@@ -183,8 +183,8 @@ fn warnings(train: &Train, coupling: &Coupling, n: usize) -> Vec<String> {
 fn full_damping(n: usize) -> Option<String> {
     (n >= LONG_CHAIN).then(|| {
         format!(
-            "modal damping couples all {n} relative coordinates: Gam is a full matrix and the solvers take the dense path; \
-             damping: {{stiffness_proportional: ..}} keeps the pattern of the train"
+            "modal damping couples all {n} relative coordinates: Gam is a full matrix and the solvers use dense \
+             matrices; damping: {{stiffness_proportional: ..}} keeps the pattern of the train"
         )
     })
 }

@@ -9,7 +9,7 @@ use crate::system::LoadKind;
 pub struct Torque {
     /// Periodic in the phase.
     pub series: Periodic,
-    /// How the torque follows from it.
+    /// Relation to the torque.
     pub kind: LoadKind,
 }
 

@@ -87,8 +87,8 @@ fn warnings(study: &Study, state: &AtRest) -> Vec<String> {
     match &state.rest {
         Err(reason) => list.push(reason.clone()),
         Ok(rest) if !rest.is_unique => list.push(
-            "the static equilibrium is not unique (no load decides where in its gap a connection rests): the middle of the gap \
-             is taken"
+            "the static equilibrium is not unique (no load decides where in its gap a connection rests): the middle of \
+             the gap is used"
                 .into(),
         ),
         Ok(_) => {}
@@ -271,7 +271,7 @@ fn word(support: &Support) -> &str {
     }
 }
 
-/// One line a connection: scale, law, where it rests.
+/// One line per connection: scale, law, rest position.
 fn connections(study: &Study, state: &AtRest) -> Table {
     let assembly = &study.assembly;
     let mut table = Table::new();

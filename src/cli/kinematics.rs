@@ -22,7 +22,7 @@ pub(super) fn text(model: &Model) -> String {
         let name = train.bodies.get_index(*body).map_or("", |(name, _)| name);
         let _ = writeln!(
             text,
-            "mean torque of {name}, which balances all others: {} N m",
+            "balancing mean torque of {name}: {} N m",
             number(*torque)
         );
     }

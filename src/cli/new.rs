@@ -24,9 +24,9 @@ pub fn new(file: Option<&Path>) -> Result<ExitCode, Error> {
     created.write_all(STARTER.as_bytes()).map_err(failed)?;
     let shown = path.display();
     print(&format!(
-        "{shown} is a model that runs; next:\n  \
+        "{shown} is a model that runs. Next steps:\n  \
          gearlash check {shown}\n  \
          gearlash run {shown}\n  \
-         gearlash schema > gearlash.schema.json    # beside it: completion and validation in editors\n"
+         gearlash schema > gearlash.schema.json    # completion and validation in editors\n"
     ))
 }

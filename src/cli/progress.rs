@@ -22,7 +22,7 @@ const ADDRESSES: u64 = 32 << 20;
 /// Time that a run has to end in order after an interruption.
 const GRACE: Duration = Duration::from_millis(1400);
 
-/// Why a run is to end before its end.
+/// Cause of an early end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cause {
     /// A signal.
@@ -56,7 +56,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// A bar over so many analyses; none when quiet or when standard error is no terminal.
+    /// A bar for a number of analyses; none if quiet or if standard error is not a terminal.
     pub fn new(analyses: usize, quiet: bool, limits: Limits) -> Terminal {
         let bar = ProgressBar::with_draw_target(Some(TICKS), ProgressDrawTarget::hidden());
         if !quiet && std::io::stderr().is_terminal() {
@@ -86,7 +86,7 @@ impl Terminal {
             let _ = cause.set(Cause::Signal(signal));
             flag.request();
             eprintln!(
-                "\ninterrupted: writing what is finished; a second signal (Ctrl-C) quits at once"
+                "\ninterrupted: writing finished results; a second signal (Ctrl-C) quits at once"
             );
         };
         if let Err(error) = signals::watch(handler) {
@@ -119,13 +119,13 @@ impl Terminal {
                 std::process::exit(i32::from(leave(outcome, status)));
             }
         };
-        // Without the thread the estimates made before the run stand alone.
+        // Without the thread only the estimates made before the run apply.
         let _ = std::thread::Builder::new()
             .name("limits".into())
             .spawn(watch);
     }
 
-    /// Why the run was to end, if it was.
+    /// Cause of an early end, if any.
     pub fn cause(&self) -> Option<Cause> {
         self.cause.get().copied()
     }
@@ -142,7 +142,8 @@ fn leave(outcome: Result<Vec<String>, Error>, status: u8) -> u8 {
         Ok(names) => {
             for name in names {
                 eprintln!(
-                    "warning: {name} did not end in time: finished runs of a study are in its journal, all else is lost"
+                    "warning: {name} did not end in time: finished runs of a study are in its journal, its other \
+                     results are lost"
                 );
             }
             status
@@ -189,7 +190,7 @@ impl Cause {
                 let limit = machine::bytes(limit as f64);
                 format!("the memory limit of {limit} was reached (--memory-limit)")
             }
-            Cause::Memory(None) => "the memory of the machine is used up".into(),
+            Cause::Memory(None) => "the memory of the machine is exhausted".into(),
         }
     }
 }

@@ -46,7 +46,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
     control.clear();
     for name in &outcome.left_out {
         say(&format!(
-            "note: {name} is no parameter_study and runs only without --shard"
+            "note: {name} is not a parameter_study and runs only without --shard"
         ));
     }
     let status = tell(&outcome, &settings.out, arguments.quiet)?;
@@ -59,7 +59,7 @@ fn nothing_to_run() -> Error {
     Error::Input(vec![Diagnostic {
         location: None,
         path: "analyses".into(),
-        message: "the file has no analyses: there is nothing to run".into(),
+        message: "the file has no analyses: nothing to run".into(),
         help: Some(
             "add one, such as `analyses: {lines: {type: modes}}`; `gearlash check` needs none"
                 .into(),
@@ -100,7 +100,7 @@ fn default_folder(file: &Path) -> PathBuf {
     PathBuf::from("results").join(stem)
 }
 
-/// One line an analysis: rows, events by kind, how it ended; then what the flow and the error estimates say.
+/// One line per analysis: rows, events by kind, end; then the summaries of the flow and of the error estimates.
 fn summary(reports: &[Report]) -> String {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);

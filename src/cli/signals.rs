@@ -15,7 +15,7 @@ pub fn status(signal: Signal) -> u8 {
 /// Calls `first` with the number of the first signal that asks the process to end.
 ///
 /// # Errors
-/// What the operating system says: signals end the process at once then.
+/// Errors of the operating system: signals then end the process at once.
 #[cfg(unix)]
 pub fn watch(first: impl Fn(Signal) + Send + 'static) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU, SIGXFSZ};
@@ -60,7 +60,7 @@ fn ignored() -> u64 {
 /// Calls `first` with the number of the first signal that asks the process to end.
 ///
 /// # Errors
-/// What the operating system says: signals end the process at once then.
+/// Errors of the operating system: signals then end the process at once.
 #[cfg(not(unix))]
 pub fn watch(first: impl Fn(Signal) + Send + 'static) -> std::io::Result<()> {
     let has_come = std::sync::atomic::AtomicBool::new(false);

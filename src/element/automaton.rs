@@ -38,14 +38,14 @@ impl Automaton {
     }
 }
 
-/// Where the force is one affine function.
+/// A region with one affine force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
     /// The force.
     pub force: RegionForce,
-    /// What happens to the memory.
+    /// Evolution of the memory.
     pub memory: MemoryRate,
-    /// Where the region is left.
+    /// Guards at which the region is left.
     pub guards: Vec<Guard>,
     /// Flank -1, 0 (open) or 1; of sliders the number of the region.
     pub contact: i8,
@@ -84,7 +84,7 @@ impl RegionForce {
     }
 }
 
-/// What happens to the memory in a region.
+/// Evolution of the memory in a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MemoryRate {
     /// z' = 0.
@@ -96,20 +96,20 @@ pub enum MemoryRate {
     },
 }
 
-/// Where a region is left.
+/// A guard at which a region is left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guard {
-    /// What is watched.
+    /// Monitored quantity.
     pub surface: Surface,
-    /// Which way it is passed.
+    /// Direction of the passage.
     pub direction: Direction,
     /// Region behind it.
     pub to: usize,
-    /// What happens there.
+    /// Action at the passage.
     pub reset: Reset,
 }
 
-/// What a guard watches.
+/// Quantity monitored by a guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Surface {
     /// q = level + gain z.
@@ -125,7 +125,7 @@ pub enum Surface {
     HoldingForce(f64),
 }
 
-/// What happens at a guard.
+/// Action at a guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reset {
     /// Nothing: deformation, rate and memory are continuous.

@@ -8,7 +8,7 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 
-/// How impact damping acts on the flank q < -b.
+/// Action of impact damping on the flank q < -b.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ImpactDampingLaw {
@@ -54,7 +54,7 @@ impl Backlash {
         }
     }
 
-    /// The same with impact damping beta [s/m; s/rad for shafts].
+    /// Sets the impact damping beta [s/m; s/rad for shafts].
     #[must_use]
     pub fn impact_damping(self, impact_damping: f64) -> Backlash {
         Backlash {

@@ -38,7 +38,7 @@ pub struct Clutch {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
-    /// Where it ends \[displacement\], > 0; `None` for the last one.
+    /// End of the stage \[displacement\], > 0; `None` for the last stage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<f64>,
     /// k \[force/displacement\], >= 0.

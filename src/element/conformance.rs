@@ -282,7 +282,7 @@ fn copies(element: &dyn Element, found: &mut Vec<String>) {
     });
     if let Some(k) = series {
         found.push(format!(
-            "eval_many says something else than eval at q = {}, v = {}, phase = {}",
+            "eval_many differs from eval at q = {}, v = {}, phase = {}",
             q[k], v[k], phase[k]
         ));
     }

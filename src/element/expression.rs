@@ -63,13 +63,13 @@ struct Written {
     parameters: IndexMap<String, f64>,
 }
 
-/// What is wrong with a formula, and where.
+/// An error in a formula and its position.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message} (character {})", place + 1)]
 pub struct Fault {
     /// Characters before the place.
     pub place: usize,
-    /// What was found and wanted.
+    /// Found and expected values.
     pub message: String,
 }
 
@@ -127,7 +127,7 @@ impl Expression {
     /// The law of a formula with named parameters.
     ///
     /// # Errors
-    /// What is wrong with the formula, and where. [`Element::validate`] says what is wrong with the parameters.
+    /// The error in the formula and its position. [`Element::validate`] reports errors in the parameters.
     pub fn new(force: &str, parameters: &[(&str, f64)]) -> Result<Expression, Fault> {
         let parameters = parameters.iter().map(|(name, x)| ((*name).to_owned(), *x));
         let law = Expression::from(Written {
@@ -365,8 +365,8 @@ impl Element for Expression {
         let mut list: Vec<String> = hidden.collect();
         if self.jumps_with_the_phase {
             list.push(
-                "force: differs between phase 0 and 2 pi, it jumps once a period: the jump is not located; no shooting, no \
-                 multipliers"
+                "force: differs between phase 0 and 2 pi, so it jumps once per period: the jump is not located; no \
+                 shooting, no multipliers"
                     .into(),
             );
         }
@@ -386,11 +386,12 @@ impl Element for Expression {
         for (name, value) in &self.parameters {
             let path = format!("parameters.{name}");
             if is_reserved(name) {
-                let message = "this name has a meaning in formulas; choose another one";
+                let message = "this name is reserved in formulas; choose another one";
                 return Err(InvalidParameter::about(path, message));
             }
             if !is_name(name) {
-                let message = "names start with a letter or _ and go on with letters, digits or _";
+                let message =
+                    "names start with a letter or _ and continue with letters, digits or _";
                 return Err(InvalidParameter::about(path, message));
             }
             super::finite(&path, *value)?;

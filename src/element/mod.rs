@@ -157,7 +157,7 @@ pub struct Parameter<'a> {
     pub name: &'static str,
     /// Position within a list-valued parameter.
     pub index: Option<usize>,
-    /// What the value measures.
+    /// Dimension of the value.
     pub dimension: Dimension,
     /// The value itself.
     pub value: &'a mut f64,

@@ -6,7 +6,7 @@
 use super::{Dimension, Element, InvalidParameter};
 use crate::yaml;
 
-/// What a parameter of a law accepts.
+/// Kind of values of a parameter of a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterKind {
     /// One number or quantity.
@@ -42,7 +42,7 @@ pub enum ParameterRange {
 }
 
 impl ParameterRange {
-    /// What is wanted of a number outside; `None` within. No range holds infinities and NaN.
+    /// Requirement violated by a number outside the range; `None` inside. No range contains infinities and NaN.
     pub fn refusal(self, value: f64) -> Option<&'static str> {
         match self {
             _ if !value.is_finite() => Some("finite"),
@@ -62,18 +62,18 @@ pub struct ParameterInfo {
     pub doc: &'static str,
     /// What it accepts.
     pub kind: ParameterKind,
-    /// What a number measures.
+    /// Dimension of a number.
     pub dimension: Dimension,
     /// Default as YAML text; `None` when the parameter is required (or one of several must be given).
     pub default: Option<&'static str>,
-    /// What numbers are allowed.
+    /// Allowed numbers.
     pub range: ParameterRange,
-    /// Names of the parameters, this one included, exactly one of which must be given; empty where it stands alone.
+    /// Names of the parameters, this one included, exactly one of which must be given; empty if there is only this one.
     pub one_of: &'static [&'static str],
 }
 
 impl ParameterInfo {
-    /// A parameter of any range that stands alone.
+    /// A parameter with any range and no alternatives.
     pub const fn new(
         name: &'static str,
         doc: &'static str,
@@ -92,7 +92,7 @@ impl ParameterInfo {
         }
     }
 
-    /// The same within a range.
+    /// Restricts the range.
     #[must_use]
     pub const fn within(self, range: ParameterRange) -> ParameterInfo {
         ParameterInfo { range, ..self }

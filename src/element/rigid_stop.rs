@@ -277,7 +277,7 @@ impl Element for RigidStop {
     fn cautions(&self) -> Vec<String> {
         match self.restitution == 1.0 {
             true => vec![
-                "restitution 1 takes no energy: without damping elsewhere motions never settle"
+                "restitution 1 dissipates no energy: without other damping motions never settle"
                     .into(),
             ],
             false => Vec::new(),

@@ -36,7 +36,7 @@ impl Tape {
         ]
     }
 
-    /// What leads to some numbers, and nothing else.
+    /// The operations required for some numbers, without all others.
     pub fn program(&self, outputs: &[Traced<'_>]) -> Program {
         let ops = self.ops.borrow();
         let mut is_needed = vec![false; ops.len()];

@@ -41,7 +41,7 @@ impl<'t> Traced<'t> {
         }
     }
 
-    /// How it follows from displacement and velocity, where that is affine.
+    /// Coefficients of displacement and velocity, if it is affine in them.
     pub fn affine(&self) -> Option<Affine> {
         match self.form {
             Output::Affine(affine) => Some(affine),

@@ -1,8 +1,8 @@
-//! Energy that connections with a memory lose.
+//! Energy dissipated by connections with memory.
 
 use super::{Heading, Measure, Solved, Units};
 
-/// `energy_lost.c`: work done on a connection per excitation period, of those that remember something.
+/// `energy_lost.c`: energy dissipated per excitation period, for connections with memory.
 #[derive(Debug)]
 pub struct Losses {
     /// The connections.

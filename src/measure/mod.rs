@@ -1,4 +1,4 @@
-//! Measured quantities: what is said of a periodic solution. One file per quantity, which owns its columns and its values.
+//! Measured quantities of a periodic solution. One file per quantity, which defines its columns and values.
 
 mod accelerations;
 mod connections;

@@ -18,7 +18,7 @@ pub struct TransmissionErrors {
 }
 
 impl TransmissionErrors {
-    /// For orbits of so many samples and these connections.
+    /// For orbits with `samples` samples and these connections.
     pub fn new(samples: usize, connections: Vec<usize>) -> TransmissionErrors {
         TransmissionErrors {
             meter: Meter::new(samples),

@@ -5,7 +5,7 @@ use crate::model::{Body, Model, Motion, ReportUnits, Structure};
 use crate::report::{Column, Values, Words};
 use std::f64::consts::TAU;
 
-/// What the numbers of a column are.
+/// Kind of the numbers of a column.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Numbers {
     /// Real numbers.
@@ -24,7 +24,7 @@ pub struct Heading {
     pub unit: String,
     /// Reported over nondimensional value.
     pub factor: f64,
-    /// What the numbers are.
+    /// Kind of the numbers.
     pub numbers: Numbers,
 }
 

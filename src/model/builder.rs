@@ -1,4 +1,4 @@
-//! Models built by a program.
+//! Models built in code.
 
 use super::{Load, Model, read};
 use crate::element::Element;
@@ -8,7 +8,7 @@ use crate::yaml::{Node, Value, join};
 use indexmap::IndexMap;
 
 impl Model {
-    /// A model to be put together: see [`ModelBuilder`].
+    /// Empty builder: see [`ModelBuilder`].
     pub fn builder() -> ModelBuilder {
         ModelBuilder::default()
     }
@@ -45,10 +45,10 @@ impl Load {
     }
 }
 
-/// Bodies, connections, damping and loads, in SI units, put together step by step.
+/// Builder of a model from bodies, connections, damping and loads, in SI units.
 ///
-/// Methods that describe a connection (`stiffness`, `dashpot`, `law`, `length`, `detail`) are about the one that was added last. Mistakes
-/// are collected; [`ModelBuilder::build`] reports all of them, in the words of the reader of model files.
+/// Methods that describe a connection (`stiffness`, `dashpot`, `law`, `length`, `connection_key`) apply to the connection added last.
+/// Errors are collected; [`ModelBuilder::build`] reports all of them, with the messages of model files.
 ///
 /// ```
 /// use gearlash::prelude::*;
@@ -85,12 +85,12 @@ impl ModelBuilder {
         self
     }
 
-    /// A body that turns; its inertia in kg m^2, > 0.
+    /// Adds a rotating body with its inertia in kg m^2, > 0.
     pub fn body(self, name: &str, inertia: f64) -> Self {
         self.inertia(name, Node::number(inertia))
     }
 
-    /// A body that slides; its mass in kg, > 0.
+    /// Adds a sliding mass in kg, > 0.
     pub fn mass(self, name: &str, mass: f64) -> Self {
         self.inertia(name, Node::quoted(format!("{mass:?} kg")))
     }
@@ -102,28 +102,28 @@ impl ModelBuilder {
         self
     }
 
-    /// A mesh of two external gears: bodies with their base radii in m.
+    /// Adds a mesh of two external gears: bodies with their base radii in m.
     pub fn gear(self, name: &str, first: (&str, f64), second: (&str, f64)) -> Self {
         self.connection(name, "gear", wheels(first, second))
     }
 
-    /// A mesh of an external gear with an internal one: bodies with their base radii in m.
+    /// Adds a mesh of an external with an internal gear: bodies with their base radii in m.
     pub fn internal_gear(self, name: &str, pinion: (&str, f64), ring: (&str, f64)) -> Self {
         self.connection(name, "internal_gear", wheels(pinion, ring))
     }
 
-    /// A shaft, or a spring between two sliding masses.
+    /// Adds a shaft, or a spring between two sliding masses.
     pub fn shaft(self, name: &str, first: &str, second: &str) -> Self {
         let ends = Node::list([Node::quoted(first), Node::quoted(second)]);
         self.connection(name, "shaft", ends)
     }
 
-    /// A connection between a body and the ground.
+    /// Adds a connection between a body and ground.
     pub fn ground(self, name: &str, body: &str) -> Self {
         self.connection(name, "ground", Node::quoted(body))
     }
 
-    /// A connection with a lever arm per body, in m.
+    /// Adds a connection with a lever arm per body, in m.
     pub fn acts_on(self, name: &str, arms: &[(&str, f64)]) -> Self {
         let arms = arms.iter().map(|(body, arm)| (*body, Node::number(*arm)));
         self.connection(name, "acts_on", Node::map(arms))
@@ -151,7 +151,7 @@ impl ModelBuilder {
         self.detail("length", Node::number(length))
     }
 
-    /// Force law of the last connection, with parameters in SI units. Without one it is linear.
+    /// Force law of the last connection, with parameters in SI units; default linear.
     pub fn law(mut self, law: impl Element + 'static) -> Self {
         let path = match self.connections.last() {
             Some((name, _)) => join(&join("connections", name), "element"),
@@ -234,7 +234,7 @@ impl ModelBuilder {
     /// The model.
     ///
     /// # Errors
-    /// [`Error::Input`] with every mistake that could be found, by the path of the part.
+    /// [`Error::Input`] with all errors found, by the path of the part.
     pub fn build(self) -> Result<Model, Error> {
         if !self.mistakes.is_empty() {
             return Err(Error::Input(self.mistakes));

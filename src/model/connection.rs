@@ -35,7 +35,7 @@ const KEYS: [&str; 16] = [
 /// A connection whose geometry is known, where it is right.
 pub(super) struct Placed<'n> {
     fields: Fields<'n>,
-    /// What it acts on.
+    /// Bodies and lever arms.
     pub geometry: Option<Geometry>,
 }
 

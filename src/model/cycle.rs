@@ -67,7 +67,7 @@ pub(super) fn cycle(
     let note = is_closed.then(|| {
         values.pop();
         format!(
-            "{path}: the last row repeats the first, which begins the next cycle: it is left out"
+            "{path}: the last row repeats the first, which begins the next cycle: it is dropped"
         )
     });
     if values.len() < 2 {
@@ -136,7 +136,7 @@ fn angles(
             "{file}: the angles span {:.4} cycles of {revolutions} revolutions, wanted at most 1",
             span
         );
-        let help = "angles without a unit are in rad: say `angle_unit: deg` if they are in degrees";
+        let help = "angles without a unit are in rad: set `angle_unit: deg` if they are in degrees";
         mistakes.add(Diagnostic::at(node, &path, message).with_help(help));
         return None;
     }

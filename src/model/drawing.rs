@@ -121,7 +121,7 @@ pub(super) fn centre_distances(
                 || "no profile shift brings them together".to_owned(),
                 |x| {
                     format!(
-                        "at the first one, {other_name} takes a sum of profile shifts of {x:.4}"
+                        "at the first one, {other_name} needs a sum of profile shifts of {x:.4}"
                     )
                 },
             );
@@ -129,8 +129,8 @@ pub(super) fn centre_distances(
                 .get_index(planet)
                 .map_or("", |(name, _)| name.as_str());
             list.push(format!(
-                "{planet} meshes in {name} at a reference centre distance of {:.4} mm and in {other_name} at {:.4} mm: {shift}; \
-                 `centre_distance` in both says that this is meant",
+                "{planet} meshes in {name} at a reference centre distance of {:.4} mm and in {other_name} at {:.4} mm: \
+                 {shift}; set `centre_distance` in both to confirm that this is intended",
                 1e3 * a,
                 1e3 * b
             ));

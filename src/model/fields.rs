@@ -137,7 +137,7 @@ impl Mistakes {
     }
 }
 
-/// What a number measures.
+/// Dimension of a number.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Measure {
     /// SI units; a quantity with a unit is converted.
@@ -300,7 +300,7 @@ impl<'n> Fields<'n> {
 /// Characters of a number that a message shows.
 const LONGEST: usize = 60;
 
-/// What stands at keys whose values are often written in another shape.
+/// Examples for keys whose values are often written in another shape.
 const SHAPES: [(&str, &str); 17] = [
     ("element", "{type: backlash, half_gap: 50 um}"),
     ("gear", "{A: 50 mm, B: 40 mm}"),
@@ -370,7 +370,7 @@ pub fn check_name(entry: &Entry, name: &str, path: &str) -> Result<(), Diagnosti
 }
 
 /// The rule of names, in words.
-pub const NAMES: &str = "start with a letter or _ and go on with letters, digits, _ or -";
+pub const NAMES: &str = "start with a letter or _ and continue with letters, digits, _ or -";
 
 /// Whether a text follows the rule of names.
 pub fn is_name(text: &str) -> bool {

@@ -125,7 +125,7 @@ impl Finder<'_> {
     ) -> Option<usize> {
         let body = self.body(name, at.clone(), mistakes)?;
         if self.motion(body) == Some(Motion::Translation) {
-            let message = format!("`{name}` is a translating mass (inertia in kg), no wheel");
+            let message = format!("`{name}` is a translating mass (inertia in kg), not a wheel");
             let mistake = Diagnostic { message, ..at };
             mistakes.add(mistake.with_help("use acts_on with lever arm 1 for it"));
         }
@@ -242,7 +242,7 @@ fn levers(
         };
         let arm = mistakes.number(&entry.node, &path, Measure::Si(measure), Range::Any);
         if arm == Some(0.0) {
-            let message = "a lever arm of 0 does nothing: leave the body out";
+            let message = "a lever arm of 0 has no effect: leave the body out";
             mistakes.add(Diagnostic::at(&entry.node, &path, message));
         }
         arms.extend(body.zip(arm));

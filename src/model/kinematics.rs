@@ -4,7 +4,7 @@
 //! B thdot = 0:  contact is kept on average in every connection
 //! ```
 //!
-//! Rows of tooth numbers stand for rows of base radii, so that ratios are exact fractions.
+//! Rows of tooth numbers replace rows of base radii, so ratios are exact fractions.
 
 use crate::numeric::fraction::{self, Fraction};
 use num_traits::{One, Signed, Zero};
@@ -17,7 +17,7 @@ pub struct Row {
     pub arms: Vec<(usize, Fraction)>,
 }
 
-/// Why speeds do not follow from those given.
+/// Reason why the given speeds do not determine all others.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
     /// A connection contradicts the others.

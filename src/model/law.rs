@@ -10,7 +10,7 @@ use crate::quantity::UnitDimension;
 use crate::yaml::{Entry, Node, Value, join};
 use indexmap::IndexMap;
 
-/// The parameter that the backlash of a drawing stands for.
+/// The parameter given by the backlash of a drawing.
 pub(super) const HALF_GAP: &str = "half_gap";
 /// Key of the backlash of a drawing.
 pub(super) const BACKLASH: &str = "backlash";

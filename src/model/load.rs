@@ -118,7 +118,7 @@ fn amplitude(
     }
     for (key, node) in ["speed_power", "at"].into_iter().zip(given) {
         if let Some(node) = node {
-            let message = "does not go with a table of amplitudes, which says everything";
+            let message = "excludes a table of amplitudes";
             mistakes.add(Diagnostic::at(node, &own.path_of(key), message));
         }
     }

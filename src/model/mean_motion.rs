@@ -55,7 +55,8 @@ pub(super) fn reference(
 ) -> Option<MeanMotion> {
     let node = root.get("reference")?;
     let fields = Fields::known(node, "reference", &["body", "speed", "also"], mistakes)?;
-    let wanted = "the shaft whose revolutions orders count, such as {body: crank, speed: 800 rpm}";
+    let wanted =
+        "the shaft to whose revolutions orders refer, such as {body: crank, speed: 800 rpm}";
     let body = fields.required("body", wanted, mistakes)?;
     let body = turning(body, &fields.path_of("body"), bodies, mistakes);
     let measure = Measure::Si(UnitDimension::FREQUENCY);
@@ -70,7 +71,7 @@ pub(super) fn reference(
     let mut given = vec![(reference, Fraction::one())];
     for (path, node, body, w) in also {
         if given.iter().any(|(other, _)| *other == body) {
-            let message = "the speed of this body is given already";
+            let message = "the speed of this body is already given";
             mistakes.add(Diagnostic::at(node, &path, message));
         }
         given.push((body, fraction::nearest(w / speed)));
@@ -130,7 +131,7 @@ fn turning(node: &Node, path: &str, bodies: &Bodies, mistakes: &mut Mistakes) ->
             mistakes.add(super::geometry::unknown_body(name, bodies, at));
         }
         Some((_, _, Some(body))) if body.motion == Motion::Translation => {
-            let message = format!("`{name}` is a translating mass: it does not turn");
+            let message = format!("`{name}` is a translating mass: it does not rotate");
             mistakes.add(Diagnostic::at(node, path, message));
         }
         Some(_) => {}
@@ -158,7 +159,7 @@ fn explain(
                     "give one more speed, such as `also: {{{}: 0 rpm}}`",
                     name(body)
                 ),
-                _ => "name one body for each rigid-body mode".to_owned(),
+                _ => "name one body per rigid-body mode".to_owned(),
             };
             Diagnostic::at(node, path, message).with_help(help)
         }
@@ -223,7 +224,7 @@ pub(super) fn add_drag(
         let Some(motion) = motion else {
             let path = format!("bodies.{name}.drag");
             let node = root.node.at(&path).unwrap_or(root.node);
-            let message = "opposes the mean rotation, of which nothing is known";
+            let message = "opposes the mean rotation, which is unknown";
             let help = "give the model `reference: {body: .., speed: ..}`";
             mistakes.add(Diagnostic::at(node, &path, message).with_help(help));
             continue;

@@ -18,7 +18,7 @@ pub(super) fn beside(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option
     Some(folder(node).join(written))
 }
 
-/// The folder of the model file that a node stands in.
+/// The folder of the model file that contains a node.
 fn folder(node: &Node) -> &Path {
     let file = node.location.as_ref().map(|l| Path::new(&l.source.name));
     file.and_then(Path::parent).unwrap_or(Path::new(""))
@@ -80,7 +80,7 @@ fn text(file: &Path) -> Result<String, String> {
     let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
     String::from_utf8(bytes).map_err(|e| {
         let place = e.utf8_error().valid_up_to();
-        format!("no UTF-8 text at byte {place}: wanted a table of numbers, such as CSV")
+        format!("not UTF-8 text at byte {place}: wanted a table of numbers, such as CSV")
     })
 }
 

@@ -68,7 +68,7 @@ pub struct Model {
     pub structure: Structure,
     /// Units of the results.
     pub report_units: ReportUnits,
-    /// What the user must know.
+    /// Warnings.
     pub warnings: Vec<String>,
     /// The tree that it was read from: names and analyses.
     document: Arc<Node>,
@@ -149,7 +149,7 @@ pub struct Body {
     pub inertia: f64,
     /// Whether the body turns or slides.
     pub motion: Motion,
-    /// What opposes its mean rotation.
+    /// Drag that opposes its mean rotation.
     pub drag: Drag,
 }
 
@@ -285,7 +285,7 @@ pub enum ModalDamping {
 pub struct Load {
     /// N m, or N on a translating mass; always `Periodic::Fourier`.
     pub series: Periodic,
-    /// What adds to it, in the same units.
+    /// Further parts, in the same units.
     pub others: Vec<LoadPart>,
 }
 
@@ -344,7 +344,7 @@ impl Load {
     }
 }
 
-/// What a function of time was before t = 0.
+/// Value of a function of time before t = 0.
 pub fn start_of(line: &BrokenLine) -> f64 {
     line.on(0.0, -f64::MIN_POSITIVE).value
 }

@@ -23,7 +23,7 @@ const ROOTS: [&str; 7] = [
 const SHOWN: usize = 4;
 
 impl Model {
-    /// Full dotted path of what a name stands for: a path as for `--set`, or a short form of one: some of its steps in their order, the
+    /// Full dotted path of a name: a path as for `--set`, or a short form of one: some of its steps in their order, the
     /// last one included, such as `mesh_2.half_gap`.
     ///
     /// # Errors
@@ -183,7 +183,7 @@ fn leaves(node: &Node, path: String, out: &mut Vec<String>) {
     }
 }
 
-/// Whether the steps stand in the path in their order, the last one at its end.
+/// Whether the steps occur in the path in order, the last one at its end.
 fn is_short(steps: &[&str], path: &str) -> bool {
     let mut rest = steps.iter().rev();
     let mut wanted = rest.next();

@@ -116,8 +116,8 @@ impl Orders<'_> {
         list.sort_by(|a, b| b.denom().cmp(a.denom()));
         let named: Vec<String> = list.iter().take(NAMED).map(ToString::to_string).collect();
         format!(
-            "the orders {} of the reference have no common period of at most {MOST_REVOLUTIONS} revolutions: leave one of them \
-             out, or choose another reference",
+            "the orders {} of the reference have no common period of at most {MOST_REVOLUTIONS} revolutions: remove \
+             one of them, or choose another reference",
             named.join(", ")
         )
     }
@@ -224,7 +224,7 @@ impl Orders<'_> {
         };
         let ratio = ratios[body].abs();
         if !ratio.is_positive() {
-            let message = format!("`{name}` does not turn: it has no orders");
+            let message = format!("`{name}` does not rotate: it has no orders");
             mistakes.add(Diagnostic::at(shaft, &shaft_path, message));
             return None;
         }

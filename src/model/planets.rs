@@ -11,7 +11,7 @@ use indexmap::IndexMap;
 /// Most planets of a set.
 const MOST: usize = 24;
 
-/// A mesh of a planet that stands for several.
+/// A mesh of a planet that represents several.
 struct Mesh<'n> {
     connection: &'n str,
     /// `planet_gear` or `planet_ring`.
@@ -252,8 +252,7 @@ fn load_copies(name: &str, entry: &Entry, meshes: &[Mesh<'_>]) -> Vec<(String, E
 /// What is wrong with a `mass` that is no planet's.
 pub(super) fn refuse_mass(fields: &Fields<'_>, mistakes: &mut Mistakes) {
     if let Some(node) = fields.get("mass") {
-        let message = "belongs to a planet with `planets: N` in its meshes, whose carrier carries it: the inertia of other \
-                       bodies says everything";
+        let message = "applies only to a planet with `planets: N` in its meshes; other bodies need only `inertia`";
         mistakes.add(Diagnostic::at(node, &fields.path_of("mass"), message));
     }
 }

@@ -92,10 +92,16 @@ fn points(
         return None;
     }
     let line = BrokenLine::new(list).map_err(|k| match rows.get(k) {
-        None => Diagnostic::at(node, path, "found no points, wanted at least one: [[0 s, 10 N m], ..]"),
-        Some((path, row)) => {
-            Diagnostic::at(row, path, "its instant lies before that of the point above: instants ascend, a repeated one is a jump")
-        }
+        None => Diagnostic::at(
+            node,
+            path,
+            "found no points, wanted at least one: [[0 s, 10 N m], ..]",
+        ),
+        Some((path, row)) => Diagnostic::at(
+            row,
+            path,
+            "its instant is before that of the previous point: instants ascend, a repeated one is a jump",
+        ),
     });
     mistakes.note(line)
 }

@@ -82,7 +82,7 @@ pub(super) fn interpret(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
     };
     if usual == ReportUnits::Nondimensional && report_units == Some(ReportUnits::Si) {
         let node = fields.get("report").and_then(|r| r.get("units"))?;
-        let message = "a reduced model is nondimensional; it has no SI units to report in";
+        let message = "a reduced model is nondimensional; it cannot report in SI units";
         mistakes.add(Diagnostic::at(node, "report.units", message));
     }
     Some(Model {
@@ -148,7 +148,7 @@ fn structure(fields: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Structure,
     };
     if !given.is_empty() {
         let message = format!(
-            "stands beside {}: wanted either reduced or a train of bodies and connections",
+            "is given together with {}: wanted either reduced or a train of bodies and connections",
             given.join(", ")
         );
         mistakes.add(Diagnostic::at(node, "reduced", message));

@@ -41,7 +41,7 @@ pub(super) fn reduced(node: &Node, mistakes: &mut Mistakes) -> Option<Reduced> {
         && kappa.ncols() != elements.len()
     {
         let message = format!(
-            "kappa is {} x {}, but there are {} elements: wanted one column an element",
+            "kappa is {} x {}, but there are {} elements: wanted one column per element",
             kappa.nrows(),
             kappa.ncols(),
             elements.len()
@@ -127,7 +127,7 @@ fn element_map(
         Some(map) if map.shape() == (e, n) => Some(map),
         Some(map) => {
             let message = format!(
-                "W is {} x {}, wanted {e} x {n}: a row an element, a column a coordinate",
+                "W is {} x {}, wanted {e} x {n}: one row per element, one column per coordinate",
                 map.nrows(),
                 map.ncols()
             );
@@ -169,7 +169,7 @@ fn elements(
     orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
 ) -> Option<IndexMap<String, ReducedElement>> {
-    let wanted = "a law an element, such as mesh_1: {type: backlash, half_gap: 1}";
+    let wanted = "one law per element, such as mesh_1: {type: backlash, half_gap: 1}";
     let node = fields.required("elements", wanted, mistakes)?;
     let list = Fields::open(node, &fields.path_of("elements"), mistakes)?;
     if list.len() == 0 || list.len() > MOST_CONNECTIONS {
@@ -283,7 +283,10 @@ fn part(
     }
     match n {
         Some(n) if list.len() != n => {
-            let message = format!("found {} values, wanted {n}: one a coordinate", list.len());
+            let message = format!(
+                "found {} values, wanted {n}: one per coordinate",
+                list.len()
+            );
             mistakes.add(Diagnostic::at(node, &path, message));
             None
         }

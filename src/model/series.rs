@@ -12,7 +12,7 @@ use num_traits::One;
 /// Unit of the orders in a connection, and the name that it had before.
 pub(super) const UNIT_KEYS: [&str; 2] = ["order_unit", "base_order"];
 
-/// What the orders of one series are multiples of.
+/// Unit of the orders of one series.
 #[derive(Debug, Clone)]
 pub(super) struct Unit {
     /// Order 1 of the series, in orders of the reference.
@@ -85,7 +85,7 @@ pub(super) fn stiffness_variation(
             mistakes.add(Diagnostic::at(node, path, message));
         }
         if is_negative(&series) {
-            let message = "becomes negative: the connection would push where it must pull";
+            let message = "becomes negative: a stiffness cannot be negative";
             mistakes.add(Diagnostic::at(node, path, message));
         }
     }
@@ -247,7 +247,7 @@ fn angle(fields: &Fields<'_>, key: &str, mistakes: &mut Mistakes) -> f64 {
     let written = fields.get(key).filter(|_| value.abs() > TURN);
     if let Some(node) = written.filter(|node| is_bare(node)) {
         mistakes.warn(format!(
-            "{} = {} is a bare number, so in rad, and more than a turn: write `{} deg` if degrees are meant",
+            "{} = {} is a bare number, hence in rad, and more than one turn: write `{} deg` if it is in degrees",
             fields.path_of(key),
             node.describe(),
             value
@@ -265,7 +265,7 @@ fn table(
     let base_order = periods(fields, unit, orders, mistakes);
     for key in ["mean", "harmonics"] {
         if let Some(node) = fields.get(key) {
-            let message = "does not go with a table, whose values say everything";
+            let message = "excludes a table";
             mistakes.add(Diagnostic::at(node, &fields.path_of(key), message));
         }
     }
@@ -299,14 +299,18 @@ fn rectangular(
     let base_order = periods(outer, unit, orders, mistakes);
     for key in ["mean", "harmonics"] {
         if let Some(node) = outer.get(key) {
-            let message = "does not go with a rectangle, whose values say everything";
+            let message = "excludes `rectangular`";
             mistakes.add(Diagnostic::at(node, &outer.path_of(key), message));
         }
     }
     let keys = ["high", "low", "duty", "phase"];
     let fields = Fields::known(node, &outer.path_of("rectangular"), &keys, mistakes)?;
     for key in ["high", "low", "duty"] {
-        fields.required(key, "high, low and duty (the share of high)", mistakes);
+        fields.required(
+            key,
+            "high, low and duty (the fraction of the period with high)",
+            mistakes,
+        );
     }
     let ratio = Measure::Si(UnitDimension::NUMBER);
     let mut value = |key| fields.number(key, ratio, Range::Any, mistakes);

@@ -6,7 +6,7 @@ use crate::element::Element;
 use crate::numeric::periodic::{Harmonic, Periodic};
 use crate::quantity::Quantity;
 
-/// What a number enters, directly or through what follows from it.
+/// Parts of the system that a number affects, directly or through derived values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reach {
     /// Force laws alone.
@@ -176,7 +176,7 @@ impl Slot {
         Ok(())
     }
 
-    /// A number that stands in the mechanics as it is written.
+    /// A number that appears in the mechanics as written.
     fn plain_mut(self, structure: &mut Structure) -> Option<&mut f64> {
         match structure {
             Structure::Train(train) => {

@@ -242,7 +242,7 @@ fn mesh(
     let wheels = wheels?;
     if is_internal && wheels[0].1 >= wheels[1].1 {
         let message = format!(
-            "found {} teeth inside a ring of {}: the ring, which is named second, must have more",
+            "found {} teeth inside a ring of {}: name the ring second; it must have more teeth",
             wheels[0].1, wheels[1].1
         );
         let node = fields.get("teeth").unwrap_or(fields.node);

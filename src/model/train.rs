@@ -212,7 +212,7 @@ fn refuse_unheld(root: &Fields<'_>, bodies: &Bodies, held: &[bool], mistakes: &m
         let path = format!("bodies.{name}");
         let node = root.node.at(&path).unwrap_or(root.node);
         let message = "nothing holds it: no connection acts on this body";
-        let help = "add a connection, or leave the body out";
+        let help = "add a connection, or remove the body";
         mistakes.add(Diagnostic::at(node, &path, message).with_help(help));
     }
 }

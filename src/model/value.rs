@@ -18,9 +18,9 @@ pub struct Knob {
     dimension: Option<UnitDimension>,
     has_unit: bool,
     range: ParameterRange,
-    /// Value where the model does not write it.
+    /// Value if the model does not state it.
     default: f64,
-    /// Its place in the mechanics; `None` where several places follow from it.
+    /// Its place in the mechanics; `None` if several places depend on it.
     slot: Option<Slot>,
 }
 
@@ -30,17 +30,17 @@ impl Knob {
         &self.path
     }
 
-    /// Unit of the value, such as `m`; empty where it has none.
+    /// Unit of the value, such as `m`; empty for pure numbers.
     pub fn unit(&self) -> String {
         self.dimension.map_or(String::new(), unit)
     }
 
-    /// Values that make sense.
+    /// Allowed values.
     pub fn range(&self) -> ParameterRange {
         self.range
     }
 
-    /// What a change of it enters; `None` where the document has to be read again.
+    /// Parts affected by a change; `None` if the document must be read again.
     pub(crate) fn reach(&self) -> Option<Reach> {
         self.slot.map(Slot::reach)
     }
@@ -56,7 +56,7 @@ impl Knob {
     }
 }
 
-/// A number of a model with everything there is to know about it.
+/// A number of a model with name, value, unit and range.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct NamedNumber {
@@ -64,11 +64,11 @@ pub struct NamedNumber {
     pub name: String,
     /// Value in SI units; nondimensional in a reduced model.
     pub value: f64,
-    /// Unit of the value; empty where it has none.
+    /// Unit of the value; empty for pure numbers.
     pub unit: String,
-    /// Values that make sense: `any`, `>= 0` or `> 0`.
+    /// Allowed values: `any`, `>= 0` or `> 0`.
     pub range: ParameterRange,
-    /// Whether the model writes it; a default otherwise.
+    /// Whether the model states it; otherwise it is a default.
     pub is_written: bool,
 }
 
@@ -93,43 +93,43 @@ fn unit(dimension: UnitDimension) -> String {
 }
 
 impl Model {
-    /// The model of a YAML text. `extends` needs a file: see [`Model::load`].
+    /// Model of a YAML text. `extends` requires a file: see [`Model::load`].
     ///
     /// # Errors
-    /// [`Error::Input`] with every mistake that could be found.
+    /// [`Error::Input`] with all errors found.
     pub fn from_yaml(text: &str) -> Result<Model, Error> {
         let root = yaml::parse(text, "model.yaml")?;
         read(&root).map_err(Error::Input)
     }
 
-    /// The model of a file and the files that it extends. Without a `name`, it is called after the file.
+    /// Model of a file and the files that it extends. The default `name` is that of the file.
     ///
     /// # Errors
-    /// [`Error::File`] when a file cannot be read; [`Error::Input`] with every mistake that could be found.
+    /// [`Error::File`] when a file cannot be read; [`Error::Input`] with all errors found.
     pub fn load(path: impl AsRef<Path>) -> Result<Model, Error> {
         let document = yaml::load(path.as_ref(), &[])?;
         let model = read(&document.root).map_err(Error::Input)?;
         Ok(model.called_after(path.as_ref()))
     }
 
-    /// The model of a tree with the keys of a model file. Texts may be quantities: `{"half_gap": "50 um"}`.
+    /// Model of a tree with the keys of a model file. Strings may be quantities: `{"half_gap": "50 um"}`.
     ///
     /// # Errors
-    /// [`Error::Input`] with every mistake that could be found.
+    /// [`Error::Input`] with all errors found.
     pub fn from_tree(tree: &serde_json::Value) -> Result<Model, Error> {
         read(&Node::from_json(tree)).map_err(Error::Input)
     }
 
-    /// The model as a tree with the keys of a model file, analyses included. Paths of files with loads are absolute in it.
+    /// Tree of the model with the keys of a model file, including analyses. Paths of files with loads are absolute.
     pub fn to_tree(&self) -> serde_json::Value {
         measured::anchored(&self.document).to_json()
     }
 
-    /// The model with other values, by name: full dotted paths, or short forms such as `mesh_2.half_gap`. Values are numbers in SI
+    /// Copy of the model with other values, by name: full dotted paths, or short forms such as `mesh_2.half_gap`. Values are numbers in SI
     /// units, quantities (`"60 um"`), or whole parts of a model, as with `--set`.
     ///
     /// # Errors
-    /// [`Error::Input`]: unknown names, each with the nearest known one; values out of range.
+    /// [`Error::Input`]: unknown names, each with the nearest valid name; values out of range.
     pub fn with<'a>(
         &self,
         changes: impl IntoIterator<Item = (&'a str, serde_json::Value)>,
@@ -157,10 +157,10 @@ impl Model {
         Ok(model)
     }
 
-    /// The number of a name: a full dotted path, or a short form such as `mesh_2.half_gap`.
+    /// Number with a name: a full dotted path, or a short form such as `mesh_2.half_gap`.
     ///
     /// # Errors
-    /// [`Error::Input`]: a name that is unknown, with the nearest known one; one that fits several numbers; one of something else.
+    /// [`Error::Input`]: an unknown name, with the nearest valid name; a name that matches several numbers, or not a number.
     pub fn knob(&self, name: &str) -> Result<Knob, Error> {
         let refuse = |message| Error::Input(vec![unknown(name, message)]);
         self.resolve(name).map_err(refuse)
@@ -210,7 +210,7 @@ impl Model {
         }
     }
 
-    /// The value of a number, in SI units; nondimensional in a reduced model.
+    /// Value of a number, in SI units; nondimensional in a reduced model.
     pub fn get(&self, knob: &Knob) -> f64 {
         let written = self.document.at(&knob.path);
         let written = written.and_then(|node| Quantity::from_node(node, &knob.path).ok());
@@ -220,7 +220,7 @@ impl Model {
     /// Changes a number, in SI units; nondimensional in a reduced model.
     ///
     /// # Errors
-    /// [`Error::Input`]: what the model says about the value. The model stays as it was.
+    /// [`Error::Input`]: the model rejects the value. The model is then unchanged.
     pub fn set(&mut self, knob: &Knob, value: f64) -> Result<(), Error> {
         let mut document = self.document.as_ref().clone();
         let set = document.set(&knob.path, knob.node(value));
@@ -253,7 +253,7 @@ impl Model {
         slot.write(&mut self.structure, value).map_err(refuse)
     }
 
-    /// All numbers of the mechanics, written ones in the order of reading, then defaults.
+    /// All numbers of the model: stated numbers in the order of reading, then defaults.
     pub fn numbers(&self) -> Vec<NamedNumber> {
         let written = self.written_numbers().into_iter();
         let written = written.map(|entry| NamedNumber::new(entry, true));
@@ -263,7 +263,7 @@ impl Model {
             .collect()
     }
 
-    /// The tree that the model was read from.
+    /// Tree from which the model was read.
     pub(crate) fn document(&self) -> &Arc<Node> {
         &self.document
     }

@@ -53,7 +53,7 @@ const fn reciprocal() -> Table {
     table
 }
 
-/// Which way a level is passed.
+/// Direction in which a level is passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// From below to above.

@@ -48,7 +48,7 @@ struct Front {
     row: DVector<f64>,
     /// Places of the later coordinates.
     later: Vec<usize>,
-    /// Where S_qp stands, q fastest.
+    /// Position of S_qp, q fastest.
     targets: Vec<Target>,
 }
 

@@ -17,12 +17,12 @@ use crate::interrupt;
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// Which coordinates are condensed, and the buffers for it.
+/// The condensed coordinates and their buffers.
 #[derive(Debug)]
 pub(super) struct Condensation {
     whole: Arc<Pattern>,
     steps: Vec<Step>,
-    /// Coordinates left, ascending; where their blocks stand in the whole matrix.
+    /// Remaining coordinates, ascending; positions of their blocks in the whole matrix.
     kept: Vec<usize>,
     sources: Vec<Option<usize>>,
     /// What is left of the matrix.
@@ -36,14 +36,14 @@ pub(super) struct Condensation {
 #[derive(Debug)]
 struct Step {
     coordinate: usize,
-    /// S_kk, then its inverse; where it stands in the matrix.
+    /// S_kk, then its inverse; its position in the matrix.
     pivot: Pairs,
     position: usize,
     sign: i8,
     /// Numbers of later steps that share a block with it, then places of kept coordinates.
     later: Vec<usize>,
     kept: Vec<usize>,
-    /// S_qk of all of them, and where they stand in the matrix.
+    /// S_qk of all of them, and their positions in the matrix.
     below: Vec<Pairs>,
     below_from: Vec<Option<usize>>,
     /// S_kp, then X_kp, of the later steps; of the kept coordinates side by side, with the border's column last.
@@ -52,7 +52,7 @@ struct Step {
     right_from: Vec<Option<usize>>,
     /// Block of the border's row.
     row: Vec<f64>,
-    /// Where S_qp stands, q fastest.
+    /// Position of S_qp, q fastest.
     targets: Vec<Target>,
 }
 
@@ -115,7 +115,7 @@ impl Condensation {
         self.steps.iter().map(one).sum()
     }
 
-    /// What is left after [`Condensation::reduce`].
+    /// Remaining system after [`Condensation::reduce`].
     pub fn left(&self) -> &Blocks {
         &self.left
     }

@@ -185,7 +185,7 @@ fn averages(
     for (place, value) in &steps {
         let (jump, theta) = (value - before, place.fract());
         let j = *place as usize;
-        // A sample that stands on the step has its value behind it already.
+        // A sample on the step already has the value behind it.
         let has_value = if theta == 0.0 { 1.0 } else { 0.0 };
         list[j % count] += jump * (0.5 * (1.0 - theta).powi(2) - has_value);
         list[(j + 1) % count] -= jump * 0.5 * theta * theta;

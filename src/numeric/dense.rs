@@ -30,7 +30,7 @@ impl Lu {
         Lu::with_columns(n, 1)
     }
 
-    /// Buffers for n x n matrices and so many right-hand sides at once.
+    /// Buffers for n x n matrices and a number of simultaneous right-hand sides.
     pub fn with_columns(n: usize, columns: usize) -> Lu {
         let factor = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default());
         let solve = solve::solve_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
@@ -59,7 +59,7 @@ impl Lu {
         self.factors.nrows()
     }
 
-    /// Factorises what stands in [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite, or when somebody asks to stop.
+    /// Factorises the content of [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite, or when somebody asks to stop.
     pub fn factorise_stored(&mut self) -> bool {
         let n = self.factors.nrows();
         if n >= LONG {

@@ -56,7 +56,7 @@ impl Iteration {
         }
     }
 
-    /// One or two eigenvalues from the end of the leading block of so many rows.
+    /// One or two eigenvalues from the end of the leading block with a number of rows.
     fn deflate(&mut self, count: usize) -> Option<Vec<Complex<f64>>> {
         let last = count - 1;
         for sweep in 0..MAX_SWEEPS {

@@ -14,14 +14,14 @@ use std::sync::Arc;
 ///
 /// Coordinates that only linear connections deform are condensed first, where that is cheaper; the rest is eliminated by blocks or
 /// dense, whichever is faster. Elimination by blocks exchanges rows inside the blocks only. What it returns is checked against
-/// the matrix: a residual beyond rounding is corrected by refinement, and where that fails the matrix is factorised anew, dense
+/// the matrix: a residual beyond rounding is corrected by refinement, and where that fails the matrix is factorised again, dense
 /// and with row exchanges across all coordinates.
 #[derive(Debug)]
 pub struct Factors {
     rest: Rest,
     condensation: Option<Box<Condensation>>,
     watch: Watch,
-    /// The whole matrix with row exchanges, where that was needed or nothing else was asked for.
+    /// The whole matrix with row exchanges, if that was necessary or requested.
     dense: Option<Lu>,
     is_dense: bool,
     exchanges: usize,
@@ -31,7 +31,7 @@ pub struct Factors {
     rhs: DVector<f64>,
 }
 
-/// What condensation leaves.
+/// Remaining system after condensation.
 #[derive(Debug)]
 enum Rest {
     Unknown,
@@ -39,7 +39,7 @@ enum Rest {
     Block(Box<BlockLu>),
 }
 
-/// Which coordinates can be condensed.
+/// Coordinates that can be condensed.
 #[derive(Debug, Default)]
 struct Watch {
     pattern: Option<Arc<Pattern>>,
@@ -206,7 +206,7 @@ impl Factors {
         condensation.map_or(0, |c| c.count())
     }
 
-    /// How often elimination by blocks gave way to row exchanges across all coordinates.
+    /// Number of times elimination by blocks was replaced by row exchanges across all coordinates.
     pub fn exchanges(&self) -> usize {
         self.exchanges
     }

@@ -1,6 +1,6 @@
 //! Transforms between Fourier coefficients and equally spaced samples of one period.
 //!
-//! Coefficients stand in the paper's order: mean, sin 1, cos 1, sin 2, cos 2, ... Rook & Singh (1995), eq. (10).
+//! Coefficients are in the order of the paper: mean, sin 1, cos 1, sin 2, cos 2, ... Rook & Singh (1995), eq. (10).
 
 use num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -19,7 +19,7 @@ pub struct Fourier {
 const LENGTHS_FIT: &str = "buffers are made for this length";
 
 impl Fourier {
-    /// Plans for `samples` values a period.
+    /// Plans for `samples` values per period.
     pub fn new(samples: usize) -> Fourier {
         let mut planner = RealFftPlanner::new();
         let forward = planner.plan_fft_forward(samples);
@@ -35,14 +35,14 @@ impl Fourier {
         }
     }
 
-    /// Number of samples a period.
+    /// Number of samples per period.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
     /// x_j = a_0 + sum_k a_2k-1 sin(k tau_j) + a_2k cos(k tau_j), tau_j = 2 pi j / samples.
     ///
-    /// `coefficients`: 2H + 1 values with 2H < samples; `out`: one value a sample.
+    /// `coefficients`: 2H + 1 values with 2H < samples; `out`: one value per sample.
     pub fn to_samples(&mut self, coefficients: &[f64], out: &mut [f64]) {
         self.spectrum.fill(Complex::default());
         self.spectrum[0].re = coefficients[0];

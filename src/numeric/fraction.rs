@@ -8,7 +8,7 @@ pub type Fraction = num_rational::BigRational;
 
 /// Decimal places of a written number that are kept exactly.
 const LONGEST: usize = 40;
-/// A floating-point number this close to a simpler fraction, relative to its size, stands for that fraction.
+/// A floating-point number this close to a simpler fraction, relative to its size, is taken as that fraction.
 const SAME: f64 = 4.0 * f64::EPSILON;
 /// Terms of a continued fraction: those of a double run out before.
 const TERMS: usize = 64;
@@ -18,7 +18,7 @@ pub fn whole(value: i64) -> Fraction {
     Fraction::from_integer(BigInt::from(value))
 }
 
-/// The simplest fraction that a finite floating-point number may stand for: 1/3 for 0.333.., 9/200 for 0.045.
+/// The simplest fraction within rounding of a finite floating-point number: 1/3 for 0.333.., 9/200 for 0.045.
 pub fn nearest(x: f64) -> Fraction {
     let Some(exact) = Fraction::from_float(x) else {
         return Fraction::zero();

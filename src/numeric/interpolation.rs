@@ -11,7 +11,7 @@ pub fn weights(nodes: &[f64], x: f64, weights: &mut [f64]) {
     }
 }
 
-/// Where the cubic through four places passes zero between the middle two, whose values differ in sign.
+/// Zero of the cubic through four places between the middle two, whose values differ in sign.
 pub fn root(nodes: &[f64; 4], values: &[f64; 4]) -> f64 {
     let mut share = [0.0; 4];
     let mut value = |x: f64| {

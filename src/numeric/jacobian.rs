@@ -47,7 +47,7 @@ impl Structure {
         }
     }
 
-    /// The same with one row and one column more.
+    /// Adds one row and one column.
     ///
     /// # Panics
     /// It has a border already.

@@ -60,7 +60,7 @@ impl Pattern {
         &self.rows[self.starts[j]..self.starts[j + 1]]
     }
 
-    /// Where block (i, j) is stored, counted column by column.
+    /// Position of block (i, j), counted column by column.
     pub fn position(&self, i: usize, j: usize) -> Option<usize> {
         let within = self.column(j).binary_search(&i).ok()?;
         Some(self.starts[j] + within)

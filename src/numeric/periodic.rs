@@ -25,7 +25,7 @@ pub enum Periodic {
     },
     /// Equally spaced values over one period of `base_order` times the phase, linear between them.
     Table {
-        /// Values; the first one stands at phase 0 and again at the end of the period.
+        /// Values; the first one is at phase 0 and again at the end of the period.
         values: Vec<f64>,
         /// Periods of the table in one period of the phase.
         base_order: usize,

@@ -125,7 +125,7 @@ impl Affine {
     }
 }
 
-/// What a program hands out: a register, or something so simple that it needs none.
+/// Result of a program: a register, or a value that needs none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Output {
     /// An affine function of the inputs.
@@ -150,7 +150,7 @@ pub struct Inputs<'a> {
 pub struct Program {
     /// The operations.
     pub ops: Vec<Op>,
-    /// What is handed out.
+    /// Result.
     pub outputs: Vec<Output>,
 }
 

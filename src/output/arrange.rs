@@ -13,7 +13,7 @@ pub fn arranged(figure: &Figure, report: &Report) -> Result<Figure, Error> {
     let is_first = report.figure.as_ref() == Some(figure);
     let mut figure = figure.clone();
     if !is_first {
-        // The ordinates asked for are not those of this figure.
+        // The requested ordinates are not those of this figure.
     } else if !plot.y.is_empty() {
         figure.panels = chosen(&figure, report)?;
     } else if let Some(x) = &plot.x {
@@ -49,7 +49,7 @@ pub fn arranged(figure: &Figure, report: &Report) -> Result<Figure, Error> {
     Ok(figure)
 }
 
-/// The range of the analysis in the unit asked for.
+/// The range of the analysis in the requested unit.
 fn convert_range(panel: &mut Panel, plot: &Plot) -> Result<(), String> {
     let unit = plot.x_unit.clone().unwrap_or_default();
     let factor = super::units::Scaled::abscissa(&Panel {
@@ -61,7 +61,7 @@ fn convert_range(panel: &mut Panel, plot: &Plot) -> Result<(), String> {
     Ok(())
 }
 
-/// One panel per column asked for, drawn as the first panel of the figure draws its own.
+/// One panel per requested column, in the style of the first panel of the figure.
 fn chosen(figure: &Figure, report: &Report) -> Result<Vec<Panel>, Error> {
     let mut panels = Vec::new();
     for (k, wanted) in report.plot.y.iter().enumerate() {

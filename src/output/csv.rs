@@ -14,7 +14,7 @@ use std::path::Path;
 ///
 /// # Errors
 ///
-/// What `out` says: no space left, closed pipe.
+/// Errors of `out`: no space left, closed pipe.
 pub fn write(table: &Table, out: impl Write) -> std::io::Result<()> {
     let mut writer = csv::WriterBuilder::new()
         .terminator(csv::Terminator::CRLF)
@@ -86,7 +86,7 @@ pub fn record(cells: &[Cell]) -> std::io::Result<Vec<u8>> {
 ///
 /// # Errors
 ///
-/// What `out` says.
+/// Errors of `out`.
 pub fn write_header(columns: &[Column], out: impl Write) -> std::io::Result<()> {
     let mut writer = csv::WriterBuilder::new()
         .terminator(csv::Terminator::CRLF)

@@ -118,7 +118,7 @@ pub(super) fn marker(scene: &mut Scene, (x, y): (f64, f64), kind: &str) {
     })));
 }
 
-/// Where and how a text stands.
+/// Position and alignment of a text.
 #[derive(Clone, Copy)]
 pub(super) struct TextStyle {
     pub size: u32,

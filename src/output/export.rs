@@ -34,7 +34,7 @@ impl ExportFormat {
     ];
 }
 
-/// How columns are called.
+/// Style of column names.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Names {
     /// As in the tables: `rms.mesh_1`.

@@ -80,7 +80,7 @@ pub struct Earlier {
 }
 
 impl Earlier {
-    /// What is there, by the `NAME.json` files.
+    /// Existing analyses, from the `NAME.json` files.
     pub fn of(folder: &Path) -> Earlier {
         let mut found = Earlier::default();
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -124,7 +124,8 @@ impl Earlier {
             let files = left.join(", ");
             list.push(match known.contains(&name) {
                 false => format!(
-                    "results of an analysis `{name}` that the model does not have are left from an earlier run: {files}"
+                    "the folder has results of an analysis `{name}` that the model no longer has, from an earlier run: \
+                     {files}"
                 ),
                 true => format!("{files} of `{name}` are left from an earlier run with other settings"),
             });
@@ -147,7 +148,7 @@ fn tables(path: &Path, stem: &str) -> Option<Vec<String>> {
     Some(own.map(String::from).collect())
 }
 
-/// Why files cannot be called after an analysis.
+/// Reason why files cannot have the name of an analysis.
 pub fn name_fault(name: &str) -> Option<String> {
     let lower = name.to_ascii_lowercase();
     if ["manifest", "report", "timings"].contains(&lower.as_str()) {
@@ -158,7 +159,7 @@ pub fn name_fault(name: &str) -> Option<String> {
     let most = LONGEST_NAME - LONGEST_ENDING.len();
     (name.len() > most).then(|| {
         format!(
-            "the name has {} letters, at most {most} are possible: file names end at {LONGEST_NAME} bytes",
+            "the name has {} characters; the limit is {most}, because file names end at {LONGEST_NAME} bytes",
             name.len()
         )
     })
@@ -175,7 +176,7 @@ pub fn name_warnings(names: &[&str]) -> Vec<String> {
         });
         if numbered || DEVICES.contains(&lower.as_str()) {
             list.push(format!(
-                "an analysis called {name}: Windows keeps that name for a device and refuses the files of its results"
+                "an analysis called {name}: Windows reserves that name for a device and rejects the result files"
             ));
         }
         if let Some(other) = names[..k]
@@ -183,7 +184,7 @@ pub fn name_warnings(names: &[&str]) -> Vec<String> {
             .find(|other| other.eq_ignore_ascii_case(name))
         {
             list.push(format!(
-                "analyses {other} and {name} differ by capital letters only: on Windows and macOS the files of one overwrite \
+                "analyses {other} and {name} differ only in case: on Windows and macOS the files of one overwrite \
                  those of the other"
             ));
         }

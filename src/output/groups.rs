@@ -14,7 +14,7 @@ const NEAR: f64 = 11.0;
 /// Groups that are listed.
 const MOST: usize = 36;
 
-/// Events that stand at one place of a figure.
+/// Events at one place of a figure.
 #[derive(Debug)]
 pub(super) struct Group {
     /// Rows of the table of events.
@@ -85,7 +85,7 @@ pub(super) fn kinds(groups: &[Group]) -> Vec<&str> {
 }
 
 impl Group {
-    /// Kind whose marker stands for the group.
+    /// Kind whose marker represents the group.
     fn shape(&self) -> &str {
         match self.kinds.iter().all(|k| *k == self.kinds[0]) {
             true => &self.kinds[0],
@@ -119,7 +119,7 @@ pub(super) fn draw(
         };
         marker(scene, at, group.shape());
         let size = sheet.tick - 2;
-        // Above the marker, or below it where another number stands.
+        // Above the marker, or below it if another number is there.
         let above = (at.0, at.1 - 6.5);
         let is_taken = |p: (f64, f64)| {
             taken

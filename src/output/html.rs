@@ -271,7 +271,7 @@ fn events(page: &mut String, report: &Report, table: &Table) {
     }
 }
 
-/// Class of the cells of a column: numbers stand at the right; what a narrow page can do without is `spare`.
+/// Class of the cells of a column: numbers are right-aligned; columns that a narrow page omits are `spare`.
 fn class(column: &Column) -> &'static str {
     let is_spare = ["bracket_", "rms.", "multiplicity", "after_point"]
         .iter()

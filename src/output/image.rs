@@ -13,7 +13,7 @@ const SVG_DPI: f32 = 96.0;
 /// Dots an inch of a PNG: fit for print.
 const PNG_DPI: f32 = 300.0;
 
-/// A figure as PNG, 300 dots an inch (18 cm wide: 2125 pixels).
+/// A figure as PNG, 300 dots per inch (18 cm wide: 2125 pixels).
 ///
 /// # Errors
 ///

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! c4a1f2d0 {"gearlash journal":1, ..}      what the study is: nobody else's lines are taken for its own
-//! 9d03b7e1 17,5e-06,0.8213,complete,,      a finished run as it will stand in the table
+//! 9d03b7e1 17,5e-06,0.8213,complete,,      a finished run as in the table
 //! ```
 //!
 //! A line begins with the CRC-32 of the rest, so that one that a kill or a full disk cut short is known. Lines are handed to
@@ -73,7 +73,7 @@ impl Finished {
     }
 }
 
-/// A journal with what stands in it.
+/// A journal and its content.
 #[derive(Debug)]
 pub struct Opened {
     /// Open for more.
@@ -116,7 +116,7 @@ impl Journal {
         })
     }
 
-    /// Reads what stands there, cuts off what is no good, and stands at the end.
+    /// Reads the content, truncates damaged lines, and positions at the end.
     fn replay(
         &mut self,
         header: &str,
@@ -234,7 +234,7 @@ pub fn header(path: &Path) -> Option<String> {
     is_whole.then(|| String::from_utf8_lossy(lines.text()).into_owned())
 }
 
-/// Opens a file that is no link, under one name, and neither pipe nor device: whatever else stands there is somebody's trap or
+/// Opens a file that is no link, under one name, and neither pipe nor device: anything else is a trap or
 /// somebody else's file.
 fn open_plain(mut options: std::fs::OpenOptions, path: &Path) -> std::io::Result<File> {
     let refused = || std::io::Error::other("it is a link or no regular file; remove it");
@@ -292,7 +292,7 @@ fn note(record: &[u8], place: &dyn Fn(u64) -> Option<u64>, finished: &mut Finish
     place.is_some_and(|place| finished.insert(place))
 }
 
-/// What the next line is.
+/// Kind of the next line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Line {
     /// Complete, with the right checksum.

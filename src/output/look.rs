@@ -75,7 +75,7 @@ pub(super) enum Mark {
     Square,
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stroke {
     pub width: f64,

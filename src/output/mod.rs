@@ -1,6 +1,6 @@
 //! Results on disk: tables, figures, the page of a run and its manifest, all from [`Report`]s.
 //!
-//! Every file is written under a temporary name in its folder and renamed when it is complete, so that what stands under
+//! Every file is written under a temporary name in its folder and renamed when it is complete, so that a file under
 //! its own name is whole, also after an interruption or on a full disk.
 
 pub mod csv;
@@ -66,7 +66,7 @@ use crate::report::{Comparison, Description, Report, Table};
 pub enum FigureFormat {
     /// Scalable vector graphics, `NAME.svg`.
     Svg,
-    /// Pixels, 300 dots an inch, `NAME.png`.
+    /// Pixels, 300 dots per inch, `NAME.png`.
     Png,
     /// One page, `NAME.pdf`.
     Pdf,
@@ -89,7 +89,7 @@ impl FigureFormat {
     }
 }
 
-/// What the outputs need to know about a run besides its reports.
+/// Data of a run for the outputs, besides its reports.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
     /// Name of the model: heading of the page.
@@ -102,7 +102,7 @@ pub struct RunOptions {
     pub settings: Map<String, Value>,
     /// The model: names, numbers, connections, for the page and for comparisons.
     pub description: Description,
-    /// What differs between two runs, on the page of their comparison.
+    /// Differences between two runs, for the page of their comparison.
     pub comparison: Option<Comparison>,
 }
 
@@ -175,7 +175,7 @@ pub fn write_report(
     Ok(files)
 }
 
-/// Writes the figures of a report in every format asked for: `NAME.svg`, `NAME.FIGURE.svg`. Returns their paths.
+/// Writes the figures of a report in every requested format: `NAME.svg`, `NAME.FIGURE.svg`. Returns their paths.
 ///
 /// # Errors
 /// As [`write_report`].
@@ -343,7 +343,7 @@ fn check_name(out_dir: &Path, name: &str) -> Result<(), Error> {
 /// Creates a folder and those above it.
 ///
 /// # Errors
-/// What the operating system says, with the name of the folder.
+/// Errors of the operating system, with the name of the folder.
 pub fn create_folder(folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(|source| file_error("create", folder, source))
 }

@@ -101,7 +101,7 @@ impl Raster {
         }
     }
 
-    /// The same with no more than a number of columns and rows.
+    /// The raster reduced to a number of columns and rows.
     pub fn thinned(&self, most: usize) -> Raster {
         let (i, j) = (kept(self.x.len(), most), kept(self.y.len(), most));
         let width = self.x.len();
@@ -145,7 +145,7 @@ pub(super) fn edges(centres: &[f64]) -> Vec<f64> {
     edges
 }
 
-/// Places that are left when there are no more than so many.
+/// Places that remain with a limited number.
 fn kept(count: usize, most: usize) -> Vec<usize> {
     let shown = count.min(most);
     (0..shown)

@@ -11,12 +11,12 @@ use crate::report::{
     Column, Description, Figure, NamedFigure, Plot, Report, Streamed, Table, Values,
 };
 
-/// What a folder of results holds.
+/// Content of a results folder.
 #[derive(Debug)]
 pub struct Results {
     /// Reports in the order of the run.
     pub reports: Vec<Report>,
-    /// What the manifest says of the model.
+    /// Model description in the manifest.
     pub description: Description,
     /// Input files of the run.
     pub inputs: Vec<Input>,
@@ -26,7 +26,7 @@ pub struct Results {
     pub files: Vec<PathBuf>,
 }
 
-/// What a manifest says of a run.
+/// Run description in a manifest.
 #[derive(Deserialize)]
 pub(crate) struct Manifest {
     #[serde(default)]

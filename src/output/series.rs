@@ -26,7 +26,7 @@ pub(super) struct Run {
     pub rows: Range<usize>,
 }
 
-/// What a series shows.
+/// Content of a series.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Drawing {
     Runs(Vec<Run>),
@@ -34,7 +34,7 @@ pub(super) enum Drawing {
     Dots,
     /// One kind a point.
     Events(Vec<String>),
-    /// One value a point, for its colour.
+    /// One value per point, for its colour.
     Coloured(Vec<f64>),
     /// In the units of the columns until the panel is shown.
     Cells(Raster),

@@ -22,7 +22,7 @@ pub(super) struct Shown<'a> {
     pub bar: Option<ColorBar>,
 }
 
-/// What colours mean.
+/// Meaning of colours.
 #[derive(Debug)]
 pub(super) struct ColorBar {
     pub label: String,

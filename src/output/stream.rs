@@ -85,18 +85,18 @@ const FORMATS: [(&str, Format); 1] = [("parquet", super::parquet::write)];
 #[cfg(not(feature = "parquet"))]
 const FORMATS: [(&str, Format); 0] = [];
 
-/// What is kept of a table that is too long for memory.
+/// Retained part of a table that is too long for memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survey {
     /// Rows of the table.
     pub rows: u64,
-    /// Every so many rows one is kept, from the first one on.
+    /// Every k-th row is kept, beginning with the first.
     pub stride: u64,
     /// The kept ones.
     pub kept: Table,
     /// Of each column that holds real numbers: how many there are, and what they are like.
     pub statistics: Vec<Option<Statistics>>,
-    /// Rows with something in each of the columns that were asked for.
+    /// Rows with a value in each of the requested columns.
     pub filled: Vec<u64>,
 }
 

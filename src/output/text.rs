@@ -1,6 +1,6 @@
 //! Widths of texts and lines that break well.
 
-/// Width of a text in pixels, estimated for the wide fonts among those asked for.
+/// Width of a text in pixels, estimated for the widest of the requested fonts.
 pub(super) fn text_width(text: &str, font: f64) -> f64 {
     let width = |c: char| match c {
         'i' | 'j' | 'l' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 0.31,

@@ -1,4 +1,4 @@
-//! Units on axes: prefixes that keep numbers short, conversions that were asked for.
+//! Units on axes: prefixes that keep numbers short, requested conversions.
 
 use std::f64::consts::PI;
 
@@ -105,7 +105,7 @@ impl Scaled {
         }
     }
 
-    /// The abscissa of a panel in the unit asked for.
+    /// The abscissa of a panel in the requested unit.
     ///
     /// # Errors
     /// A unit that its numbers cannot have, and which they can.

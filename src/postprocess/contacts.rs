@@ -6,7 +6,7 @@ use crate::solve::orbit::Crossing;
 use crate::system::System;
 use std::f64::consts::TAU;
 
-/// What impacts happen in one response period.
+/// Kind of impacts in one response period.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Regime {
     /// No contact is made: permanent contact, or none at all.
@@ -127,7 +127,7 @@ impl Contacts {
         (self.impacts() > 0.0).then(|| self.speed_sum / self.impacts())
     }
 
-    /// Which flanks are hit.
+    /// Flanks that are hit.
     pub fn regime(&self) -> Regime {
         match (self.front.impacts > 0.0, self.back.impacts > 0.0) {
             (false, false) => Regime::NoImpact,

@@ -11,14 +11,14 @@ const HALVINGS: usize = 200;
 /// Doublings of that interval before a force is given up as out of reach.
 const DOUBLINGS: usize = 200;
 
-/// What a law gives under q = mean + amplitude cos(phi), nondimensional.
+/// Response of a law to q = mean + amplitude cos(phi), nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DescribingFunction {
     /// Mean of f over a period.
     pub mean_force: f64,
     /// k_a (8b); `None` at amplitude 0.
     pub stiffness: Option<f64>,
-    /// <df/dq>: the slope that stands in for k_a at amplitude 0.
+    /// <df/dq>: the slope that replaces k_a at amplitude 0.
     pub mean_slope: f64,
 }
 

@@ -29,7 +29,7 @@ pub struct Measures {
     pub effective_stiffness: Option<f64>,
     /// k_dc (8a); `None` where the mean deformation vanishes.
     pub effective_stiffness_dc: Option<f64>,
-    /// Mean of df/dq, (21): the slope that stands in for k_a where nothing moves.
+    /// Mean of df/dq, (21): the slope that replaces k_a where nothing moves.
     pub mean_slope: f64,
     /// Mean of df/dv, (21).
     pub mean_damping: f64,
@@ -82,7 +82,7 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// Buffers for a number of samples a response period.
+    /// Buffers for a number of samples per response period.
     pub fn new(samples: usize) -> Meter {
         let buffer = || vec![0.0; samples];
         Meter {

@@ -105,7 +105,7 @@ impl UnitDimension {
     }
 
     /// Whether a quantity of this dimension is taken where another is wanted: they agree, or the radian was left out
-    /// (`1e4 N m` for a stiffness in N m/rad, `0.01 m/m` for an angle) or stands where a pure number is wanted.
+    /// (`1e4 N m` for a stiffness in N m/rad, `0.01 m/m` for an angle) or is given where a pure number is wanted.
     ///
     /// Not for angular frequencies: `25 1/s` could mean 25 rad/s or 25 Hz. A radian too many in any other place is refused:
     /// N m/rad where N m is wanted is a stiffness in the place of a moment.

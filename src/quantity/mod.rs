@@ -1,4 +1,4 @@
-//! Quantities as a user writes them, such as `50 um`, `300 rpm`, `1e4 N m/rad`, in SI units with a checked dimension.
+//! Quantities such as `50 um`, `300 rpm`, `1e4 N m/rad`, in SI units with a checked dimension.
 //!
 //! A bare number is SI. Decimal units convert without rounding twice: `5 um` is the double nearest to 5e-6.
 
@@ -18,19 +18,19 @@ use std::f64::consts::PI;
 /// A number with or without a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
-    /// Value in SI base units; as written when there is no unit.
+    /// Value in SI base units; as written for bare numbers.
     pub value: f64,
-    /// What the unit measures; `None` for a bare number.
+    /// Dimension of the unit; `None` for a bare number.
     pub dimension: Option<UnitDimension>,
     /// The text as written.
     pub text: String,
 }
 
 impl Quantity {
-    /// The quantity that a text stands for.
+    /// The quantity of a text.
     ///
     /// # Errors
-    /// What is wrong with the number or the unit; also for infinite values and NaN.
+    /// Errors in the number or the unit; also infinite values and NaN.
     pub fn parse(text: &str) -> Result<Quantity, String> {
         let text = text.trim();
         let finite = |value: f64| {
@@ -71,13 +71,13 @@ impl Quantity {
     /// Value in SI units of the wanted dimension; a bare number is taken as it is.
     ///
     /// # Errors
-    /// What was found and what was wanted, when the dimensions do not agree (see [`UnitDimension::fits`]).
+    /// Found and expected dimensions, if they do not agree (see [`UnitDimension::fits`]).
     pub fn si(&self, wanted: UnitDimension) -> Result<f64, String> {
         match self.dimension {
             Some(found) if !found.fits(wanted) => {
                 let example = match wanted.example() {
                     _ if wanted == UnitDimension::FREQUENCY && found == RATE => {
-                        "; 1/s may mean rad/s or Hz: write which".to_owned()
+                        "; 1/s may mean rad/s or Hz: use one of these".to_owned()
                     }
                     Some(example) => format!(", for example `{example}`"),
                     None => String::new(),
@@ -96,7 +96,7 @@ impl Quantity {
     /// The quantity of a scalar node, quoted or not; `path` is the dotted path of the node.
     ///
     /// # Errors
-    /// When it is no scalar or no quantity.
+    /// If it is not a scalar or not a quantity.
     pub fn from_node(node: &Node, path: &str) -> Result<Quantity, Diagnostic> {
         match &node.value {
             Value::Scalar { text, .. } if !node.is_null() => {
@@ -159,7 +159,7 @@ const RATE: UnitDimension = UnitDimension::new(0, 0, -1, 0);
 /// Value of a scalar node in SI units of the wanted dimension; `path` is the dotted path of the node.
 ///
 /// # Errors
-/// When it is no quantity or has the wrong dimension.
+/// If it is not a quantity or has the wrong dimension.
 pub fn read(node: &Node, path: &str, wanted: UnitDimension) -> Result<f64, Diagnostic> {
     Quantity::from_node(node, path)?
         .si(wanted)

@@ -5,7 +5,7 @@ use super::{Table, Values};
 /// Two runs side by side.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Comparison {
-    /// What the runs are called.
+    /// Names of the runs.
     pub names: [String; 2],
     /// Values of the models that differ.
     pub changes: Vec<Change>,
@@ -29,7 +29,7 @@ pub struct Change {
 pub struct Difference {
     /// Analysis.
     pub analysis: String,
-    /// What: `largest rms.mesh_1 [m]`.
+    /// Name: `largest rms.mesh_1 [m]`.
     pub quantity: String,
     /// In the one run and in the other; NaN where there is none.
     pub values: [f64; 2],

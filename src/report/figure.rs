@@ -14,13 +14,13 @@ pub struct Curve {
     pub y: String,
     /// Text in the legend.
     pub label: String,
-    /// How it is drawn.
+    /// Style.
     pub style: CurveStyle,
     /// Rows drawn: a column of words or whole numbers and the value it must have; all rows when `None`.
     pub only: Option<(String, String)>,
 }
 
-/// How a curve is drawn.
+/// Style of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum CurveStyle {
     /// A plain line.
@@ -101,9 +101,9 @@ pub struct Figure {
 /// An abscissa of frequencies omega.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyAxis {
-    /// What the column holds.
+    /// Unit of the column.
     pub written: FrequencyUnit,
-    /// What is drawn.
+    /// Unit of the axis.
     pub shown: FrequencyUnit,
     /// Characteristic frequency omega_c, rad/s.
     pub omega_c: f64,
@@ -149,7 +149,7 @@ pub struct Panel {
     pub x_label: String,
     /// Text of the ordinate, unit included.
     pub y_label: String,
-    /// What this panel is about, above it; empty: nothing.
+    /// Heading above the panel; empty: none.
     pub heading: String,
     /// Range of the abscissa; from the data when `None`.
     pub x_range: Option<(f64, f64)>,

@@ -61,7 +61,7 @@ fn law(info: &ElementInfo, units: Units) -> Value {
     value
 }
 
-/// The parameter that the backlash of a drawing stands for.
+/// The parameter given by the backlash of a drawing.
 const DRAWN: &str = "half_gap";
 /// Key of the backlash of a drawing.
 const BACKLASH: &str = "backlash";

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 const PREFIX: &str = "#/definitions/";
-/// Words of conditions on which keys stand together: what a file leaves out may stand in its base.
+/// Words of conditions on which keys occur together: keys that a file omits may be in its base.
 const CONDITIONS: [&str; 4] = ["required", "allOf", "minProperties", "maxProperties"];
 
 /// Name of the partial twin of a definition.

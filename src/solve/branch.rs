@@ -21,14 +21,14 @@ use ledger::{Gap, Ledger};
 use nalgebra::DVector;
 use num_complex::Complex;
 
-/// What a point's multipliers say.
+/// Stability of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stability {
     /// All multipliers inside the unit circle.
     Stable,
     /// Some multiplier outside.
     Unstable,
-    /// Not asked for.
+    /// Not requested.
     Unknown,
 }
 
@@ -43,13 +43,13 @@ pub struct BranchPoint {
     pub is_mark: bool,
     /// Unknowns of the residual.
     pub unknowns: DVector<f64>,
-    /// Floquet multipliers by falling modulus; empty when not asked for.
+    /// Floquet multipliers by decreasing modulus; empty if not requested.
     pub multipliers: Vec<Complex<f64>>,
     /// Multipliers that are 1 by construction, for each of which the list has a 0.
     pub neutral: usize,
     /// Stability.
     pub stability: Stability,
-    /// How the corrector ended.
+    /// End of the corrector.
     pub newton: NewtonOutcome,
     /// Values of the recorder.
     pub recorded: Vec<f64>,
@@ -62,13 +62,13 @@ pub struct Branch {
     pub points: Vec<BranchPoint>,
     /// Events in the order of the path.
     pub events: Vec<BifurcationEvent>,
-    /// Why the path ended.
+    /// Reason of the end of the path.
     pub end: PathEnd,
     /// Linear systems that elimination by blocks could not solve, so that rows were exchanged across all coordinates.
     pub exchanges: usize,
 }
 
-/// What to follow and what to find out on the way.
+/// Settings of the continuation of a branch.
 #[derive(Debug, Clone)]
 pub struct TraceOptions {
     /// Path following.
@@ -86,7 +86,7 @@ pub struct TraceOptions {
     pub bounds: Vec<f64>,
 }
 
-/// Where a branch begins.
+/// Start of a branch.
 #[derive(Debug, Clone)]
 pub enum Begin {
     /// A guess at the first value of the range.
@@ -106,7 +106,7 @@ impl TraceOptions {
     }
 }
 
-/// What the caller wants of every accepted point, so that solvers need not know post-processing.
+/// Callback for every accepted point, which keeps post-processing out of the solvers.
 pub trait Recorder {
     /// Appends the values of one orbit of the system at lambda.
     fn record(&mut self, lambda: f64, system: &System, orbit: &Orbit, values: &mut Vec<f64>);
@@ -150,7 +150,7 @@ pub fn trace(
         exchanges: 0,
     };
     let end = match tracer.follow() {
-        // What was found before stands.
+        // Earlier results are kept.
         Err(SolveError::Interrupted) => PathEnd::Interrupted,
         end => end?,
     };

@@ -1,4 +1,4 @@
-//! What piecewise-affine methods need of a connection: one list for the exact flow and for the exact quadrature.
+//! Requirements of piecewise-affine methods on a connection: one list for the exact flow and the exact quadrature.
 
 use crate::numeric::periodic::Periodic;
 use crate::system::Mount;
@@ -15,7 +15,7 @@ pub enum ClosedForm {
 }
 
 impl ClosedForm {
-    /// What keeps the method from a connection; `None` when it can take it.
+    /// Reason why the method does not apply to a connection; `None` if it applies.
     pub fn refusal(self, mount: &Mount) -> Option<String> {
         let need = self.need(mount)?;
         Some(match self {

@@ -62,7 +62,7 @@ pub fn refuse_hidden(system: &System) -> Result<(), SolveError> {
         None => Ok(()),
         Some(connection) => Err(SolveError::Unsupported {
             connection,
-            reason: "its force may jump where no breakpoint is known, so that transition matrices are not: no shooting".into(),
+            reason: "its force may jump where no breakpoint is known, so transition matrices are unknown: no shooting".into(),
         }),
     }
 }

@@ -31,7 +31,7 @@ impl Default for NewtonOptions {
     }
 }
 
-/// How an iteration ended.
+/// End of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
     /// The residual is below the tolerance; or Newton steps are below their own tolerance and it hardly falls: the residual is
@@ -62,7 +62,7 @@ impl std::fmt::Display for NewtonStatus {
 /// Result of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonOutcome {
-    /// How it ended.
+    /// End of the iteration.
     pub status: NewtonStatus,
     /// Linear systems solved.
     pub iterations: usize,
@@ -119,7 +119,7 @@ impl Newton {
     /// semismooth, and a full step may cycle between two pieces.
     ///
     /// # Errors
-    /// What the problem returns; failure to converge is a status.
+    /// Errors of the problem; failure to converge is a status.
     pub fn solve(
         &mut self,
         problem: &mut dyn Residual,
@@ -170,7 +170,7 @@ impl Newton {
     /// Linearises at a point, without improving it.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn visit(
         &mut self,
         problem: &mut dyn Residual,

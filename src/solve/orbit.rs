@@ -69,7 +69,7 @@ pub struct Crossing {
     pub to: i8,
     /// Rate of the deformation, d/d(omega_c t).
     pub velocity: f64,
-    /// What happens there.
+    /// Action at the passage.
     pub kind: SwitchKind,
 }
 

@@ -23,7 +23,7 @@ impl Place {
     /// The place of a solution.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn of(
         problem: &mut dyn PeriodicResidual,
         u: &DVector<f64>,
@@ -79,7 +79,7 @@ impl Place {
         (1..nu).find(repeats).unwrap_or(nu)
     }
 
-    /// How far the orbit is from repeating itself after half its period, relative to its size; infinite for odd nu.
+    /// Distance of the orbit from repeating after half its period, relative to its size; infinite for odd nu.
     pub fn gap_of_halves(&self) -> f64 {
         let nu = self.states.len();
         if !nu.is_multiple_of(2) {

@@ -87,11 +87,11 @@ pub trait Residual {
 pub struct Size {
     /// Harmonics of the excitation frequency.
     pub harmonics: usize,
-    /// How often the samples are doubled.
+    /// Number of times the samples are doubled.
     pub doublings: u32,
 }
 
-/// How the size of a problem suits a solution; `size` is a better one.
+/// Resolution required for a solution; `size` is the better resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
     /// It does, or there is no better one.
@@ -113,7 +113,7 @@ pub enum Fit {
     },
 }
 
-/// How much to find out about one solution.
+/// Requested data of one solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// The motion.
@@ -122,7 +122,7 @@ pub enum Extent {
     Stability,
 }
 
-/// What is known about one solution.
+/// Data of one solution.
 #[derive(Debug, Clone)]
 pub struct Survey {
     /// The orbit.
@@ -132,9 +132,9 @@ pub struct Survey {
     pub extrema: Vec<Vec<(f64, f64)>>,
     /// Breakpoints of every law at this parameter.
     pub breakpoints: Vec<Vec<f64>>,
-    /// Floquet multipliers over one response period, by falling modulus; empty when not asked for, or where they cannot be had.
+    /// Floquet multipliers over one response period, by decreasing modulus; empty if not requested or not available.
     pub multipliers: Vec<Complex<f64>>,
-    /// How many more are 1 by construction: numbers that laws remember and never change on this orbit. In the list stands a 0 for
+    /// How many more are 1 by construction: numbers that laws remember and never change on this orbit. The list has a 0 for
     /// each, so that its length does not change where a slider begins to slip.
     pub neutral: usize,
 }
@@ -198,7 +198,7 @@ pub trait PeriodicResidual: Residual {
     }
 
     /// Unknowns of an orbit that repeats itself after half the period, from those (or a change of those) in the problem with
-    /// half the subharmonic index and as many samples an excitation period.
+    /// half the subharmonic index and as many samples per excitation period.
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64>;
 
     /// Floquet multipliers over one response period, by falling modulus.

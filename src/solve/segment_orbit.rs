@@ -59,7 +59,7 @@ const SAME_INSTANT: f64 = 1e-9;
 const CELLS: usize = 16;
 /// The same for harmonics: as many for the motion alone, which turns once or twice within a stretch,
 const FEWEST_CELLS: usize = 4;
-/// and so many for every wave of the highest order.
+/// and this many per wave of the highest order.
 const CELLS_PER_WAVE: f64 = 8.0;
 
 /// Deformation of one connection on one stretch: W q - e, W q a polynomial in x = (tau - begin) / width.
@@ -110,7 +110,7 @@ impl StretchDeformation<'_> {
         }
     }
 
-    /// The same with a transmission error, cell by cell; `derivative`: of the polynomial.
+    /// Adds a transmission error, cell by cell; `derivative`: of the polynomial.
     fn extrema_with(&self, error: &Periodic, derivative: &[f64]) -> Vec<f64> {
         let per_x = self.nu * self.stretch.width;
         let slope = |x: f64| {

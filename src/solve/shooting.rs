@@ -38,7 +38,7 @@ pub struct Shooting<F: Family> {
     motion: usize,
 }
 
-/// Where the flow leads in nu excitation periods.
+/// Map of the flow over nu excitation periods.
 #[derive(Debug, Clone, Copy)]
 pub struct Image<'a> {
     /// P^nu(u).
@@ -120,7 +120,7 @@ impl<F: Family> Shooting<F> {
         self.allowance = steps;
     }
 
-    /// The same with the transition matrix into `self.phi`.
+    /// Also writes the transition matrix into `self.phi`.
     fn map_with_variation(
         &mut self,
         u: &[f64],

@@ -1,11 +1,11 @@
-//! What each solver can do with a connection: its law, its stiffness variation, its transmission error.
+//! Support of a connection by each solver: its law, its stiffness variation, its transmission error.
 
 use super::closed_form::ClosedForm;
 use super::floquet;
 use super::integrate::series_refusal;
 use crate::system::Mount;
 
-/// How far a solver goes.
+/// Support level of a solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reach {
@@ -17,18 +17,18 @@ pub enum Reach {
     No,
 }
 
-/// What one solver does with one connection.
+/// Support of one connection by one solver.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Support {
     /// Name of the solver.
     pub solver: &'static str,
-    /// How far it goes.
+    /// Support level.
     pub reach: Reach,
-    /// How, or why not.
+    /// Explanation, or reason why not.
     pub how: String,
 }
 
-/// What every solver does with a connection, always in the same order.
+/// Support of a connection by all solvers, in a fixed order.
 pub fn of(mount: &Mount) -> [Support; 7] {
     let law = mount.element.as_ref();
     let (is_hidden, is_jumping) = (law.has_hidden_jumps(), law.is_discontinuous());

@@ -9,10 +9,10 @@ use crate::output::manifest::sha256;
 use crate::report::{Column, Report, Table};
 use std::ops::Range;
 
-/// What there is to know about a parameter study before it runs.
+/// Plan of a parameter study, known before it runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extent {
-    /// How many runs there are: numbers 0 to `runs - 1`.
+    /// Number of runs, numbered 0 to `runs - 1`.
     pub runs: u64,
     /// Columns of the table, without values.
     pub columns: Vec<Column>,
@@ -99,7 +99,7 @@ impl Study {
         if !is_own {
             return Err(refused(
                 name,
-                "these rows are of another study".into(),
+                "these rows belong to another study".into(),
                 None,
             ));
         }

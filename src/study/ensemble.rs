@@ -25,7 +25,7 @@ pub(super) struct Ensemble<'a> {
     pub model: &'a str,
     /// The author's words below the heading.
     pub caption: &'a str,
-    /// What the user must know about the model as written.
+    /// Warnings about the model as written.
     pub warnings: &'a [String],
     pub study: &'a ParameterStudy,
     pub plan: &'a Plan<'a>,
@@ -71,7 +71,7 @@ impl Ensemble<'_> {
         if damaged > 0 {
             let file = journal.name();
             let message =
-                format!("{file} was damaged: {damaged} bytes are cut off, their runs repeated");
+                format!("{file} was damaged: {damaged} bytes are removed and their runs repeated");
             warnings.push(message);
         }
         let board = Board::new(self, part, journal, finished);
@@ -123,8 +123,8 @@ impl Ensemble<'_> {
         let others = names.into_iter().filter(|name| *name != own);
         let warning = |name: String| {
             format!(
-                "{name} holds finished runs of this study with other settings or another version; it is left alone: \
-                 with those settings again the study goes on from there"
+                "{name} holds finished runs of this study with other settings or another version; it is kept: with \
+                 those settings the study resumes from it"
             )
         };
         others.map(warning).collect()

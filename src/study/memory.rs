@@ -1,4 +1,4 @@
-//! Analyses of a model in memory: nothing is read from or written to files.
+//! Analyses of a model in memory, without files.
 
 use super::load::{self, diagnostics};
 use super::{Study, finish};
@@ -19,10 +19,10 @@ impl Model {
         load::names(self.document())
     }
 
-    /// The nondimensional system with scales, names and natural frequencies.
+    /// Nondimensional system with scales, names and natural frequencies.
     ///
     /// # Errors
-    /// [`Error::Input`]: what the model as a whole does not allow.
+    /// [`Error::Input`]: the model cannot be assembled.
     pub fn assemble(&self) -> Result<Assembly, Error> {
         let (_, assembly) = load::assembled(self.clone()).map_err(Error::Input)?;
         Ok(assembly)
@@ -31,14 +31,14 @@ impl Model {
     /// Runs an analysis of the model by its name.
     ///
     /// # Errors
-    /// [`Error::Input`]: an unknown name, with the nearest known one; settings that the model does not allow.
+    /// [`Error::Input`]: an unknown name, with the nearest valid name; settings that the model does not admit.
     pub fn run(&self, analysis: &str) -> Result<Report, Error> {
         self.run_observed(analysis, &Interrupt::default())
     }
 
-    /// Runs an analysis of the model by its name, and tells an observer how far it is; the observer may stop it.
+    /// Runs an analysis of the model by its name and reports progress to an observer, which may stop it.
     ///
-    /// What is finished when it is stopped is in the report, whose `ended_early` says so.
+    /// The report is then partial, and `ended_early` gives the reason.
     ///
     /// # Errors
     /// As [`Model::run`].
@@ -60,10 +60,10 @@ impl Model {
         whole(|| study.report(run, observer))
     }
 
-    /// Runs an analysis that was built by a program.
+    /// Runs an analysis built in code.
     ///
     /// # Errors
-    /// [`Error::Input`]: settings that the model does not allow; paths begin with `analysis`.
+    /// [`Error::Input`]: settings that the model does not admit; paths begin with `analysis`.
     pub fn run_analysis(
         &self,
         analysis: &dyn Analysis,

@@ -35,7 +35,7 @@ pub fn merge(folders: &[PathBuf], settings: &RunSettings) -> Result<Outcome, Err
             faults.push(fault(
                 &settings.out,
                 "is one of the parts",
-                "give `--out` a folder of its own",
+                "give `--out` a separate folder",
             ));
         }
         match read(folder) {
@@ -122,11 +122,11 @@ fn read(folder: &Path) -> Result<Contents, Vec<Diagnostic>> {
         let message = format!("cannot read {}: {error}", path.display());
         one(
             message,
-            "a part that was killed has none yet: run it again, it goes on where it was",
+            "a part that was killed has none yet: repeat its command, it resumes",
         )
     })?;
     let manifest: Manifest = serde_json::from_slice(&text)
-        .map_err(|error| one(format!("{} is no manifest: {error}", path.display()), ""))?;
+        .map_err(|error| one(format!("{} is not a manifest: {error}", path.display()), ""))?;
     let mut parts = Vec::new();
     let mut faults = Vec::new();
     for file in manifest.files.iter().filter(|f| f.name.ends_with(".json")) {
@@ -182,7 +182,7 @@ fn damage(folder: &Path, name: &str, record: &Record, manifest: &Manifest) -> Op
         return Some(fault(
             folder,
             message,
-            "run this part again, it goes on where it was",
+            "repeat the command of this part, it resumes",
         ));
     }
     let table = format!("{name}.csv");
@@ -193,7 +193,7 @@ fn damage(folder: &Path, name: &str, record: &Record, manifest: &Manifest) -> Op
         _ => {
             let message =
                 format!("{table} is not what was written: its hash differs from the manifest's");
-            Some(fault(folder, message, "run this part again"))
+            Some(fault(folder, message, "repeat the command of this part"))
         }
     }
 }
@@ -333,11 +333,11 @@ fn join(name: &str, parts: &[Part], settings: &RunSettings) -> Result<Report, Er
             Some(line) => rows.write(line)?,
             None => {
                 let path = parts[(run % count) as usize].table(name);
-                let message = format!("run {run} is not where it belongs");
+                let message = format!("run {run} is out of place");
                 return Err(Error::Input(vec![fault(
                     &path,
                     message,
-                    "run this part again",
+                    "repeat the command of this part",
                 )]));
             }
         }

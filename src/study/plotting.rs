@@ -106,9 +106,7 @@ fn settle(report: &mut Report) {
         .figures()
         .find_map(|(_, figure)| arranged(figure, report).err());
     if let Some(error) = fault {
-        report
-            .warnings
-            .push(format!("`plot` is left out of account: {error}"));
+        report.warnings.push(format!("`plot` is ignored: {error}"));
         report.plot = Plot::default();
     }
 }

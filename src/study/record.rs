@@ -27,7 +27,7 @@ pub(super) struct Record {
     pub columns: Vec<Head>,
     /// The author's words below the heading.
     pub caption: String,
-    /// What the user must know about the model as written.
+    /// Warnings about the model as written.
     pub warnings: Vec<String>,
 }
 
@@ -113,7 +113,7 @@ impl Record {
                     "{} holds part {other} of `{study}`, which part {own} would overwrite",
                     folder.display()
                 ),
-                help: Some("give every part a folder of its own".into()),
+                help: Some("give every part a separate folder".into()),
             }])),
         }
     }

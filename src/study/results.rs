@@ -1,4 +1,4 @@
-//! Analyses run on a model by a program, and their results by name.
+//! Analyses run from code, and access to their results by name.
 
 use crate::analysis::{
     Analysis, BifurcationDiagram, Control, EffectiveFrequencies, FrequencyResponse, Modes,
@@ -17,13 +17,13 @@ macro_rules! runs {
             /// Runs the analysis on a model, in memory.
             ///
             /// # Errors
-            /// [`Error::Input`]: what is wrong with the settings, or what the model does not allow.
+            /// [`Error::Input`]: invalid settings, or settings that the model does not admit.
             pub fn run(&self, model: &Model) -> Result<$results, Error> {
                 self.run_observed(model, &Interrupt::default())
             }
 
-            /// The same, telling an observer how far it is; the observer may stop it. What is finished then is in the
-            /// results, and `ended_early` of the report says so.
+            /// Runs the analysis and reports progress to an observer, which may stop it. The results are then
+            /// partial, and `ended_early` of the report gives the reason.
             ///
             /// # Errors
             /// As [`run`](Self::run).
@@ -50,7 +50,7 @@ runs! {
     ParameterStudy => Report,
 }
 
-/// A view of results: the report with all tables, events and warnings beside it.
+/// A view of results, with access to the report: all tables, events and warnings.
 macro_rules! views {
     ($($name:ident),+) => {$(
         impl From<Report> for $name {
@@ -60,17 +60,17 @@ macro_rules! views {
         }
 
         impl $name {
-            /// All tables, warnings, the summary, and why the analysis ended early, if it did.
+            /// Report with all tables, warnings, the summary, and the reason of an early end.
             pub fn report(&self) -> &Report {
                 &self.report
             }
 
-            /// The report alone.
+            /// The report.
             pub fn into_report(self) -> Report {
                 self.report
             }
 
-            /// A column of the main table, NaN where a cell is empty; `None` where there is no such column of numbers.
+            /// Column of the main table, NaN for empty cells; `None` if there is no such numeric column.
             pub fn column(&self, name: &str) -> Option<&[f64]> {
                 self.report.main()?.floats(name)
             }
@@ -79,7 +79,7 @@ macro_rules! views {
 }
 views!(ResponseCurves, History, Iterates);
 
-/// Branches of periodic responses, point by point, and their bifurcations.
+/// Branches of periodic responses and their bifurcations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ResponseCurves {
@@ -105,7 +105,7 @@ pub struct ResponsePoint<'a> {
 }
 
 impl ResponsePoint<'_> {
-    /// Number of its branch, from 0.
+    /// Number of the branch, from 0.
     pub fn branch(&self) -> i64 {
         self.row.integer("branch").unwrap_or(0)
     }
@@ -125,29 +125,29 @@ impl ResponsePoint<'_> {
         self.value("frequency_hz").unwrap_or(f64::NAN)
     }
 
-    /// Root mean square of the alternating deformation of a connection; NaN for a name that the model does not have.
+    /// R.m.s. of the alternating deformation of a connection; NaN for an unknown name.
     pub fn rms(&self, connection: &str) -> f64 {
         let name = format!("rms.{connection}");
         self.value(&name).unwrap_or(f64::NAN)
     }
 
-    /// Whether it is known to be stable.
+    /// Whether it is known to be stable; false also if the stability is unknown.
     pub fn is_stable(&self) -> bool {
         self.stability() == Some(true)
     }
 
-    /// Whether it is stable; `None` where that is not known.
+    /// Whether it is stable; `None` if unknown.
     pub fn stability(&self) -> Option<bool> {
         self.value("stable").map(|stable| stable == 1.0)
     }
 
-    /// Any number of the main table, by the name of its column; `None` where the cell is empty or there is no such column.
+    /// Value of a column of the main table; `None` if the cell is empty or there is no such column.
     pub fn value(&self, column: &str) -> Option<f64> {
         self.row.number(column)
     }
 }
 
-/// Something that happens on a branch.
+/// An event on a branch.
 #[derive(Debug, Clone, Copy)]
 pub struct ResponseEvent<'a> {
     row: Row<'a>,
@@ -174,18 +174,18 @@ impl<'a> ResponseEvent<'a> {
         self.row.text("connection").filter(|name| !name.is_empty())
     }
 
-    /// Whether it was found as a root; its place is only a bracket otherwise.
+    /// Whether it was located as a root; otherwise only its bracket is known.
     pub fn is_located(&self) -> bool {
         self.row.integer("located") == Some(1)
     }
 
-    /// Any number of the table of events, by the name of its column.
+    /// Value of a column of the table of events.
     pub fn value(&self, column: &str) -> Option<f64> {
         self.row.number(column)
     }
 }
 
-/// A motion against time.
+/// A motion in time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct History {
@@ -199,7 +199,7 @@ impl History {
         column("t").or_else(|| column("T")).unwrap_or_default()
     }
 
-    /// Instants at which connections pass their breakpoints.
+    /// Table of the switches, at which connections pass their breakpoints.
     pub fn switches(&self) -> Option<&Table> {
         self.report.table("switches")
     }
@@ -213,7 +213,7 @@ pub struct Iterates {
 }
 
 impl Iterates {
-    /// What the runs end in, such as `period 2` or `chaotic`: one label per run, or per run and value of the parameter.
+    /// Labels of the runs, such as `period 2` or `chaotic`: one per run, or per run and value of the parameter.
     pub fn labels(&self) -> &[String] {
         let labels = |table: &'_ Table| table.column("label").is_some();
         let table = self.report.tables.iter().find(|table| labels(table));

@@ -26,7 +26,7 @@ impl Shard {
         place * self.count + self.index - 1
     }
 
-    /// How many of a study's runs are in this part.
+    /// Number of runs of a study in this part.
     pub fn share(self, runs: u64) -> u64 {
         runs / self.count + u64::from(runs % self.count >= self.index)
     }

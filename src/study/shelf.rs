@@ -58,7 +58,7 @@ impl Shelf {
     /// Writes an analysis and keeps it.
     ///
     /// # Errors
-    /// What `write` says.
+    /// Errors of `write`.
     pub fn put(
         &self,
         place: usize,

@@ -16,7 +16,7 @@ pub struct Course {
     phases: Vec<f64>,
 }
 
-/// Where the excitation is at an instant.
+/// State of the excitation at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     /// Phase of the base order.
@@ -207,7 +207,7 @@ impl System {
         course.after(tau, ahead).filter(|t| *t < end)
     }
 
-    /// What a load multiplies its direction with, from its series and kind.
+    /// Factor of the direction of a load, from its series and kind.
     #[inline]
     pub fn load_value(&self, (series, kind): (&Periodic, &LoadKind), tau: f64, at: &Moment) -> f64 {
         match kind {

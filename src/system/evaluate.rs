@@ -32,7 +32,7 @@ impl System {
         self.respond_within(None, tau, state, scratch);
     }
 
-    /// The same with the laws of one region: outside its window (low, high), one a connection, a law goes on along its
+    /// Evaluates with the laws of one region: outside its window (low, high), one per connection, a law goes on along its
     /// tangent, f(c) + df/dq(c) (x - c), c the nearer end. A law is then smooth wherever a trial step looks.
     pub fn respond_within(
         &self,
@@ -86,7 +86,7 @@ impl System {
         self.acceleration_within(None, tau, state, scratch, out);
     }
 
-    /// The same with the laws of one region, as in [`System::respond_within`].
+    /// Evaluates with the laws of one region, as in [`System::respond_within`].
     pub fn acceleration_within(
         &self,
         windows: Option<&[(f64, f64)]>,

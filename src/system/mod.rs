@@ -24,7 +24,7 @@ use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
 use nalgebra::{DMatrix, DVector};
 
-/// How a load follows from its series.
+/// Relation of a load to its series.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LoadKind {
     /// Q += direction series(phase).
@@ -281,7 +281,7 @@ impl System {
         self.is_tree
     }
 
-    /// Laws in place, one a connection.
+    /// Laws in place, one per connection.
     pub fn mounts(&self) -> &[Mount] {
         &self.mounts
     }
@@ -388,7 +388,7 @@ impl System {
         copy
     }
 
-    /// What all laws remember after their first loading up to a state of rest.
+    /// Memories of all laws after their first loading up to a state of rest.
     pub fn memory_at_rest(&self, q: &[f64]) -> Vec<f64> {
         let mut memory = vec![0.0; self.memory_count];
         let mut begin = 0;

@@ -68,7 +68,7 @@ impl Node {
             Value::List(list) => match list_index(step) {
                 Some(i) if i < list.len() => Ok(()),
                 _ => Err(astray(format!(
-                    "{parent} is a list of {}; `{step}` is no index from 0 to {}",
+                    "{parent} is a list of {}; `{step}` is not an index from 0 to {}",
                     list.len(),
                     list.len().saturating_sub(1)
                 ))),
@@ -141,7 +141,7 @@ fn astray(message: String) -> Astray {
     }
 }
 
-/// The index that a step of a path stands for: digits only.
+/// The index given by a step of a path: digits only.
 pub(super) fn list_index(step: &str) -> Option<usize> {
     let digits = step.bytes().all(|b| b.is_ascii_digit());
     digits.then(|| step.parse().ok()).flatten()

@@ -159,7 +159,7 @@ impl Reader {
             let mut names: Vec<&str> = self.sources[first..].iter().map(|s| &*s.name).collect();
             names.push(names[0]);
             return Err(mistake(format!(
-                "files extend each other in a circle: {}",
+                "circular `extends`: {}",
                 names.join(" -> ")
             )));
         }
@@ -190,7 +190,7 @@ const KEYS: [&str; 13] = [
 ];
 
 /// The tree of a file that another one extends. `extends` may name any file that the user can read: what is no model is not
-/// shown, neither its lines nor what stands in them.
+/// shown, neither its lines nor their content.
 fn base_model(layer: Result<Node, Vec<Diagnostic>>, path: &Path) -> Result<Node, Diagnostic> {
     let (message, location) = match layer {
         Ok(node) => {
@@ -198,7 +198,7 @@ fn base_model(layer: Result<Node, Vec<Diagnostic>>, path: &Path) -> Result<Node,
             match &node.value {
                 Value::Map(map) if map.keys().any(is_known) => return Ok(node),
                 Value::Map(_) => ("none of its keys is one of a model".into(), None),
-                _ => ("it is no map".to_string(), None),
+                _ => ("it is not a map".to_string(), None),
             }
         }
         Err(list) => {

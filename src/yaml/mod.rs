@@ -2,7 +2,7 @@
 //!
 //! A derive on the whole file would stop at the first mistake and lose positions inside laws. The loader therefore keeps
 //! the raw scalars and their places, and the model reads each body, connection and law from its own node, collecting
-//! the mistakes. Scalars keep their text, so that `y`, `no` and `N` are names and `4e-05` is a number when one is asked for.
+//! the mistakes. Scalars keep their text, so that `y`, `no` and `N` are names and `4e-05` is a number when the reader wants one.
 
 mod edit;
 mod load;
@@ -23,14 +23,14 @@ use indexmap::IndexMap;
 pub struct Node {
     /// The value.
     pub value: Value,
-    /// Where it stands; `None` when it was made by a program.
+    /// Its place in the file; `None` if it was made by a program.
     pub location: Option<Location>,
 }
 
 /// Kinds of values. Maps keep their order.
 #[derive(Debug, Clone)]
 pub enum Value {
-    /// A scalar as written; `plain` when it was not quoted, so that it may stand for null or a boolean.
+    /// A scalar as written; `plain` when it was not quoted, so that it may be null or a boolean.
     Scalar {
         /// Text without quotes.
         text: String,
@@ -46,7 +46,7 @@ pub enum Value {
 /// A value of a map with the place of its key.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// Where the key stands.
+    /// Place of the key.
     pub key_location: Option<Location>,
     /// The value.
     pub node: Node,
@@ -160,7 +160,7 @@ impl Node {
         matches!(&self.value, Value::Scalar { text, plain: true } if scalar::is_null(text))
     }
 
-    /// What stands here, in words, for messages: ``the text `abc` ``, `a list`.
+    /// Description of the value for messages: ``the text `abc` ``, `a list`.
     pub fn describe(&self) -> String {
         match &self.value {
             Value::List(_) => "a list".to_owned(),
@@ -264,7 +264,7 @@ impl Diagnostic {
         diagnostic
     }
 
-    /// The same with a next move.
+    /// Adds the next step for the user.
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Diagnostic {
         self.help = Some(help.into());

@@ -29,7 +29,7 @@ const SYNTAX: [(&str, &str); 6] = [
     ),
     (
         "did not find expected key",
-        "the keys of a map stand in one column, deeper than the key above them",
+        "align the keys of a map in one column, deeper than the key above them",
     ),
     (
         "did not find expected ','",
@@ -37,7 +37,7 @@ const SYNTAX: [(&str, &str); 6] = [
     ),
     (
         "mapping values are not allowed",
-        "a text with `: ` in it stands in quotes; the keys of a map stand in one column",
+        "quote a text that contains `: `; align the keys of a map in one column",
     ),
     ("tabs disallowed", "indent with spaces"),
     (
@@ -229,7 +229,7 @@ impl<'t> Composer<'_, 't> {
                 };
             }
             Event::UnresolvedAlias(name) => {
-                let message = format!("no anchor `&{name}` stands above this alias");
+                let message = format!("no anchor `&{name}` is defined above this alias");
                 return Err(self.place.mistake(span.start, message));
             }
             _ => return Err(self.place.mistake(span.start, "wanted a value here")),

@@ -19,7 +19,7 @@ impl Node {
     /// The node as a value of any type that serde can deserialize; `path` is the dotted path of this node.
     ///
     /// Numbers are read from quoted scalars too, whole numbers from `1e3` too; booleans are `true` and `false` alone. Of a
-    /// trait object the key `type` is read first, wherever it stands.
+    /// trait object the key `type` is read first, wherever it is.
     ///
     /// # Errors
     /// The first mistake, with the place and path of the value or key at fault (a missing key: of the map).
@@ -104,7 +104,7 @@ impl<'de> NodeReader<'de, '_> {
         self.noted(Err(Failure::invalid_type(self.unexpected(), wanted)))
     }
 
-    /// The number a scalar stands for, quoted or not.
+    /// The numeric value of a scalar, quoted or not.
     fn number(&self) -> Option<Number> {
         match &self.node.value {
             Value::Scalar { text, .. } => scalar::number(text),
@@ -166,7 +166,7 @@ impl<'de> NodeReader<'de, '_> {
         let Value::Map(map) = &self.node.value else {
             return self.refused(&visitor);
         };
-        // typetag buffers what stands before the tag, and places would be lost: its tag comes first. Its visitors say
+        // typetag buffers everything before the tag, and places would be lost: its tag comes first. Its visitors say
         // "dyn Trait"; other maps keep their order.
         let trait_object = (&visitor as &dyn Expected).to_string().starts_with("dyn ");
         let tag = trait_object

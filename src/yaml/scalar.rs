@@ -1,4 +1,4 @@
-//! What a scalar may stand for: the YAML core schema, with booleans and numbers read only where they are asked for.
+//! Interpretation of scalars by the YAML core schema; booleans and numbers are read only where the reader wants them.
 
 /// A number as written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +43,7 @@ pub fn is_null(text: &str) -> bool {
     matches!(text, "" | "~" | "null" | "Null" | "NULL")
 }
 
-/// The boolean that an unquoted scalar stands for. `yes`, `on` and the like are ordinary words.
+/// The boolean value of an unquoted scalar. `yes`, `on` and the like are ordinary words.
 pub fn boolean(text: &str) -> Option<bool> {
     match text {
         "true" => Some(true),
@@ -52,7 +52,7 @@ pub fn boolean(text: &str) -> Option<bool> {
     }
 }
 
-/// The number that a scalar stands for in the YAML core schema: `12`, `-3`, `0x1F`, `0o17`, `.5`, `1e5`, `4e-05`, `.inf`.
+/// The numeric value of a scalar in the YAML core schema: `12`, `-3`, `0x1F`, `0o17`, `.5`, `1e5`, `4e-05`, `.inf`.
 pub fn number(text: &str) -> Option<Number> {
     if let Some(digits) = text.strip_prefix("0x") {
         return radix(digits, 16);

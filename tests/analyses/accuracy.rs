@@ -278,7 +278,7 @@ fn mistakes() {
         ),
         (
             "harmonics: {tolerance: 1.0e-5}, method: shooting",
-            "not asked for",
+            "not selected",
         ),
         ("error_estimate: true, method: shooting", "error_estimate"),
         (

@@ -64,7 +64,7 @@ fn limits_are_kept_and_said() {
     let told = report
         .warnings
         .iter()
-        .any(|w| w.contains("was not followed"));
+        .any(|w| w.contains("were not followed"));
     assert!(told, "{:?}", report.warnings);
     let primary = respond("shooting", "primary");
     assert!(primary.tables.iter().all(|t| t.name != "branches"));

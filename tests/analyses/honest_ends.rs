@@ -205,7 +205,7 @@ fn breaks_at_jumps_of_the_force_are_passed() {
         }
         let (reason, message) = end(&report, 0);
         assert_eq!(reason, "broken", "{method}: {message}");
-        assert!(message.contains("goes on at"), "{message}");
+        assert!(message.contains("continues at"), "{message}");
         let origin = branches[1]["origin"].as_str().expect("an origin");
         assert!(origin.starts_with("behind the break at"), "{origin}");
     }

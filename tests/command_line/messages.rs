@@ -31,7 +31,7 @@ const CASES: &[(&str, &str, &[&str])] = &[
     (
         "name: pair",
         "name: pair: two",
-        &["m.yaml:2:11", "stands in quotes"],
+        &["m.yaml:2:11", "quote a text"],
     ),
     (
         "  B: {inertia: 1.0e-3 kg m^2}",

@@ -146,7 +146,7 @@ fn amplitudes_against_speed_are_read_and_mistakes_named() {
         ("amplitude: {speed: [1, 2], value: [1, 2]}", "value"),
         (
             "amplitude: {speed: [1, 2], values: [1, 2]}, at: 3",
-            "says everything",
+            "excludes a table",
         ),
     ] {
         let place = Place::with(&harmonic(bad));

@@ -71,7 +71,7 @@ fn top_level() {
             "loads:",
             "reduced: {stiffness: [[1]], elements: {m: {type: linear}}}\nloads:",
         ),
-        &["reduced: stands beside bodies, connections, loads"],
+        &["reduced: is given together with bodies, connections, loads"],
     );
 }
 

@@ -151,7 +151,7 @@ fn other_settings_neither_use_nor_lose_a_journal() {
     place
         .run(&[&RUN[..], &other].concat())
         .ends_with(0)
-        .says(&["with other settings", "left alone"]);
+        .says(&["with other settings", "it is kept"]);
     assert_eq!(place.column("out/study.csv", "run").len(), 3);
     assert!(std::fs::read(&journal).unwrap() == before);
     // Titles and other analyses do not count as settings.

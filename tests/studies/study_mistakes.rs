@@ -266,7 +266,7 @@ fn shards_and_merges() {
         (&["run", "m.yaml", "--shard", "half"], &["INDEX/COUNT"]),
         (
             &["run", "m.yaml", "--shard", "1/2"],
-            &["no parameter_study is to run"],
+            &["no parameter_study to run"],
         ),
         (&["merge", "--out", "x"], &["DIR"]),
         (

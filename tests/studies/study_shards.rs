@@ -176,7 +176,7 @@ fn a_folder_holds_one_part() {
     place
         .run(&["run", "m.yaml", "--shard", "2/2", "--out", "p1"])
         .ends_with(2)
-        .says(&["p1 holds part 1/2", "a folder of its own"]);
+        .says(&["p1 holds part 1/2", "a separate folder"]);
     part(&place, 1, 2, &[]);
     // Without --out every part has its own folder; other analyses wait for the whole run.
     let place = Place::with(&format!(

@@ -34,7 +34,7 @@ impl Grid {
         let mut faults = Vec::new();
         let mut lines: Vec<Line> = Vec::new();
         if axes.is_empty() {
-            let message = "an empty grid; give the values of at least one coordinate";
+            let message = "empty grid: give values for at least one coordinate";
             faults.push(Fault::new("grid", message));
         }
         for (name, axis) in axes {
@@ -136,7 +136,7 @@ fn line(setting: &Setting<'_>, name: &str, axis: &Axis) -> Result<Line, Vec<Faul
     let key = format!("grid.{name}.points");
     faults.extend(limits::check(&key, axis.points, 1, limits::POINTS));
     if axis.points > 1 && from == to {
-        let message = format!("{} is where the values begin", axis.to.text);
+        let message = format!("{} is the start of the range", axis.to.text);
         faults.push(Fault::new(format!("grid.{name}.to"), message));
     }
     if !faults.is_empty() {

@@ -140,7 +140,7 @@ fn warnings(setting: &Setting<'_>, ranking: &Ranking<'_>) -> Vec<String> {
     }
     if let Some((start, stop)) = sorting.failure {
         list.push(format!(
-            "{} starts could not be followed (attractor 0); the first is row {}: {}",
+            "{} starts could not be integrated (attractor 0); the first is row {}: {}",
             of(Sorted::Failed),
             start + 1,
             flow::tell(stop, setting)

@@ -12,7 +12,7 @@ use crate::system::System;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What became of a start.
+/// Outcome of a start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sorted {
     /// It has not been followed.
@@ -30,7 +30,7 @@ const ROUNDS: (usize, usize) = (8, 65_536);
 /// Step through the starts relative to their number: the golden ratio visits all parts of the grid early.
 const STEP: f64 = 0.618_033_988_749_894_9;
 
-/// What all starts have in common.
+/// Data shared by all starts.
 #[derive(Clone, Copy)]
 pub(super) struct Start<'a> {
     system: &'a System,
@@ -183,7 +183,7 @@ impl<'a> Sorting<'a> {
 }
 
 impl<'a> Start<'a> {
-    /// What a motion begins with.
+    /// Initial state of a motion.
     pub fn of(motion: &'a Motion) -> Start<'a> {
         Start {
             system: &motion.system,
@@ -201,7 +201,7 @@ impl<'a> Start<'a> {
     }
 }
 
-/// A step through so many starts that meets each of them once.
+/// A step through the starts that visits each of them once.
 fn stride(total: usize) -> usize {
     let divisor = |mut a: usize, mut b: usize| {
         while b > 0 {

@@ -116,7 +116,7 @@ impl Axes {
         for (k, (written, range)) in keys.parameters.iter().zip(&keys.ranges).enumerate() {
             match Axis::read(setting, written, (&range.0, &range.1)) {
                 Ok(axis) if axis.ends.0 == axis.ends.1 => {
-                    let message = format!("{} is where the range begins", range.1.text);
+                    let message = format!("{} is the start of the range", range.1.text);
                     faults.push(Fault::new(format!("ranges.{k}.1"), message));
                 }
                 Ok(axis) => list.push(axis),
@@ -153,7 +153,8 @@ impl Axes {
                 1.0
             }),
             (None, false) if list.len() == 2 => {
-                let message = "missing: the excitation frequency, which is none of the parameters";
+                let message =
+                    "missing: the excitation frequency, because it is not one of the parameters";
                 faults.push(Fault::new("at", message));
                 1.0
             }
@@ -173,7 +174,7 @@ impl Axes {
         }
     }
 
-    /// What is wrong with the plane: corners without a system, numbers that change nothing.
+    /// Errors in the plane: corners without a system, numbers without effect.
     pub fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut plane = Grounds::new(setting, self.clone(), 1);
         let mut faults = Vec::new();

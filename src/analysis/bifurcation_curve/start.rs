@@ -22,7 +22,7 @@ pub(super) fn check(
     let mut faults = Vec::new();
     let fault = |part: &str, message: String| Fault::new(format!("{key}.{part}"), message);
     if begin.point.is_some() != begin.results.is_some() {
-        let message = "a saved point is a folder of `results`, an `analysis` in it and a `point`";
+        let message = "a saved point needs `results` (a folder), `analysis` and `point`";
         faults.push(Fault::new(key, message));
     }
     match (&begin.analysis, &begin.at) {
@@ -31,11 +31,13 @@ pub(super) fn check(
             faults.extend(found.err().map(|message| fault("results", message)));
         }
         (Some(_), Some(_)) => {
-            let message = "a start is an event of an analysis or a guess `at` values, not both";
+            let message =
+                "a start is either an event of an analysis or a guess `at` values, not both";
             faults.push(fault("at", message.into()));
         }
         (None, None) => {
-            let message = "give an `analysis` that has the event, or values of both parameters `at` which it is looked for";
+            let message =
+                "give the `analysis` that has the event, or values of both parameters in `at`";
             faults.push(Fault::new(key, message));
         }
         (Some(name), None) => {
@@ -45,7 +47,7 @@ pub(super) fn check(
         }
         (None, Some(_)) => {
             if begin.near.is_some() {
-                let message = "is for events of an `analysis`; `at` says where to look";
+                let message = "applies to events of an `analysis`; with `at` leave it out";
                 faults.push(fault("near", message.into()));
             }
             faults.extend(guess(setting, axes, (key, begin)).err());
@@ -61,7 +63,7 @@ pub(super) fn check(
             ));
         }
         (Some(_), kind) if kind != Kind::Grazing => {
-            let message = "is for a grazing; bifurcations belong to the whole system";
+            let message = "applies to grazings only; bifurcations belong to the whole system";
             faults.push(fault("connection", message.into()));
         }
         _ => {}
@@ -86,7 +88,10 @@ fn guess(
             .position(|axis| axis.parameter == parameter);
         let Some(k) = of else {
             let known = axes.list.iter().map(|axis| axis.written.as_str());
-            let message = format!("is none of the parameters; {}", did_you_mean(name, known));
+            let message = format!(
+                "is not one of the parameters; {}",
+                did_you_mean(name, known)
+            );
             return Err(fault(message));
         };
         let checked = parameter.check(setting, written);

@@ -19,13 +19,13 @@ pub(super) struct Piece {
     pub events: Vec<(usize, CurveEvent)>,
 }
 
-/// What became of a start.
+/// Outcome of a start.
 pub(super) struct Traced {
     pub kind: Option<CurveKind>,
     pub pieces: Vec<Piece>,
-    /// How the two arms ended: backwards and forwards.
+    /// Ends of the two arms: backwards and forwards.
     pub ends: Vec<CurveEnd>,
-    /// Why there is no curve.
+    /// Reason why there is no curve.
     pub failure: Option<String>,
     pub integrator: &'static str,
 }

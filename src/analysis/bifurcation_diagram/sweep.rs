@@ -129,7 +129,7 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Which values failed and why; an interruption once.
+    /// Failed values with reasons; an interruption once.
     pub fn into_stops(self) -> Vec<String> {
         let mut list = self.stops.into_inner().unwrap_or_default();
         list.sort();
@@ -318,7 +318,7 @@ impl<'a> Work<'a> {
     }
 }
 
-/// The first reasons in one text; all of them stand in the summary.
+/// The first reasons in one text; all of them are in the summary.
 pub(super) fn shortened(stops: &[String]) -> String {
     let shown = stops[..stops.len().min(SHOWN)].join("; ");
     match stops.len().saturating_sub(SHOWN) {

@@ -45,7 +45,7 @@ fn default_points() -> usize {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "a number, a number with a unit, or one of these for each connection"
+    expecting = "a number, a number with a unit, or one of these per connection"
 )]
 pub enum Mean {
     /// The same for all.
@@ -54,7 +54,7 @@ pub enum Mean {
     Each(IndexMap<String, Quantity>),
 }
 
-/// What a connection does at one amplitude, nondimensional; `None`: it does not move, or no mean carries the force.
+/// Response of a connection at one amplitude, nondimensional; `None`: it does not move, or no mean carries the force.
 #[derive(Debug, Clone, Copy, Default)]
 struct State {
     mean: Option<f64>,
@@ -109,7 +109,7 @@ impl Analysis for EffectiveFrequencies {
     }
 }
 
-/// `amplitude`, the columns of the connections, `effective_frequency.1..n`: one row a share of the way.
+/// `amplitude`, the columns of the connections, `effective_frequency.1..n`: one row per point.
 fn table(setting: &Setting<'_>, moving: &[Moving], shares: &[f64], rows: &[Vec<State>]) -> Table {
     let frequencies: Vec<Vec<f64>> = rows
         .iter()
@@ -209,7 +209,7 @@ fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Vec<State>]) -> Ve
         }
         if mount.stiffness_variation.is_some() || mount.transmission_error.is_some() {
             list.push(format!(
-                "{name}: the law alone is described, without its stiffness variation and transmission error"
+                "{name}: the result describes the law alone, without its stiffness variation and transmission error"
             ));
         }
     }

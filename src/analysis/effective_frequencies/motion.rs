@@ -97,7 +97,7 @@ impl EffectiveFrequencies {
                 match written {
                     Some(quantity) => number(path, quantity, kind).map(held),
                     None => {
-                        let message = format!("{name} moves and has no value");
+                        let message = format!("{name} moves but has no value");
                         faults.push(Fault::new(key, message));
                         None
                     }
@@ -124,7 +124,7 @@ fn unknown(names: &[String], key: &str, name: &String) -> Option<Fault> {
     (!names.contains(name)).then(|| Fault::new(key, message()))
 }
 
-/// What a written number measures.
+/// Dimension of a written number.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Amplitude,

@@ -231,7 +231,7 @@ impl Collector {
         }
     }
 
-    /// Whether a row has the values asked for.
+    /// Whether a row has the requested values.
     fn counts(&self, table: &Table, row: usize) -> bool {
         self.only.iter().all(|(name, wanted)| {
             let Some(column) = table.column(name) else {
@@ -301,7 +301,10 @@ impl Found<'_> {
         match self.by {
             Some(by) if !matches!(by.values, Values::Text(_)) => Ok(by),
             Some(by) => Err(("by", format!("`{}` holds words, wanted numbers", by.name))),
-            None => Err(("by", "missing: the table has no usual abscissa".into())),
+            None => Err((
+                "by",
+                "missing: the table has none of the default columns".into(),
+            )),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::report::{
     Column, Curve, CurveStyle, Figure, NamedFigure, Panel, Table, Values, readable,
 };
 
-/// What a study draws, and the tables that it draws besides its own.
+/// Figures of a study, and the additional tables for them.
 #[derive(Debug, Default)]
 pub(super) struct Drawing {
     pub main: Option<Figure>,
@@ -14,7 +14,7 @@ pub(super) struct Drawing {
     pub tables: Vec<Table>,
 }
 
-/// Panels of a figure when nothing else is asked for.
+/// Default number of panels of a figure.
 const MOST_PANELS: usize = 4;
 /// Columns after the collected quantities.
 const ENDING: usize = 3;

@@ -1,4 +1,4 @@
-//! Many runs of another analysis over a grid, a list or a random sample of parameters, one row a run.
+//! Many runs of another analysis over a grid, a list or a random sample of parameters, one row per run.
 //!
 //! A run is a function of its number alone: `space` turns the number into values without knowing the others, `plan` turns
 //! values into a model and a row, `collect` turns a report into cells. Whoever runs a study (floor 6) may therefore do so in

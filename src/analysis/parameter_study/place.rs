@@ -9,7 +9,7 @@ use crate::error::{Diagnostic, did_you_mean};
 use crate::model::{self, Model};
 use crate::yaml::{Node, Value};
 
-/// Where a value goes.
+/// Destination of a value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Place {
     /// A number of the model, by its full path.
@@ -49,14 +49,13 @@ impl Target {
         let Parts { kind, common, own } =
             parts(&node, path).map_err(|mistake| faults_of(name.as_deref(), [mistake]))?;
         if kind == "parameter_study" {
-            let message = "a study cannot run a study; vary all parameters in one";
+            let message = "a study cannot run a study; vary all parameters in one study";
             return Err(vec![Fault::new(path, message)]);
         }
         if let (None, Value::Map(map)) = (&name, &common.value)
             && let Some(key) = map.keys().next()
         {
-            let message =
-                format!("`{key}` belongs to the study: the runs have no place to show it");
+            let message = format!("`{key}` belongs to the study: single runs do not show it");
             return Err(vec![Fault::new(format!("{path}.{key}"), message)]);
         }
         let mut root = setting.model.document().as_ref().clone();
@@ -90,7 +89,7 @@ impl Target {
     /// The analysis as the file has it.
     ///
     /// # Errors
-    /// What is wrong with its keys.
+    /// Errors in its keys.
     pub fn analysis(&self) -> Result<Box<dyn Analysis>, Vec<Fault>> {
         let read = self.own.read("analysis");
         read.map_err(|mistake| faults_of(self.name.as_deref(), [mistake]))
@@ -126,7 +125,7 @@ impl Target {
             return match key {
                 "type" => Err("the type of the analysis cannot vary".into()),
                 key if COMMON_KEYS.contains(&key) || key.starts_with("set.") => Err(format!(
-                    "`{key}` is no setting of the analysis; name the path itself"
+                    "`{key}` is not a setting of the analysis; name the path itself"
                 )),
                 key => Ok(Place::Analysis(key.into())),
             };

@@ -32,7 +32,7 @@ pub struct Plan<'a> {
 /// A finished run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Its cells, one a column of the plan.
+    /// Its cells, one per column of the plan.
     pub cells: Vec<Cell>,
     /// Whether the run delivered everything.
     pub is_complete: bool,
@@ -40,7 +40,7 @@ pub struct Row {
     pub has_warnings: bool,
 }
 
-/// What became of a run, as a word in the table.
+/// Outcome of a run, as a word in the table.
 pub const COMPLETE: &str = "complete";
 const ENDED_EARLY: &str = "ended_early";
 const REFUSED: &str = "refused";
@@ -98,7 +98,7 @@ impl<'a> Plan<'a> {
         if study.collect.is_empty() {
             faults.push(Fault::new(
                 "collect",
-                "nothing to collect: the table would be empty",
+                "nothing to collect: give at least one quantity",
             ));
         }
         let columns = columns(&space, &collectors);
@@ -122,7 +122,7 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// How many runs there are.
+    /// Number of runs.
     pub fn runs(&self) -> u64 {
         self.space.runs()
     }
@@ -146,7 +146,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// What a run takes at the values that can be seen beforehand: the most expensive one that is not refused.
+    /// Cost of the most expensive run that is not refused, at the values known beforehand.
     pub fn cost_of_a_run(&self) -> Cost {
         let mut worker = self.worker();
         let own = self.target.setting(self.setting, self.setting.control);

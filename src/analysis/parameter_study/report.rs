@@ -5,7 +5,7 @@ use super::figures::Drawing;
 use crate::report::{Report, Table};
 use serde_json::{Value, json};
 
-/// What became of the runs of a study.
+/// Outcomes of the runs of a study.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Runs that were to be done here.
@@ -16,7 +16,7 @@ pub struct Tally {
     pub failed: u64,
     /// Of these, runs with warnings.
     pub warned: u64,
-    /// The report holds every so many rows.
+    /// The report holds every k-th row.
     pub stride: u64,
 }
 
@@ -73,7 +73,7 @@ fn early_end(tally: &Tally) -> Option<String> {
     if tally.finished < tally.runs {
         let all = counted(tally.runs, "run");
         parts.push(format!(
-            "interrupted after {} of {all}; the same command goes on from there",
+            "interrupted after {} of {all}; repeat the command to resume",
             tally.finished
         ));
     }

@@ -104,7 +104,7 @@ impl Distribution {
             Some(quantity) => Ok(quantity.value),
             None => Err((
                 key,
-                format!("missing: {:?} needs it", self.distribution).to_lowercase(),
+                format!("missing: required by {:?}", self.distribution).to_lowercase(),
             )),
         };
         let low = self.low.as_ref().map_or(f64::NEG_INFINITY, |q| q.value);
@@ -241,7 +241,7 @@ pub(super) struct Draw {
 }
 
 impl Draw {
-    /// For so many parameters; `sample.count` at least 1.
+    /// For a number of parameters; `sample.count` is at least 1.
     pub fn new(sample: &Sample, parameters: usize) -> Draw {
         let count = sample.count;
         let permutation = |k: usize| {

@@ -13,7 +13,7 @@ use indexmap::IndexMap;
 /// A parameter of the study.
 #[derive(Debug, Clone)]
 pub(super) struct Direction {
-    /// Where its values go.
+    /// Destinations of its values.
     pub place: Place,
     /// Its column: name as written, SI unit, no values.
     pub column: Column,
@@ -91,7 +91,7 @@ impl Space {
         }
     }
 
-    /// How many runs there are.
+    /// Number of runs.
     pub fn runs(&self) -> u64 {
         self.runs
     }
@@ -191,7 +191,7 @@ impl Line {
 }
 
 impl Coordinate {
-    /// As it stands in the table.
+    /// As in the table.
     pub fn cell(&self) -> Cell {
         match self {
             Coordinate::Number(value) => Cell::Float(*value),
@@ -201,7 +201,7 @@ impl Coordinate {
 }
 
 impl Direction {
-    /// As it stands in a document.
+    /// As in a document.
     pub fn node(&self, value: &Coordinate) -> Node {
         match (value, &self.unit) {
             (Coordinate::Word(word), _) => Node::scalar(word.as_str()),
@@ -243,7 +243,7 @@ impl Reader<'_> {
             Some(runs) if runs <= MOST_RUNS => Some((Layout::Grid(lines), runs)),
             _ => self.refuse(
                 "grid",
-                format!("more than {MOST_RUNS} runs, at most that many are possible"),
+                format!("more than {MOST_RUNS} runs, which is the limit"),
             ),
         }
     }
@@ -293,7 +293,7 @@ impl Reader<'_> {
             return self.refuse(format!("{key}.points"), message);
         }
         if range.spacing == Spacing::Logarithmic && !(from / to > 0.0 && (from / to).is_finite()) {
-            let message = "equal ratios want two ends of one sign, neither of them 0";
+            let message = "logarithmic spacing needs two ends of one sign, neither of them 0";
             return self.refuse(format!("{key}.spacing"), message);
         }
         Some(Line::Even(range.clone()))

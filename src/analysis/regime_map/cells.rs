@@ -22,7 +22,7 @@ pub(super) struct Cell {
     pub values: Vec<f64>,
     /// Last state.
     end: Vec<f64>,
-    /// Why there is nothing.
+    /// Reason of the missing result.
     pub failure: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! The measures of an attractor that are asked for.
+//! The requested measures of an attractor.
 
 use crate::analysis::{Fault, Setting};
 use crate::error::did_you_mean;

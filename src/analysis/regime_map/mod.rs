@@ -224,7 +224,7 @@ impl RegimeMap {
         for (name, values) in &self.parameters {
             match Axis::read(setting, name, (&values.from, &values.to)) {
                 Ok(axis) if axis.ends.0 == axis.ends.1 => {
-                    let message = format!("{} is where the values begin", values.to.text);
+                    let message = format!("{} is the start of the range", values.to.text);
                     faults.push(Fault::new(format!("parameters.{name}.to"), message));
                 }
                 Ok(axis) => list.push(axis),

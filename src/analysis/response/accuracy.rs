@@ -270,7 +270,7 @@ impl Accuracies {
         columns
     }
 
-    /// What the JSON file says.
+    /// Entries of the JSON file.
     pub fn as_value(&self, settings: &BranchSettings, swept: &Swept<'_>) -> Value {
         let (errors, worst) = (self.errors(), self.worst());
         let harmonics = || self.0.iter().map(|r| r.harmonics);
@@ -294,7 +294,7 @@ impl Accuracies {
     pub fn message(&self, swept: &Swept<'_>) -> String {
         let (errors, worst) = (self.errors(), self.worst());
         let (Some(last), Some(worst)) = (errors.last(), worst) else {
-            return "No point of a Galerkin branch could be judged.".into();
+            return "The error of no Galerkin point could be estimated.".into();
         };
         let harmonics = || self.0.iter().map(|r| r.harmonics);
         let (few, many) = (harmonics().min(), harmonics().max());
@@ -316,7 +316,7 @@ impl Accuracies {
         )
     }
 
-    /// What is said where the most harmonics do not suffice: how many points, and between which values.
+    /// Warning if the largest number of harmonics is insufficient: number of points and range of values.
     pub fn complaint(&self, settings: &BranchSettings, swept: &Swept<'_>) -> Option<String> {
         let resolution = settings.resolution()?;
         let fails = |r: &&Row| r.along > resolution.tolerance;

@@ -72,8 +72,8 @@ pub(super) fn complaint(swept: &Swept<'_>, delivered: &Delivered) -> Option<Stri
         false => (" omega_c", 1.0),
     };
     Some(format!(
-        "galerkin: too few harmonics for contacts that open and close: at {} {} harmonics reach {:.4}{unit}, {} rings at {:.4}{unit} \
-         ({count} of {} points are concerned); about {wanted} harmonics are needed, or the method `shooting`",
+        "galerkin: too few harmonics for contacts that open and close: at {} {} harmonics reach {:.4}{unit}, but {} \
+         rings at {:.4}{unit} ({count} of {} points affected); use about {wanted} harmonics, or the method `shooting`",
         swept.place(at.lambda),
         harmonics(at),
         reached * scale,

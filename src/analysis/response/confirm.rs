@@ -21,7 +21,7 @@ use std::num::NonZeroUsize;
 /// its Galerkin solution.
 const LARGEST: usize = 24;
 
-/// What is taken through the flow.
+/// What the flow confirms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Confirm {
     /// Nothing.
@@ -39,7 +39,7 @@ pub enum Confirm {
 pub enum Verify {
     /// None.
     None,
-    /// Every k-th point, the first one among them; `true` stands for every point.
+    /// Every k-th point, the first one among them; `true` means every point.
     Every(usize),
 }
 
@@ -54,7 +54,7 @@ impl From<Verify> for Confirm {
 }
 
 impl BranchSettings {
-    /// What was asked for by name.
+    /// The explicit request.
     pub(super) fn asked(&self) -> Option<Confirm> {
         self.verify.map(Confirm::from).or(self.confirm)
     }
@@ -83,7 +83,7 @@ impl BranchSettings {
         }
     }
 
-    /// What keeps branches from being confirmed unless asked for.
+    /// Reason why branches are not confirmed by default.
     fn obstacle(&self, setting: &Setting<'_>, system: &System) -> Option<String> {
         if self.integrator == IntegratorChoice::Dopri5 {
             return Some("the flow of `integrator: dopri5` is not exact".into());
@@ -97,18 +97,19 @@ impl BranchSettings {
         Some(format!("the flow is not exact ({refused})"))
     }
 
-    /// Why events are not confirmed, where nobody asked for that; `None`: they are, or should not be.
+    /// Reason why events are not confirmed, if the user did not disable it; `None`: they are confirmed, or should not be.
     pub(super) fn unconfirmed(&self, setting: &Setting<'_>, system: &System) -> Option<String> {
         let reason = match self.asked() {
             Some(_) => return None,
             None => self.obstacle(setting, system)?,
         };
         Some(format!(
-            "events and stability are the series' own, not confirmed by the flow: {reason}; `confirm: events` asks for it."
+            "events and stability are the series' own, not confirmed by the flow: {reason}; set `confirm: events` to \
+             confirm them."
         ))
     }
 
-    /// Why a branch is not taken through the flow whose response period takes so many steps: more than allowed.
+    /// Reason why a branch whose response period takes more steps than allowed is not confirmed by the flow.
     pub(super) fn beyond_cost(&self, steps: f64) -> Option<String> {
         (steps > self.max_steps as f64).then(|| {
             format!(

@@ -68,7 +68,7 @@ impl Default for Branches {
 }
 
 impl Branches {
-    /// The limits; `None` when only the primary branch is asked for.
+    /// The limits; `None` if only the primary branch is requested.
     pub(super) fn limits(self) -> Option<Limits> {
         match self {
             Branches::Word(Word::Primary) => None,
@@ -209,8 +209,8 @@ impl Work<'_> {
             let word = method.word();
             let Limits { depth, limit } = limits;
             self.warnings.push(format!(
-                "{word}: what begins at {left_out} further bifurcations was not followed (depth {depth}, at most {limit} branches, \
-                 at most {MOST_HARMONICS} harmonics of the response frequency)"
+                "{word}: the branches at {left_out} further bifurcations were not followed (depth {depth}, at most \
+                 {limit} branches, at most {MOST_HARMONICS} harmonics of the response frequency)"
             ));
         }
         Ok(())
@@ -321,7 +321,7 @@ impl Recorder for Apart<'_, '_> {
 pub(super) fn ending(end: PathEnd) -> Option<Ending> {
     match end {
         PathEnd::ReturnedToStart => Some(Ending {
-            message: "the beginning of the range was reached".into(),
+            message: "the start of the range was reached".into(),
             ..Ending::complete()
         }),
         PathEnd::Vertical => Some(Ending {

@@ -76,7 +76,7 @@ impl BranchSettings {
         sum.and(table).and(orbits)
     }
 
-    /// Whether a Galerkin approximation of so many harmonics of the reference fits into the memory.
+    /// Whether a Galerkin approximation with `harmonics` of the reference fits into memory.
     pub(super) fn fits(&self, setting: &Setting<'_>, harmonics: usize) -> bool {
         let system = &setting.assembly.system;
         let samples = self.size_with(harmonics, self.subharmonic).samples as f64;

@@ -44,7 +44,7 @@ fn most() -> usize {
 
 /// Harmonics when no number is given, and those that an adaptive branch begins with, within its limits.
 const USUAL: usize = 12;
-/// Sampling errs in r.m.s. values by about this over the square of the number of samples an excitation period (8 with the
+/// Sampling errs in r.m.s. values by about this over the square of the number of samples per excitation period (8 with the
 /// backlashes of figure 11), which has to stay well below the tolerance.
 const ALIASING: f64 = 10.0;
 /// How often samples may be doubled where that does not suffice.
@@ -78,7 +78,7 @@ impl Harmonics {
         matches!(self, Harmonics::Chosen(_))
     }
 
-    /// Fewest samples a response period when none are given.
+    /// Default lower limit of samples per response period.
     fn samples(self, harmonics: usize, subharmonic: usize) -> usize {
         let least = GalerkinOptions::default_samples(harmonics, subharmonic);
         match self {
@@ -158,7 +158,7 @@ impl BranchSettings {
         self.size_with(self.harmonics.most(), subharmonic)
     }
 
-    /// The size with a number of harmonics, for a subharmonic index: as many samples an excitation period.
+    /// The size with a number of harmonics, for a subharmonic index: as many samples per excitation period.
     pub(super) fn size_with(&self, harmonics: usize, subharmonic: usize) -> GalerkinOptions {
         let default = || self.harmonics.samples(harmonics, self.subharmonic);
         let samples = self.samples.unwrap_or_else(default) * subharmonic / self.subharmonic;
@@ -216,7 +216,8 @@ impl BranchSettings {
             faults.push(Fault::new("harmonics.tolerance", message));
         }
         if !self.has_galerkin() {
-            let message = "harmonics are chosen along branches of the method `galerkin`, which is not asked for";
+            let message =
+                "harmonics adapt along branches of the method `galerkin`, which is not selected";
             faults.push(Fault::new("harmonics", message));
         }
         faults

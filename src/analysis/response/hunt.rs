@@ -1,6 +1,6 @@
 //! The search for solutions that no branch has reached yet, at one value of the parameter.
 //!
-//! Every random state is a guess for a fixed point of the flow as it stands, which finds unstable orbits too, and after some
+//! Every random state is a guess for a fixed point of the flow without integration, which also finds unstable orbits, and after some
 //! periods, which finds what attracts. Solutions are told apart by the exact flow, so that truncation makes no two of one.
 
 use super::report::Delivered;
@@ -40,7 +40,7 @@ const FEWEST: usize = 200;
 
 /// A solution that a start led to.
 pub(super) struct Found {
-    /// Which start, in words.
+    /// Description of the start.
     pub origin: String,
     state: DVector<f64>,
     place: Place,

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 /// as users write them.
 ///
 /// serde's `flatten` would do without a macro, but it reads through a buffer: mistakes would lose their line, and unknown
-/// keys would pass. A new key of all analyses stands here and in [`branch_settings`].
+/// keys would pass. A new key of all responses is added here and in [`branch_settings`].
 macro_rules! response_keys {
     ($(#[$about:meta])* pub struct $name:ident { $($own:tt)* }) => {
         $(#[$about])*

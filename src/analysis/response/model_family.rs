@@ -11,7 +11,7 @@ use crate::system::System;
 const KEPT: usize = 3;
 /// The systems between two values of a number of the model, over lambda from 0 to 1.
 ///
-/// Beyond the ends of the range, where the path following looks over the border, the system of the end stands in for one that
+/// Beyond the ends of the range, where the path following looks over the border, the system of the end replaces one that
 /// does not exist.
 pub(super) struct ModelFamily<'a> {
     variation: Variation<'a>,

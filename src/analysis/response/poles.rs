@@ -150,7 +150,8 @@ impl Work<'_> {
             self.delivered[number].end = Ending {
                 reason: "unbounded",
                 message: format!(
-                    "the response grows without bound: a multiplier of the linear train is 1 at {place}; branch {} goes on behind it",
+                    "the response grows without bound: a multiplier of the linear train is 1 at {place}; branch {} \
+                     continues behind it",
                     number + 1
                 ),
                 is_early: false,
@@ -192,7 +193,7 @@ impl Work<'_> {
     }
 }
 
-/// A pole behind the last of so many points.
+/// A pole behind the last point.
 fn event(pole: &Pole, points: usize) -> BifurcationEvent {
     BifurcationEvent {
         kind: EventKind::BranchPoint,

@@ -22,7 +22,7 @@ pub(super) struct Delivered {
     pub method: Method,
     /// nu, excitation periods in a response period; 1 for attractors, whose labels say it.
     pub subharmonic: usize,
-    /// Where it begins; `None` for the primary branch.
+    /// Event at which it begins; `None` for the primary branch.
     pub origin: Option<Origin>,
     /// The random start that led to it, in words.
     pub start: Option<String>,
@@ -34,7 +34,7 @@ pub(super) struct Delivered {
     integrators: Vec<&'static str>,
     pub points: Vec<BranchPoint>,
     pub events: Vec<BifurcationEvent>,
-    /// Kinds of the attractors, one a point; none for branches, whose solutions are periodic by construction.
+    /// Kinds of the attractors, one per point; none for branches, whose solutions are periodic by construction.
     pub labels: Vec<Label>,
     pub end: Ending,
 }
@@ -234,7 +234,7 @@ pub(super) fn assemble(
     report
 }
 
-/// One row a branch: where it begins and ends. `parent` and `event` (a row of the events) are empty for a primary branch.
+/// One row per branch: its start and end. `parent` and `event` (a row of the events) are empty for a primary branch.
 pub(super) fn branches(delivered: &[Delivered]) -> Table {
     let numbers = |f: &dyn Fn(&Delivered) -> usize| -> Vec<i64> {
         delivered.iter().map(|d| f(d) as i64).collect()

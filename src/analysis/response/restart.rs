@@ -34,7 +34,7 @@ impl Work<'_> {
             };
             let (last, first) = (number + 1, piece.points.first().map(|p| p.lambda));
             let message = format!(
-                "the branch breaks where an orbit grazes a jump of the force; branch {last} goes on at {}",
+                "the branch breaks where an orbit grazes a jump of the force; branch {last} continues at {}",
                 self.swept.place(first.unwrap_or_default()),
             );
             self.warnings.push(format!("branch {number}: {message}"));

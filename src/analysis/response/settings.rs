@@ -27,7 +27,7 @@ const TRANSIENT: usize = 200;
 const PERIODS: usize = 100;
 
 impl BranchSettings {
-    /// The methods asked for, Galerkin when none is named.
+    /// The requested methods; default Galerkin.
     pub(super) fn methods(&self) -> Vec<Method> {
         match &self.methods {
             Some(list) => list.clone(),
@@ -109,7 +109,7 @@ impl BranchSettings {
         (settings, reason)
     }
 
-    /// The same problem with the quadrature asked for; `auto` samples until it is [`resolved`](BranchSettings::resolved).
+    /// The same problem with the requested quadrature; `auto` samples until it is [`resolved`](BranchSettings::resolved).
     ///
     /// # Errors
     /// A connection that does not allow it.
@@ -152,7 +152,7 @@ impl BranchSettings {
         }
     }
 
-    /// What is wrong with the ends and the marks, `value` being what a written one stands for.
+    /// What is wrong with the ends and the marks, `value` being the number of a written one.
     pub(in crate::analysis) fn check_range(
         &self,
         value: &dyn Fn(&Quantity) -> Result<f64, String>,
@@ -220,7 +220,8 @@ impl BranchSettings {
             faults.push(Fault::new("methods", "wanted a list of different methods"));
         }
         if self.verify.is_some() && self.confirm.is_some() {
-            let message = "`verify` and `confirm` exclude each other; `verify: true` stands for `confirm: all`";
+            let message =
+                "`verify` and `confirm` exclude each other; `verify: true` means `confirm: all`";
             faults.push(Fault::new("verify", message));
         }
         let is_asked = matches!(self.asked(), Some(asked) if asked != Confirm::None);
@@ -230,9 +231,8 @@ impl BranchSettings {
             } else {
                 "confirm"
             };
-            let message = format!(
-                "`{key}` takes points of the method `galerkin` through the flow, which is not asked for"
-            );
+            let message =
+                format!("`{key}` confirms points of the method `galerkin`, which is not selected");
             faults.push(Fault::new(key, message));
         }
         for (key, is_asked_for) in [
@@ -241,7 +241,7 @@ impl BranchSettings {
         ] {
             if is_asked_for && !self.has_galerkin() {
                 let message = format!(
-                    "`{key}` judges points of the method `galerkin`, which is not asked for"
+                    "`{key}` applies to points of the method `galerkin`, which is not selected"
                 );
                 faults.push(Fault::new(key, message));
             }
@@ -288,7 +288,7 @@ impl BranchSettings {
             ];
             for (key, _) in given.iter().filter(|(_, is_given)| *is_given) {
                 let message = format!(
-                    "`{key}` belongs to the method `integration`, which is not asked for; other methods choose their \
+                    "`{key}` belongs to the method `integration`, which is not selected; other methods choose their \
                      points themselves (`max_step`, `marks`)"
                 );
                 faults.push(Fault::new(*key, message));
@@ -323,7 +323,7 @@ impl BranchSettings {
             return faults;
         };
         if !self.stability {
-            let message = "period doublings are found by multipliers; leave `stability: false` out";
+            let message = "period doublings are found from multipliers; remove `stability: false`";
             faults.push(Fault::new("branches", message));
         }
         if self.methods() == [Method::Integration] {
@@ -346,7 +346,7 @@ impl BranchSettings {
         let share = self.stability_resolution;
         if !(share > 0.0 && share <= 0.1) {
             let message =
-                format!("{share} must be above 0 and at most 0.1: a share of the parameter");
+                format!("{share} must be above 0 and at most 0.1: a fraction of the parameter");
             faults.push(Fault::new("stability_resolution", message));
         }
         if self.subharmonic == 0 {

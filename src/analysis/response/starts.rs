@@ -120,7 +120,7 @@ pub(super) struct Search {
     pub shorter: usize,
     /// On branches followed before.
     pub known: usize,
-    /// That began branches.
+    /// Number of starts of branches.
     pub followed: usize,
 }
 

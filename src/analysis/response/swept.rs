@@ -79,7 +79,7 @@ pub(in crate::analysis) struct Here<'a> {
 }
 
 impl<'a> Swept<'a> {
-    /// Which multipliers the Galerkin method computes; only beside all of them stand the averaged estimates.
+    /// Which multipliers the Galerkin method computes; the averaged estimates exist only with all of them.
     pub fn spectrum(&self) -> Spectrum {
         Spectrum::of(self.setting.assembly.system.dof())
     }
@@ -195,7 +195,7 @@ impl<'a> Swept<'a> {
         self.family_for(self.subharmonic)
     }
 
-    /// The same with another subharmonic index.
+    /// Changes the subharmonic index.
     ///
     /// # Errors
     /// There is no system at its beginning.
@@ -244,7 +244,7 @@ impl<'a> Swept<'a> {
     /// The system at lambda with subharmonic index 1.
     ///
     /// # Errors
-    /// What the model says about the value.
+    /// Errors of the model at this value.
     pub fn system(&self, lambda: f64) -> Result<System, String> {
         let mut system = self.model(lambda)?.1.into_owned().system;
         system.set_reference_frequency(self.excitation(lambda));
@@ -303,7 +303,7 @@ impl<'a> Swept<'a> {
         }
     }
 
-    /// Where a branch stands, in words.
+    /// Place on a branch, in words.
     pub fn place(&self, lambda: f64) -> String {
         match &self.kind {
             Kind::Frequency { .. } => format!("omega/omega_c = {lambda:.6}"),

@@ -21,7 +21,7 @@ pub enum ResponseTable {
     MultiplierEstimates,
 }
 
-/// The tables asked for.
+/// The requested tables.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Tables {
     /// All but the estimated multipliers; rattle where a law has a gap.
@@ -45,7 +45,7 @@ impl Tables {
         }
     }
 
-    /// Whether nothing was asked for.
+    /// Whether no tables were requested.
     pub fn are_usual(&self) -> bool {
         *self == Tables::Usual
     }

@@ -39,7 +39,7 @@ pub(in crate::analysis) fn run(
     let settings = &settings;
     let mut work = Work::new(settings, swept);
     match work.trace_all() {
-        // What was delivered before stands.
+        // Earlier results are kept.
         Err(Error::Solve(SolveError::Interrupted)) => work.note_interruption(),
         traced => traced?,
     }
@@ -111,7 +111,7 @@ pub(super) struct Work<'a> {
     pub warnings: Vec<String>,
     /// Deformation of every connection beyond which a branch is unbounded.
     pub(super) bounds: Vec<f64>,
-    /// What random starts led to.
+    /// Results of random starts.
     pub searches: Vec<Search>,
     /// Of the branches of the present method.
     pub crossings: Crossings,
@@ -224,7 +224,7 @@ impl<'a> Work<'a> {
         Ok(delivered)
     }
 
-    /// Follows one branch of periodic solutions and verifies it where that is asked for. An interruption leaves the points that
+    /// Follows one branch of periodic solutions and verifies it on request. An interruption leaves the points that
     /// it has.
     pub(super) fn follow(
         &mut self,
@@ -254,7 +254,7 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// The same with the Galerkin method, whose points are judged where that is asked for.
+    /// Follows a branch with the Galerkin method and estimates the errors of its points on request.
     fn follow_series(&mut self, source: Source, delivered: &mut Delivered) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);
         let (from, nu) = (swept.range.0, delivered.subharmonic);
@@ -372,7 +372,7 @@ impl<'a> Work<'a> {
         if settings.branches.limits().is_some() {
             let met = self.crossings.add(problem, number, delivered, branch.end)?;
             if let Some(met) = met {
-                delivered.end.message = format!("the branch returned onto branch {met}");
+                delivered.end.message = format!("the branch returned to branch {met}");
             }
         }
         let points = delivered.points.iter().enumerate();

@@ -177,7 +177,7 @@ impl Verification {
         }
     }
 
-    /// What the JSON file says.
+    /// Entries of the JSON file.
     pub fn as_value(&self) -> Value {
         if !self.is_done() {
             return json!({ "message": self.left_out });
@@ -205,7 +205,7 @@ impl Verification {
         let (total, converged) = (self.rows.len(), self.converged());
         let shared = match self.quantiles() {
             (Some(least), Some(median)) => format!(
-                "the two methods share {least:.1} digits of the r.m.s. deformations at least, {median:.1} in the median"
+                "the r.m.s. deformations of the two methods share at least {least:.1} digits, {median:.1} in the median"
             ),
             _ => "no point could be compared".into(),
         };
@@ -217,13 +217,14 @@ impl Verification {
                     .map(|(lambda, fold)| (lambda - fold).abs());
                 let largest = gaps.fold(0.0, f64::max);
                 format!(
-                    "; {count} points lie beyond a fold of the exact branch, by {largest:.1e} of the continued parameter at most, where there is no orbit"
+                    "; {count} points lie beyond a fold of the exact branch, by at most {largest:.1e} of the continued \
+                     parameter, where there is no orbit"
                 )
             }
         };
         let failed = match total - converged - self.beyond_fold().count() {
             0 => String::new(),
-            failed => format!("; from {failed} points the flow leads to no orbit"),
+            failed => format!("; the flow finds no orbit at {failed} points"),
         };
         let Verdicts {
             confirmed,
@@ -285,7 +286,8 @@ fn warnings(swept: &Swept<'_>, rows: &[Row], events: &[BifurcationEvent]) -> Vec
     let lost: Vec<f64> = lost.map(|r| r.lambda).collect();
     if !lost.is_empty() {
         list.push(format!(
-            "galerkin: from {} of {} checked points, {}, the flow leads to no orbit: use more `harmonics`, or the method `shooting`",
+            "galerkin: at {} of {} checked points, {}, the flow finds no orbit: use more `harmonics`, or the method \
+             `shooting`",
             lost.len(),
             rows.len(),
             between(&lost),

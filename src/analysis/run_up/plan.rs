@@ -16,7 +16,7 @@ use crate::system::{LoadKind, System};
 pub struct Plan {
     /// Speed over time.
     pub ramp: SpeedRamp,
-    /// What is followed.
+    /// Recorded quantities.
     pub signals: Vec<Signal>,
     /// Orders tracked.
     pub orders: Vec<f64>,
@@ -124,7 +124,7 @@ impl Plan {
         })
     }
 
-    /// How windows of so many revolutions lie.
+    /// Positions of the windows of a number of revolutions.
     pub fn layout(&self, window: usize) -> (Orders, Layout) {
         let layout = Layout {
             revolutions: self.ramp.revolutions,
@@ -169,7 +169,7 @@ fn bands(run_up: &RunUp, setting: &Setting<'_>) -> Result<Vec<(f64, f64)>, Vec<F
     }
 }
 
-/// The orders asked for, or those of the loads.
+/// The requested orders; default: those of the loads.
 fn orders(run_up: &RunUp, setting: &Setting<'_>) -> Result<Vec<f64>, Vec<Fault>> {
     let Some(written) = &run_up.orders else {
         return Ok(orders_of_loads(&setting.assembly.system));

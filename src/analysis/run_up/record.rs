@@ -11,7 +11,7 @@ use crate::system::{Course, System};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// How windows lie.
+/// Positions of the windows.
 #[derive(Debug, Clone, Copy)]
 pub struct Layout {
     /// First revolution that begins in the run, and the one behind the last whole one.
@@ -43,7 +43,7 @@ pub struct Window {
     pub impacts: Vec<[f64; 2]>,
 }
 
-/// What is known of one revolution.
+/// Statistics of one revolution.
 #[derive(Debug, Clone)]
 struct Revolution {
     sums: Vec<Sums>,

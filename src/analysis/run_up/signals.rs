@@ -6,7 +6,7 @@ use crate::measure::Heading;
 use crate::postprocess::measures::is_clearance;
 use crate::system::{Scratch, System};
 
-/// What is followed.
+/// Recorded quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
     /// `q.c`: deformation.
@@ -53,7 +53,7 @@ pub fn find(setting: &Setting<'_>, name: &str) -> Result<Signal, String> {
     }
 }
 
-/// The signals asked for, or the deformations of all connections with gaps (of all, where none has one).
+/// The requested signals; default: the deformations of all connections with gaps, or of all connections if none has a gap.
 pub fn chosen(setting: &Setting<'_>, names: Option<&[String]>) -> Result<Vec<Signal>, Vec<Fault>> {
     let Some(names) = names else {
         let mounts = setting.assembly.system.mounts();

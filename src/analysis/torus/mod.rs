@@ -213,7 +213,7 @@ impl Torus {
             Some(_) => Fault::new("to", message),
         })?;
         if axis.ends.0 == axis.ends.1 {
-            let message = format!("{} is where the range begins", self.to.text);
+            let message = format!("{} is the start of the range", self.to.text);
             return Err(Fault::new("to", message));
         }
         let at = match (&axis.parameter, &self.at) {

@@ -26,7 +26,7 @@ impl<'a> Road<'a> {
         }
     }
 
-    /// What is wrong with the range.
+    /// Errors in the range.
     pub fn check(&mut self) -> Option<Fault> {
         let mut one = |share: f64| self.system([share, 0.0]);
         match (one(0.0), one(0.381_966_011), one(1.0)) {

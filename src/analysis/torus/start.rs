@@ -23,7 +23,7 @@ pub(super) type First<'a> = Result<(TorusProblem<'a>, torus::Torus, usize), Stri
 /// The share of a value.
 ///
 /// # Errors
-/// What the model says about the value.
+/// Errors of the model at this value.
 pub(super) fn share(setting: &Setting<'_>, axis: &Axis, written: &Quantity) -> Result<f64, String> {
     axis.parameter.check(setting, written)?;
     Ok(axis.share(axis.parameter.value(setting, written)?))

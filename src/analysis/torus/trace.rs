@@ -15,7 +15,7 @@ pub(super) struct Row {
     pub point: TorusPoint,
     /// R.m.s. of every deformation, without the mean.
     pub rms: Vec<f64>,
-    /// States at phase 0, where they are asked for.
+    /// States at phase 0, if requested.
     pub curve: Vec<f64>,
     /// Excitation periods per map, and their duration.
     pub nu: usize,

@@ -62,7 +62,7 @@ fn plan(history: &History<'_>, setting: &Setting<'_>) -> Result<Plan, Vec<Fault>
     let speed = match (history.speed, history.at) {
         (Some(speed), None) => speed.line(setting, "speed"),
         (Some(_), Some(_)) => {
-            let message = "does not go with `speed`, which says the speed at every instant";
+            let message = "excludes `speed`, which gives the speed at every instant";
             Err(vec![Fault::new("at", message)])
         }
         (None, Some(at)) => (setting.frequency(at))
@@ -154,7 +154,7 @@ fn times(history: &History<'_>, setting: &Setting<'_>, end: f64) -> Result<Vec<f
 /// Runs, and returns the report without its options.
 ///
 /// # Errors
-/// Misuse that `check` could not see.
+/// Misuse that `check` could not detect.
 pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error> {
     let first = |mut list: Vec<Fault>| columns::refused(setting, list.remove(0));
     let plan = plan(history, setting).map_err(first)?;

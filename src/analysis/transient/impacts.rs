@@ -24,7 +24,7 @@ pub struct Impacts<'a> {
     state: Vec<f64>,
 }
 
-/// What is known of the contacts of one connection.
+/// Statistics of the contacts of one connection.
 #[derive(Debug, Clone, Default)]
 struct Contact {
     flank: i8,

@@ -24,11 +24,11 @@ use crate::system::{Course, LoadKind, LoadSource, Mount, System};
 pub(super) struct Transient {
     /// The system, whose `tau` is omega_c t.
     pub system: System,
-    /// What advances the state.
+    /// Integrator.
     pub integrator: Box<dyn Integrator + Send>,
     /// [q; v].
     pub state: Vec<f64>,
-    /// What is to be said about the state.
+    /// Warning about the state.
     pub warning: Option<String>,
 }
 
@@ -154,14 +154,14 @@ pub(super) fn check_speed(setting: &Setting<'_>, speed: &BrokenLine, key: &str) 
     };
     if let Some(body) = dragged(setting) {
         let message = format!(
-            "the speed passes 0, where the drag of `{body}` turns round: keep the speed on one side of 0, or give the torque \
-             as a load"
+            "the speed passes 0, where the drag of `{body}` reverses: keep the speed on one side of 0, or give the \
+             torque as a load"
         );
         return Some(Fault::new(key, message));
     }
     system.loads().iter().any(needs).then(|| {
-        let message = "the speed passes 0, where an amplitude with a broken or negative `speed_power` has no value: give it a \
-                       table {speed: [..], values: [..]}, or keep the speed above 0";
+        let message = "the speed passes 0, where an amplitude with a fractional or negative `speed_power` has no \
+                       value: give it a table {speed: [..], values: [..]}, or keep the speed above 0";
         Fault::new(key, message)
     })
 }

@@ -130,7 +130,7 @@ fn duration(
             "`duration` and `rate` exclude each other",
         )),
         (None, None) => {
-            let message = "is missing: how long the run takes; or give `rate`, such as `170 rpm/s`";
+            let message = "is missing: give the length of the run, or `rate`, such as `170 rpm/s`";
             Err(Fault::new("duration", message))
         }
     }

@@ -87,7 +87,7 @@ pub(super) fn check(key: &str, stages: &[Stage]) -> Result<(), InvalidParameter>
                 end = to;
             }
             None if k + 1 < stages.len() => {
-                let message = "missing: every stage but the last one ends somewhere";
+                let message = "missing: every stage except the last one needs an end";
                 return Err(InvalidParameter::about(name("to"), message));
             }
             None => {}

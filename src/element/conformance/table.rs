@@ -82,7 +82,7 @@ fn presence(info: &ElementInfo, p: &ParameterInfo, found: &mut Vec<String>) {
         }
         if altered(info, group, None).is_some() {
             found.push(format!(
-                "{}: read without what must be given",
+                "{}: read without its required parameter",
                 group.join(", ")
             ));
         }

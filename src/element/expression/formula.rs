@@ -41,7 +41,7 @@ pub(super) enum Binary {
     Or,
 }
 
-/// What a law is a function of.
+/// Variables of a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Variable {
     Displacement,
@@ -49,7 +49,7 @@ pub(super) enum Variable {
     Phase,
 }
 
-/// A node of the tree; arguments stand before it in the list.
+/// A node of the tree; arguments precede it in the list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Node {
     Number(f64),

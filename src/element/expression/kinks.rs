@@ -8,7 +8,7 @@ use super::formula::{Binary, Formula, Node, Unary, Variable};
 use super::program::{Point, values};
 use crate::element::derivatives::Dual;
 
-/// How a node depends on q, v and phase between two switches.
+/// Dependence of a node on q, v and phase between two switches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Shape {
     /// 0 constant, 1 affine in (q, v), 2 anything else.
@@ -26,7 +26,7 @@ pub(super) struct Hidden {
     pub(super) may_jump: bool,
 }
 
-/// What the switches of a formula look like, for given parameters.
+/// Switches of a formula, for given parameters.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Kinks {
     /// Displacements, ascending.
@@ -183,7 +183,7 @@ impl Search<'_> {
         }
         let at = |q: f64| {
             let point = Point::at_rest(q);
-            // Arguments stand before the node at hand, which has no shape yet.
+            // Arguments precede the current node, which has no shape yet.
             let nodes = &self.formula.nodes[..self.shapes.len()];
             function(&values(nodes, self.parameters, point))
         };

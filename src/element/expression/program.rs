@@ -21,7 +21,7 @@ pub(super) enum Op {
     Skip(usize),
 }
 
-/// What a formula is evaluated at.
+/// Arguments of a formula.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point<N> {
     pub(super) q: N,

@@ -33,7 +33,8 @@ pub(super) fn read(text: &str, parameters: &[&str]) -> Result<Formula, Fault> {
         _ => return reader.fail(reader.no_operator()),
     }
     if value.sort == Sort::Condition {
-        let message = "found a condition, wanted a force; `if` makes one of the other";
+        let message =
+            "found a condition, wanted a force; use `if` to turn a condition into a number";
         return Err(reader.fault(value.start, message));
     }
     let nodes = reader.formula.nodes.iter().zip(&reader.formula.places);
@@ -47,14 +48,14 @@ pub(super) fn read(text: &str, parameters: &[&str]) -> Result<Formula, Fault> {
     }
 }
 
-/// What an expression stands for.
+/// Kind of value of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Number,
     Condition,
 }
 
-/// An expression read: its node, what it stands for, where it begins.
+/// An expression: its node, its kind of value, its first character.
 #[derive(Debug, Clone, Copy)]
 struct Read {
     node: usize,

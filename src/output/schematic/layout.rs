@@ -1,4 +1,4 @@
-//! Where the parts of a train stand: axes by height, wheels in slots along them.
+//! Positions of the parts of a train: axes by height, wheels in slots along them.
 
 mod links;
 
@@ -31,7 +31,7 @@ pub(super) struct Axis {
     pub slides: bool,
 }
 
-/// What a connection looks like.
+/// Appearance of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Look {
     /// Teeth that touch.
@@ -142,7 +142,7 @@ impl Layout {
         for k in 0..REACH {
             // Outward from the body's own wheels, to the right first.
             let slot = start + if k % 2 == 1 { (k + 1) / 2 } else { -(k / 2) };
-            // A ring stands around what turns there already.
+            // A ring surrounds the parts that already turn there.
             let is_taken = |side: &f64| {
                 let place = y + side * distance;
                 self.heights

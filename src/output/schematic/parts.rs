@@ -201,7 +201,7 @@ pub(super) fn labels(scene: &mut Scene, paper: &Paper, layout: &Layout) -> f64 {
         let (x, y) = (paper.x(wheel.slot), paper.y(wheel.y));
         let half = HALF * paper.slot;
         let name = cut(&readable(name), font, paper.slot * 0.9);
-        // Wheels stand in stacks: their names are beside them. Others have springs beside them.
+        // Wheels are stacked: their names are beside them. Others have springs beside them.
         let reach = wheel.radius * paper.scale;
         let (place, anchor, below) = match wheel.is_to_scale {
             // A ring has its name at its rim: others turn about the same axis.

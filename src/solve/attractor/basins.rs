@@ -10,7 +10,7 @@ use super::trap::Trap;
 use super::{Label, LabelOptions, Lengths, MapSize, Stop, attractor};
 use crate::solve::integrate::IntegrationEnd;
 
-/// How far a start is followed.
+/// Limits of the motion from a start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patience {
     /// Periods before the search for new attractors.
@@ -19,7 +19,7 @@ pub struct Patience {
     pub periods: usize,
     /// Periods at most.
     pub limit: usize,
-    /// How labels are given.
+    /// Settings of labels.
     pub labels: LabelOptions,
 }
 
@@ -38,7 +38,7 @@ pub struct Settled {
     scale: Vec<f64>,
 }
 
-/// Where a start ends.
+/// End of a start.
 #[derive(Debug, Clone)]
 pub enum Fate {
     /// At a known attractor.

@@ -106,7 +106,7 @@ fn divisor(a: usize, b: usize) -> usize {
 
 /// Successive points of one curve, scaled, without their mean.
 struct Motion {
-    /// One row a point.
+    /// One row per point.
     points: DMatrix<f64>,
 }
 
@@ -207,7 +207,7 @@ fn distinct(rho: f64, count: usize) -> usize {
     gaps + usize::from(angles[0] + 1.0 - angles[count - 1] > apart)
 }
 
-/// Rotation numbers that the strongest lines of a series may stand for.
+/// Rotation numbers that the strongest lines of a series may represent.
 fn candidates(series: &[f64]) -> Vec<f64> {
     let lines = lines(series);
     let mut list = Vec::new();

@@ -14,7 +14,7 @@ const BATCHES: usize = 10;
 #[derive(Debug, Clone)]
 pub struct Lyapunov {
     frame: DMatrix<f64>,
-    /// ln|R_ii|, one row of values a counted period.
+    /// ln|R_ii|, one row of values per counted period.
     logarithms: Vec<f64>,
 }
 
@@ -64,7 +64,7 @@ impl Exponents {
 }
 
 impl Lyapunov {
-    /// A frame of so many directions: 2n for n coordinates.
+    /// A frame of directions: 2n for n coordinates.
     pub fn new(size: usize) -> Lyapunov {
         Lyapunov {
             frame: DMatrix::identity(size, size),

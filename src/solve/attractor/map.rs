@@ -6,7 +6,7 @@ use crate::system::{Mount, System};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
-/// What the equation of motion says about invariant curves, whatever a record looks like.
+/// Constraints of the equation of motion on invariant curves, independent of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tori {
     /// They may exist.
@@ -60,7 +60,7 @@ pub trait Map {
 pub struct Stroboscopic<'a> {
     /// The system.
     pub system: &'a System,
-    /// What advances the state.
+    /// Integrator.
     pub integrator: &'a mut dyn Integrator,
 }
 

@@ -76,7 +76,7 @@ impl std::fmt::Display for Label {
     }
 }
 
-/// How far labels go.
+/// Limits of labels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LabelOptions {
     /// Longest period looked for.
@@ -100,7 +100,7 @@ impl Default for LabelOptions {
 /// An attractor as a record shows it.
 #[derive(Debug, Clone)]
 pub struct Attractor {
-    /// The record as it was asked for. Its exponents are those of the part that decided the label.
+    /// The requested record. Its exponents are those of the part that decided the label.
     pub record: MapRecord,
     /// Kind of the attractor.
     pub label: Label,
@@ -204,7 +204,7 @@ struct Hunt<'a> {
     found: Attractor,
 }
 
-/// Which part of a motion is judged.
+/// Part of a motion that decides the label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Record,
@@ -281,7 +281,7 @@ impl Hunt<'_> {
                     self.found.record.stop = stop;
                     return;
                 }
-                // It was on no attractor, but the record stands.
+                // It was on no attractor, but the record is kept.
                 Some(Stop::Failed(..)) => {
                     self.walk.state.copy_from_slice(&before);
                     return;

@@ -5,10 +5,10 @@ use super::map::Map;
 use crate::solve::integrate::IntegrationEnd;
 use nalgebra::DMatrix;
 
-/// Why a motion was not followed to its end.
+/// Reason why a motion was not followed to its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stop {
-    /// Somebody asked for it.
+    /// An interrupt was requested.
     Interrupted,
     /// The integration ended, in this period, counted from 1.
     Failed(IntegrationEnd, usize),
@@ -33,7 +33,7 @@ impl std::fmt::Display for Stop {
     }
 }
 
-/// How long a Poincaré map runs.
+/// Lengths of a Poincaré map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MapSize {
     /// Excitation periods before the record.
@@ -54,7 +54,7 @@ pub enum Lengths {
 }
 
 impl Lengths {
-    /// What a key `lyapunov` says.
+    /// Value of the key `lyapunov`.
     pub fn wanted(lyapunov: bool) -> Lengths {
         match lyapunov {
             true => Lengths::Followed,
@@ -70,7 +70,7 @@ pub struct MapRecord {
     pub points: Vec<f64>,
     /// Lyapunov exponents over the record, in units of omega_c.
     pub exponents: Option<Exponents>,
-    /// Why the record is shorter than asked for.
+    /// Reason why the record is shorter than requested.
     pub stop: Option<Stop>,
 }
 
@@ -127,7 +127,7 @@ pub(super) struct Walk<'a> {
     keep_going: &'a mut dyn FnMut(usize) -> bool,
     /// Periods gone.
     period: usize,
-    /// What has been recorded last.
+    /// Last recorded state.
     pub stretch: Stretch,
     frame: DMatrix<f64>,
 }

@@ -31,7 +31,7 @@ const SHRINK: f64 = 0.5;
 const TRIALS: usize = 36;
 /// Radii sampled below the one that is tried, in parts of it.
 const SHELLS: [f64; 4] = [1.0, 0.6, 0.35, 0.15];
-/// Directions per radius: so many, and more for each value of a state.
+/// Directions per radius: a base number, and more per component of a state.
 const DIRECTIONS: (usize, usize) = (8, 8);
 /// Seed of the directions.
 const SEED: u64 = 15;

@@ -44,7 +44,7 @@ const STEEP: f64 = 0.3;
 /// Error of the multipliers at a point over the larger one at the two checked points around it.
 const SAFETY: f64 = 3.0;
 
-/// Which points are taken through the flow.
+/// Points that the flow confirms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spread {
     /// Both ends, those beside events, some evenly between, and all where these show that the series is poor.
@@ -53,7 +53,7 @@ pub enum Spread {
     Every(usize),
 }
 
-/// How a branch is confirmed.
+/// Settings of the confirmation of a branch.
 pub struct ConfirmOptions<'a> {
     /// Points that are taken through the flow.
     pub spread: Spread,
@@ -92,7 +92,7 @@ pub struct Checked {
 /// were checked.
 ///
 /// # Errors
-/// What the problem or the flow returns.
+/// Errors of the problem or the flow.
 pub fn confirm<F: Family>(
     series: &mut dyn PeriodicResidual,
     shooting: &mut Shooting<F>,
@@ -148,7 +148,7 @@ struct Confirmer<'a, F: Family> {
     explained: Vec<(usize, usize)>,
 }
 
-/// What the flow has beside a point.
+/// Result of the flow beside a point.
 #[derive(Debug, Clone)]
 struct Station {
     /// The orbit at the same parameter.
@@ -157,7 +157,7 @@ struct Station {
     nearest: Option<FlowPoint>,
     /// Whether the orbit at the same parameter is the one of the series.
     is_same: bool,
-    /// Whether the orbit in the plane stands for the flow's branch beside the point.
+    /// Whether the orbit in the plane represents the flow's branch beside the point.
     is_nearest_own: bool,
     /// Difference of the states, relative to their size.
     gap: f64,
@@ -248,7 +248,7 @@ impl<F: Family> Confirmer<'_, F> {
             return Ok(());
         }
         let x = self.states[k].clone();
-        // Points that nobody asked for only need multipliers.
+        // Points outside the request need only multipliers.
         let care = match self.options.spread {
             Spread::Some => Care::Rough,
             Spread::Every(_) => Care::Fine,

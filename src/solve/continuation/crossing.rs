@@ -82,7 +82,7 @@ const SHIFTS: [f64; 3] = [0.0, 1e-10, 1e-8];
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Continuation {
-    /// A path that stands at a crossing and leaves it along the direction that the known path does not have; `None` when
+    /// A path at a crossing that leaves it along the direction that the known path does not have; `None` when
     /// there is no such direction.
     ///
     /// ```text

@@ -13,7 +13,7 @@ impl Continuation {
     /// `None` when the corrector fails there.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn at_fraction(
         &mut self,
         problem: &mut dyn Residual,
@@ -36,7 +36,7 @@ impl Continuation {
     /// solved exactly at `target`. `None` when it cannot be reached.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn at_lambda(
         &mut self,
         problem: &mut dyn Residual,

@@ -27,7 +27,7 @@ use crate::error::SolveError;
 use bordered::Bordered;
 use nalgebra::DVector;
 
-/// What one call of `advance` brought.
+/// Result of one call of `advance`.
 #[derive(Debug)]
 pub enum Advance<'p> {
     /// The next point.
@@ -36,10 +36,10 @@ pub enum Advance<'p> {
     End(PathEnd),
 }
 
-/// What the first correction brought.
+/// Result of the first correction.
 #[derive(Debug)]
 pub enum Started {
-    /// A path that stands at its first point.
+    /// A path at its first point.
     Path(Box<Continuation>),
     /// The first point cannot be corrected.
     Failed(NewtonOutcome),
@@ -82,7 +82,7 @@ impl Continuation {
         Continuation::start_at(problem, (u, options.range.0), Side::Forward, options)
     }
 
-    /// A path that stands at a point.
+    /// A path at a point.
     fn standing(
         problem: &dyn Residual,
         origin: PathPoint,
@@ -130,7 +130,7 @@ impl Continuation {
     /// Takes the next step.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn advance(&mut self, problem: &mut dyn Residual) -> Result<Advance<'_>, SolveError> {
         if self.end.is_none() && self.points >= self.options.max_points {
             self.end = Some(PathEnd::MaxPoints);

@@ -9,7 +9,7 @@ impl Continuation {
     /// number of points; `None` when the point cannot be corrected there.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn resized(&self, problem: &mut dyn Residual) -> Result<Option<Continuation>, SolveError> {
         let resized = |point: &PathPoint| PathPoint {
             u: problem.in_present_size(&point.u),
@@ -32,7 +32,7 @@ impl Continuation {
     /// Ends the last step half way; false, and nothing changes, when the corrector fails there.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn halve_step(&mut self, problem: &mut dyn Residual) -> Result<bool, SolveError> {
         match self.at_fraction(problem, 0.5)? {
             Some(point) if point.orientation != 0 => {

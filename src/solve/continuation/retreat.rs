@@ -1,4 +1,4 @@
-//! Steps that are taken anew.
+//! Steps that are retried.
 
 use super::{Continuation, PathEnd, PathPoint};
 

@@ -51,7 +51,7 @@ impl Section {
     /// The point of the path in a plane; `None` when the corrector fails.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn at(
         &mut self,
         problem: &mut dyn Residual,
@@ -68,7 +68,7 @@ impl Section {
     /// 1 above. `None` when there is none within a few lengths of the direction.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn turn(
         &mut self,
         problem: &mut dyn Residual,

@@ -14,7 +14,7 @@ const SAME: f64 = 1e-6;
 const SAME_DIRECTION: f64 = 0.05;
 
 impl Continuation {
-    /// Leaves a waymark at the present point every so many points.
+    /// Leaves a waymark at the present point at regular intervals of points.
     pub(super) fn leave_waymark(&mut self) {
         if self.points.is_multiple_of(SPACING) {
             self.trail.push(self.point.clone());

@@ -72,18 +72,18 @@ pub struct PathPoint {
     pub tangent_lambda: f64,
     /// Sign of det [dR/du, dR/dlambda; tangent]: changes at branch points and nowhere else on a smooth path.
     pub orientation: i8,
-    /// How the corrector ended.
+    /// End of the corrector.
     pub newton: NewtonOutcome,
 }
 
-/// Why a path ended.
+/// Reason of the end of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PathEnd {
     /// The end of the range, solved exactly.
     RangeReached,
     /// The path turned back and left the range where it began.
     ReturnedToStart,
-    /// As many points as were asked for.
+    /// The limit of points.
     MaxPoints,
     /// The corrector failed down to the smallest step.
     StepTooSmall {
@@ -137,12 +137,13 @@ impl PathEnd {
             }
             PathEnd::MaxPoints => "max_points was reached".into(),
             PathEnd::StepTooSmall { last } => format!("the step fell below min_step ({last})"),
-            PathEnd::Creeping => "the steps of the last few hundred points stayed far below max_step: no progress".into(),
+            PathEnd::Creeping => "the last few hundred steps stayed far below max_step: no progress".into(),
             PathEnd::Closed => "the branch closed on itself".into(),
             PathEnd::Looped => {
-                "the branch came back onto itself where it had jumped from another curve or passed a branch point".into()
+                "the path reached one of its own earlier points, so it must have jumped between curves or passed a \
+                 branch point".into()
             }
-            PathEnd::Joined { .. } => "the branch returned onto a known one".into(),
+            PathEnd::Joined { .. } => "the branch returned to a known branch".into(),
             PathEnd::Unbounded => "the response grows without bound".into(),
             PathEnd::Vertical => {
                 "the branch is vertical: orbits of any amplitude exist at this parameter".into()

@@ -11,7 +11,7 @@ impl Continuation {
     /// singular.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn shift_of_parameter(
         &mut self,
         problem: &mut dyn Residual,

@@ -64,7 +64,7 @@ impl Codimension {
         }
     }
 
-    /// What a curve meets where a grazing curve is one of the two.
+    /// Other curve at a crossing with a grazing curve.
     pub fn met(self) -> Option<&'static str> {
         match self {
             Codimension::GrazingFold => Some("fold"),
@@ -82,7 +82,7 @@ pub struct CurveEvent {
     pub kind: Codimension,
     /// The place.
     pub spot: Spot,
-    /// Fraction of the step at which it stands.
+    /// Position as a fraction of the step.
     pub fraction: f64,
     /// Of a fold that turns in the second parameter: whether an isolated branch is born there.
     pub is_birth: Option<bool>,
@@ -94,7 +94,7 @@ const WIDTH: f64 = 1e-13;
 const BISECTIONS: usize = 42;
 /// Value at a root relative to those at the ends of the step.
 const PLAIN: f64 = 1e-3;
-/// Tangent below which a parameter stands still: no turning point.
+/// Tangent below which a parameter counts as constant: no turning point.
 const STILL: f64 = 1e-7;
 /// Distance in steps within which turning points belong to a cusp.
 const AT_CUSP: f64 = 1e-3;

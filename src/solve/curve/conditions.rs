@@ -17,7 +17,7 @@ pub(super) struct Borders {
     pub left: DMatrix<f64>,
     /// C: right vectors.
     pub right: DMatrix<f64>,
-    /// Coordinates of G in the plane of a pair: one row a condition over the entries of G, column by column.
+    /// Coordinates of G in the plane of a pair: one row per condition over the entries of G, column by column.
     dual: Option<DMatrix<f64>>,
 }
 
@@ -36,7 +36,7 @@ pub(super) fn paired(phi: &DMatrix<f64>, k: f64) -> DMatrix<f64> {
 }
 
 impl Borders {
-    /// Of a matrix that lacks so many ranks; the orientation of single vectors is that of the borders before. `None` where there
+    /// Of a matrix with a given rank deficiency; the orientation of single vectors is that of the borders before. `None` where there
     /// are no singular vectors.
     pub fn of(m: &DMatrix<f64>, rank: usize, before: Option<&Borders>) -> Option<Borders> {
         let n = m.nrows();

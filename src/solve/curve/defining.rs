@@ -38,7 +38,7 @@ pub struct Spot {
 /// The defining system.
 pub struct Defining<'a> {
     pub(super) shots: Shots<'a>,
-    /// What holds along the curve.
+    /// Condition along the curve.
     pub kind: CurveKind,
     pub(super) borders: Option<Borders>,
     /// Size of the state: what unknowns are measured in.

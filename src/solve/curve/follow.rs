@@ -39,7 +39,7 @@ pub struct CurvePoint {
     pub mark: Option<usize>,
 }
 
-/// Why a curve ended.
+/// Reason of the end of a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CurveEnd {
     /// It left the ranges and did not come back within the margin.
@@ -80,7 +80,7 @@ impl CurveEnd {
                 "the pair of multipliers became real at the 1:{n} resonance; beyond it the orbit is a neutral saddle"
             ),
             CurveEnd::MeetsGrazing(_) => {
-                "the curve meets a grazing, behind which the multipliers have infinite slope".into()
+                "the curve meets a grazing, beyond which the multipliers have infinite slope".into()
             }
             CurveEnd::Path(end) => end.message(),
             CurveEnd::NoModel(reason) => format!("the model ends: {reason}"),
@@ -106,7 +106,7 @@ pub struct Arm {
     pub points: Vec<CurvePoint>,
     /// Events, each with the number of points before it.
     pub events: Vec<(usize, CurveEvent)>,
-    /// Why it ended.
+    /// Reason of the end.
     pub end: CurveEnd,
 }
 

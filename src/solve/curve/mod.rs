@@ -24,7 +24,7 @@ pub use follow::{Arm, CurveEnd, CurveOptions, CurvePoint, follow};
 pub use seek::{Guess, Guesses, NoStart, seek};
 pub use shots::{Plane, Shots};
 
-/// What holds along a curve.
+/// Condition along a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CurveKind {
     /// Multiplier +1, two orbits meet.

@@ -131,7 +131,7 @@ impl Defining<'_> {
         })
     }
 
-    /// A spot at which the touching fails by so many sizes: the state moved, against the gradient of the touched deformation.
+    /// A spot at which the contact condition fails by a number of sizes: the state moved, against the gradient of the touched deformation.
     pub(super) fn untouched(&mut self, spot: &Spot, away: f64) -> Result<Spot, SolveError> {
         let CurveKind::Grazing {
             connection,

@@ -216,7 +216,7 @@ impl Passages {
         self.counts() == other.counts()
     }
 
-    /// How often each breakpoint is passed, in the order of connections.
+    /// Number of passages of each breakpoint, in the order of connections.
     pub fn counts(&self) -> Vec<(usize, usize, usize)> {
         let mut list: Vec<(usize, usize)> = self.0.iter().map(|s| (s.0, s.1)).collect();
         list.sort_unstable();

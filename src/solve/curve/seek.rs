@@ -14,7 +14,7 @@ use crate::solve::segment_orbit::SegmentOrbit;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// What is looked for: a kind, and for a grazing the connections that may touch.
+/// Target of the search: a kind, and for a grazing the connections that may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Guess {
     /// A kind that needs no more.
@@ -34,7 +34,7 @@ pub struct Guesses {
     pub count: usize,
 }
 
-/// Why there is no first point.
+/// Reason why there is no first point.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoStart {
     /// No periodic orbit was found at the place.

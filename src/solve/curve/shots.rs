@@ -142,7 +142,7 @@ impl<'a> Shots<'a> {
         Ok(is_whole.then_some(found))
     }
 
-    /// The same with an observer of one's own.
+    /// As above, with an observer.
     ///
     /// # Errors
     /// As above.

@@ -5,7 +5,7 @@ use crate::numeric::symmetric::symmetriser;
 use crate::system::{Balance, LoadKind, System};
 use nalgebra::{DMatrix, DVector};
 
-/// What the mean loads ask: W^T diag(k) f = F.
+/// Balance of the mean loads: W^T diag(k) f = F.
 #[derive(Debug)]
 pub(super) struct Demand {
     /// k, e values.

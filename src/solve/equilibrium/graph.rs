@@ -13,7 +13,7 @@ pub(super) struct Graph<'a> {
     affine: Option<AffineLaw>,
 }
 
-/// Where a law supports a force.
+/// Set of deformations at which a law supports a force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Support {
     /// At one deformation, with the slope there.
@@ -52,9 +52,9 @@ pub(super) fn middle(low: f64, high: f64) -> f64 {
     }
 }
 
-/// Half width of the ramp that stands for a jump where forces cannot be read off one by one, relative to its breakpoint.
+/// Half width of the ramp that replaces a jump where forces cannot be read off one by one, relative to its breakpoint.
 const RAMP: f64 = 1e-9;
-/// Steps of the march along a law that is no broken line: the first one and the growth, relative to the force asked for.
+/// Steps of the march along a law that is no broken line: the first one and the growth, relative to the requested force.
 const FIRST_STEP: f64 = 1e-3;
 const GROWTH: f64 = 1.25;
 const MAX_STEPS: usize = 250;
@@ -327,7 +327,7 @@ impl<'a> Graph<'a> {
     }
 }
 
-/// Both ends of the ramp that stands for the jump at a breakpoint.
+/// Both ends of the ramp that replaces the jump at a breakpoint.
 fn ramp_at(breakpoint: f64) -> (f64, f64) {
     let half = RAMP * breakpoint.abs().max(1e-3);
     (breakpoint - half, breakpoint + half)

@@ -17,7 +17,7 @@ use balance::Demand;
 use graph::{Graph, Support};
 use nalgebra::DVector;
 
-/// Where the train rests.
+/// Static equilibrium of the train.
 #[derive(Debug, Clone)]
 pub struct Equilibrium {
     /// Relative coordinates, n values.
@@ -51,7 +51,7 @@ impl Equilibrium {
     }
 }
 
-/// Why no equilibrium is reported.
+/// Reason why no equilibrium is reported.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoEquilibrium {
     /// There is none: the forces of these connections cannot reach what the mean load asks of them.
@@ -72,7 +72,8 @@ impl NoEquilibrium {
                 let list: Vec<&str> = list.map(String::as_str).collect();
                 let verb = if list.len() == 1 { "does" } else { "do" };
                 format!(
-                    "there is no static equilibrium under the mean load: {} {verb} not carry it, the train runs apart there",
+                    "there is no static equilibrium under the mean load: {} {verb} not carry it, so the train runs \
+                     away there",
                     list.join(", ")
                 )
             }

@@ -20,11 +20,11 @@ const SAME: f64 = 2.0 * WIDEST;
 pub(super) struct Target {
     /// Fractions of the step that it cannot leave.
     pub limits: (f64, f64),
-    /// Where it is expected.
+    /// Expected position.
     pub guess: f64,
     /// Derivative of the test function there.
     pub slope: f64,
-    /// What the test function looks at besides the point.
+    /// Data of the test function besides the point.
     pub extent: Option<Extent>,
     /// Two fractions with values of opposite sign on the path: where the search from the guess ends at a limit, the root lies
     /// between them.

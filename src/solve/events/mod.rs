@@ -64,7 +64,7 @@ impl EventKind {
     }
 }
 
-/// What the flow says of an event of another method.
+/// Verdict of the flow on an event of another method.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Verdict {
     /// It was not asked.
@@ -85,7 +85,7 @@ pub struct BifurcationEvent {
     pub lambda: f64,
     /// Parameter at the event on the method's own branch; not a number for an event that only the flow has.
     pub method_lambda: f64,
-    /// What the flow says of it.
+    /// Verdict of the flow.
     pub verdict: Verdict,
     /// Parameters that enclose it; for a fold the neighbouring points', which may not.
     pub bracket: (f64, f64),
@@ -95,13 +95,13 @@ pub struct BifurcationEvent {
     pub unstable: Option<(usize, usize)>,
     /// Point of the branch before the event.
     pub after_point: usize,
-    /// Fraction of the step at which it stands.
+    /// Position as a fraction of the step.
     pub fraction: f64,
     /// The point of the path at the event; `None` when the location did not converge.
     pub point: Option<PathPoint>,
     /// The breakpoint that is touched; `None` for bifurcations.
     pub breakpoint: Option<f64>,
-    /// How far the sampling of forces may have moved the parameter of a fold; 0 where nothing is sampled.
+    /// Possible error of the parameter of a fold due to sampling of forces; 0 without sampling.
     pub doubt: f64,
     /// Values of the recorder at the event; empty when it could not be located.
     pub recorded: Vec<f64>,
@@ -118,7 +118,7 @@ impl BifurcationEvent {
     }
 }
 
-/// What is known at one place of a step.
+/// Data at one place of a step.
 #[derive(Debug, Clone)]
 pub struct Look {
     /// Fraction of the step, 0 at its origin.
@@ -162,6 +162,6 @@ impl Resolution {
 pub struct Probe {
     /// The point.
     pub point: PathPoint,
-    /// What is known.
+    /// Data.
     pub look: Look,
 }

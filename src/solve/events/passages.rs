@@ -20,7 +20,7 @@ const AT_END: f64 = 1e-9;
 const VANISHES: f64 = 1e-3;
 /// Neighbours of a stretch that are nearer to it than this share of its length say nothing new.
 const TOO_NEAR: f64 = 0.1;
-/// Neighbours of a stretch that are farther than so many of its lengths say little.
+/// Neighbours of an interval farther than this multiple of its length are not used.
 const TOO_FAR: f64 = 8.0;
 /// Share of the arclength of a stretch that counts as its width in the parameter, however little that moves.
 const ALONG: f64 = 0.05;

@@ -25,7 +25,7 @@ const CLEAR: f64 = 8.0;
 const ENDS: f64 = 0.01;
 /// Halvings of the way.
 const MAX_HALVINGS: u32 = 9;
-/// Angles on the upper half circle: so many, and so many more per multiplier.
+/// Angles on the upper half circle: a base number, and an additional number per multiplier.
 const ANGLES: (usize, usize) = (24, 3);
 /// Angles of a closer look between three on the grid.
 const CLOSER: usize = 8;
@@ -162,7 +162,7 @@ impl Quiet {
     }
 }
 
-/// What all z have in common at an interval of x.
+/// Quantities shared by all z at an interval of x.
 #[derive(Debug, Clone, Copy)]
 struct Weights {
     count: usize,

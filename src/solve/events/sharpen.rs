@@ -86,7 +86,7 @@ impl Step<'_> {
     }
 }
 
-/// Sum of mu - 1 over so many multipliers, those nearest to 1: smooth where they pass together.
+/// Sum of mu - 1 over the multipliers nearest to 1: smooth where they pass together.
 pub fn beyond_one(list: &[Complex<f64>], count: usize) -> f64 {
     let mut offsets: Vec<Complex<f64>> = list.iter().map(|mu| mu - 1.0).collect();
     offsets.sort_by(|a, b| a.norm().total_cmp(&b.norm()));

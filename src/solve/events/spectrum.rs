@@ -56,7 +56,7 @@ impl Count {
         count
     }
 
-    /// What has to be sought between two places with different counts.
+    /// Events to search for between two places with different counts.
     pub fn sought(self, other: Count) -> Sought {
         match self.outside == other.outside {
             false => Sought::Rank(self.outside.min(other.outside)),
@@ -95,7 +95,7 @@ impl Sought {
     }
 }
 
-/// How multipliers pass the circle.
+/// Kind of passage of multipliers through the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gate {
     /// Through +1.
@@ -109,13 +109,13 @@ pub enum Gate {
 /// Equal multipliers that pass the circle together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Group {
-    /// Where they pass.
+    /// Place of the passage.
     pub gate: Gate,
     /// Multipliers, or pairs.
     pub multiplicity: usize,
 }
 
-/// What passes at one place.
+/// Multipliers that pass at one place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passing {
     /// Groups; several where different things happen at one place.
@@ -127,7 +127,7 @@ pub struct Passing {
 }
 
 impl Passing {
-    /// What passes at a located place: `values` of the function sought at the ends of its bracket.
+    /// Multipliers that pass at a located place; `values`: test function at the ends of its bracket.
     pub fn at(list: &[Complex<f64>], values: (f64, f64), sought: Sought) -> Passing {
         let spread = values.0.abs() + values.1.abs();
         let width = match sought {

@@ -28,7 +28,7 @@ pub struct Step<'a> {
     pub(super) found: Vec<BifurcationEvent>,
 }
 
-/// What a step brought.
+/// Result of a step.
 #[derive(Debug, Clone)]
 pub struct Examined {
     /// Everything that happens between its ends, in the order of the path.
@@ -62,7 +62,7 @@ impl<'a> Step<'a> {
     /// motion in between, in the order of the path. `marks`: parameters to solve exactly.
     ///
     /// # Errors
-    /// What the problem returns.
+    /// Errors of the problem.
     pub fn examine(
         mut self,
         before: &[Look],
@@ -71,7 +71,7 @@ impl<'a> Step<'a> {
     ) -> Result<Examined, SolveError> {
         let affordable = LOOKED_PERIODS / a.look.survey.orbit.subharmonic();
         self.looks_left = affordable.clamp(FEWEST_LOOKS, MAX_LOOKS);
-        // Where the parameter stands still it turns by rounding only, and a multiplier stays at 1.
+        // Where the parameter is constant it turns by rounding only, and a multiplier stays at 1.
         let [begins, ends] = self.path.is_vertical();
         if !begins && !ends {
             self.turnings(a, b)?;

@@ -3,9 +3,9 @@
 use crate::numeric::assignment::assign;
 use std::f64::consts::TAU;
 
-/// A parabola through three places is trusted up to so many times its height over the chord.
+/// A parabola through three places is trusted up to this multiple of its height over the chord.
 const TRUST: f64 = 2.0;
-/// A matching is trusted when to exchange two partners costs so many times more.
+/// A matching is trusted if exchanging two partners costs this many times more.
 const CLEAR: f64 = 4.0;
 /// A deformation this close to a breakpoint, relative to the size of both, rests on it and is not beyond.
 const RESTS: f64 = 1e-12;

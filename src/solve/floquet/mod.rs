@@ -16,7 +16,7 @@ use num_complex::Complex;
 pub use variation::is_piecewise_constant;
 use variation::{Stretches, Variation};
 
-/// Which multipliers are computed.
+/// Selection of the computed multipliers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spectrum {
     /// All 2n, from the whole transition matrix.
@@ -30,7 +30,7 @@ pub enum Spectrum {
 const LARGEST_WHOLE: usize = 64;
 
 impl Spectrum {
-    /// What is computed for so many coordinates.
+    /// The spectrum computed for a number of coordinates.
     pub fn of(dof: usize) -> Spectrum {
         if dof <= LARGEST_WHOLE {
             Spectrum::All
@@ -74,7 +74,7 @@ impl Floquet {
         }
     }
 
-    /// State-transition matrix over one response period, in (q, v), 2n x 2n; the system stands at the orbit's frequency.
+    /// State-transition matrix over one response period, in (q, v), 2n x 2n; the system is at the frequency of the orbit.
     ///
     /// ```text
     /// dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]

@@ -38,7 +38,7 @@ pub struct Rms {
     pub velocity: f64,
 }
 
-/// What the larger problem says about a solution.
+/// Error estimate of a solution from the larger problem.
 #[derive(Debug, Clone)]
 pub struct Estimate {
     /// R.m.s. values of the solution, by connection.
@@ -66,7 +66,7 @@ impl Estimate {
 /// Solutions compared with those of twice the harmonics.
 #[derive(Debug, Clone)]
 pub struct Check {
-    /// How the larger problem was solved.
+    /// Outcome of the larger problem.
     pub outcome: NewtonOutcome,
     /// R.m.s. values of its solution, all harmonics.
     pub rms: Vec<Rms>,
@@ -208,7 +208,7 @@ impl<F: Family> Accuracy<F> {
     }
 }
 
-/// The same motion, or a change of it, with another number of coefficients a coordinate: padded with zeros, or cut off.
+/// The same motion, or a change of it, with another number of coefficients per coordinate: padded with zeros, or truncated.
 pub fn in_coefficients(u: &DVector<f64>, from: usize, to: usize) -> DVector<f64> {
     let few = from.min(to);
     let mut out = DVector::zeros(u.len() / from * to);

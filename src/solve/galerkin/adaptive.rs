@@ -13,7 +13,7 @@ use crate::solve::residual::{
 use crate::system::System;
 use nalgebra::DVector;
 
-/// How many harmonics a solution may have, and what it has to be good for.
+/// Limits of the number of harmonics of a solution, and its required accuracy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// Largest relative error of an r.m.s. value, as estimated.
@@ -22,7 +22,7 @@ pub struct Resolution {
     pub least: usize,
     /// Most harmonics of the excitation frequency.
     pub most: usize,
-    /// How often the samples may be doubled; 0 where they are given, or forces are not sampled.
+    /// Number of times the samples may be doubled; 0 if they are given, or forces are not sampled.
     pub doublings: u32,
 }
 
@@ -37,7 +37,7 @@ const DOWN: usize = 3;
 /// Error over the tolerance beyond which the number is doubled.
 const FAR: f64 = 10.0;
 
-/// How to make problems of any number of harmonics.
+/// Factory of problems with any number of harmonics.
 pub struct Sizes<'a, F: Family> {
     /// Harmonics and fewest samples for a number of harmonics of the excitation frequency.
     pub options: &'a dyn Fn(usize) -> GalerkinOptions,
@@ -126,7 +126,7 @@ impl<'a, F: Family> Adaptive<'a, F> {
         })
     }
 
-    /// How often the samples were doubled where they were finest.
+    /// Largest number of times the samples were doubled.
     pub fn finest(&self) -> u32 {
         self.finest
     }

@@ -57,7 +57,7 @@ impl Sampling {
         self.fourier.samples()
     }
 
-    /// Buffers for a number of harmonics of tau and of samples a response period.
+    /// Buffers for a number of harmonics of tau and of samples per response period.
     pub fn new(system: &System, harmonics: usize, samples: usize) -> Sampling {
         let c = 2 * harmonics + 1;
         let buffer = || vec![0.0; samples];

@@ -28,13 +28,13 @@ pub struct Stretch {
     pub offset: f64,
     /// df/dz.
     pub gain: f64,
-    /// Where the memory was set; `None` where it is a given number.
+    /// Instant at which the memory was set; `None` if it is given.
     pub set_at: Option<f64>,
     /// Whether the memory follows the deformation.
     pub follows: bool,
 }
 
-/// What is known at one instant of the march.
+/// State at one instant of the march.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State {
     region: usize,
@@ -303,7 +303,7 @@ pub fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
         .collect()
 }
 
-/// What all laws remember in the static equilibrium; zeros where there is none.
+/// Memories of all laws in the static equilibrium; zeros if there is none.
 pub fn at_rest(system: &System) -> Vec<f64> {
     match crate::solve::equilibrium::equilibrium(system) {
         Ok(rest) => system.memory_at_rest(rest.q.as_slice()),

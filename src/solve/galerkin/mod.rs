@@ -4,7 +4,7 @@
 //! R = (Om^2 D^2 (x) I + Om D (x) Gam) a + (I (x) kappa) c - d    (11b), times Om^2 of the paper's
 //! ```
 //!
-//! Unknowns are coordinate-major: coefficient k of coordinate i stands at i (2H + 1) + k, in the order mean, sin 1, cos 1, ...
+//! Unknowns are coordinate-major: coefficient k of coordinate i is at i (2H + 1) + k, in the order mean, sin 1, cos 1, ...
 
 pub mod accuracy;
 pub mod adaptive;
@@ -58,7 +58,7 @@ pub struct Galerkin<F: Family> {
     coefficients: usize,
     structure: Structure,
     sampling: Sampling,
-    /// Takes the place of sampling where it was asked for.
+    /// Replaces sampling on request.
     exact: Option<ExactQuadrature>,
     /// Load coefficients of values and of rates (to be multiplied by nu Om), coordinate-major.
     load: Vec<f64>,
@@ -81,7 +81,7 @@ impl<F: Family> Galerkin<F> {
     ) -> Result<Galerkin<F>, SolveError> {
         let system = family.at(lambda)?;
         let harmonics = options.harmonics * system.subharmonic() * system.revolutions();
-        // As many samples per revolution as asked for, and a number that the transforms like.
+        // The requested samples per revolution, rounded to a size suited to the transforms.
         let options = GalerkinOptions {
             samples: options.samples * system.revolutions().next_power_of_two(),
             ..options
@@ -113,7 +113,7 @@ impl<F: Family> Galerkin<F> {
         })
     }
 
-    /// The same with forces integrated in closed form between switching instants instead of sampled.
+    /// Integrates forces in closed form between switching instants instead of sampling them.
     ///
     /// # Errors
     /// [`SolveError::Unsupported`] names the connection that does not allow it.
@@ -123,7 +123,7 @@ impl<F: Family> Galerkin<F> {
         Ok(self)
     }
 
-    /// 2H + 1, Fourier coefficients a coordinate.
+    /// 2H + 1, Fourier coefficients per coordinate.
     pub fn coefficients(&self) -> usize {
         self.coefficients
     }

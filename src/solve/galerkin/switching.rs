@@ -32,7 +32,7 @@ pub struct Switching {
 }
 
 impl Switching {
-    /// Buffers for polynomials of so many harmonics.
+    /// Buffers for polynomials with a number of harmonics.
     pub fn new(harmonics: usize) -> Switching {
         let cells = (CELLS_PER_HARMONIC * harmonics).next_power_of_two().max(64);
         Switching {

@@ -82,7 +82,7 @@ pub struct Dopri5 {
     work: Work,
 }
 
-/// What the last call took.
+/// Cost of the last call.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
     /// Steps accepted.
@@ -109,7 +109,7 @@ impl Dopri5 {
         }
     }
 
-    /// What the last call took.
+    /// Cost of the last call.
     pub fn work(&self) -> Work {
         self.work
     }

@@ -12,7 +12,7 @@ use crate::error::SolveError;
 use crate::system::{Mount, System};
 use nalgebra::DMatrix;
 
-/// Why an integration stopped.
+/// Reason of the end of an integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IntegrationEnd {
     /// The end of the interval.
@@ -33,7 +33,7 @@ pub enum IntegrationEnd {
     Locked(usize),
 }
 
-/// Where a force has no finite series.
+/// Instant at which a force has no finite series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Singularity {
     /// Connection.
@@ -62,7 +62,7 @@ impl IntegrationEnd {
                 "a force is not analytic (division by zero, or root or logarithm of a negative number)"
             }
             IntegrationEnd::Locked(_) => {
-                "stops that are closed at once hold one motion twice: the forces between them are not determined"
+                "several closed stops hold the same motion: the forces between them are not determined"
             }
         }
     }
@@ -117,11 +117,11 @@ pub struct Switch {
     pub to: i8,
     /// Rate of the deformation, d/d(omega_c t): its sign is the direction.
     pub velocity: f64,
-    /// What happens there.
+    /// Action at the passage.
     pub kind: SwitchKind,
 }
 
-/// What happens at a switch.
+/// Action at a switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SwitchKind {
     /// A breakpoint of the law is passed.
@@ -267,7 +267,7 @@ pub fn series_refusal(mount: &Mount) -> Option<String> {
     })
 }
 
-/// What [`IntegratorChoice::Auto`] stands for: `Exact` or `Series` where every connection admits the flow, else `Dopri5`.
+/// Meaning of [`IntegratorChoice::Auto`]: `Exact` or `Series` where every connection admits the flow, else `Dopri5`.
 pub fn automatic(system: &System) -> IntegratorChoice {
     let mounts = system.mounts();
     if mounts.iter().all(|m| ClosedForm::Flow.refusal(m).is_none()) {
@@ -279,7 +279,7 @@ pub fn automatic(system: &System) -> IntegratorChoice {
     }
 }
 
-/// Whether the flow, in closed form or by series, integrates a system: what it computes stands to about twelve digits.
+/// Whether the flow, in closed form or by series, integrates a system: its results are accurate to about twelve digits.
 pub fn is_flow(system: &System) -> bool {
     automatic(system) != IntegratorChoice::Dopri5
 }
@@ -290,7 +290,7 @@ pub const MAX_SWITCHES: usize = 10_000;
 /// An integrator for a system.
 ///
 /// # Errors
-/// [`SolveError::Unsupported`] when the exact flow is asked for and a connection does not allow it.
+/// [`SolveError::Unsupported`] if the exact flow is requested and a connection does not admit it.
 pub fn choose(
     system: &System,
     options: impl Into<IntegratorOptions>,

@@ -21,7 +21,7 @@ const AMPLITUDES: [f64; 4] = [0.02, 0.01, 0.005, 0.04];
 /// ```
 ///
 /// # Errors
-/// What the problem returns.
+/// Errors of the problem.
 pub fn from_event<'a>(
     mut shots: Shots<'a>,
     (u, lambda): (&[f64], f64),

@@ -39,7 +39,7 @@ pub struct TorusPoint {
     pub is_mark: bool,
 }
 
-/// Why a path of tori ended.
+/// Reason of the end of a path of tori.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TorusEnd {
     /// The end of the range.
@@ -48,7 +48,7 @@ pub enum TorusEnd {
     Turned,
     /// The curve loses its smoothness: coefficients no longer fall.
     BreakUp,
-    /// The rotation stands at a ratio.
+    /// The rotation stays at a ratio.
     Locking {
         /// Turns.
         turns: usize,
@@ -83,10 +83,11 @@ impl TorusEnd {
             TorusEnd::RangeReached => "the end of the range was reached".into(),
             TorusEnd::Turned => "the tori turned back and left the range where they began".into(),
             TorusEnd::BreakUp => {
-                "the torus breaks up: its coefficients no longer fall, whatever the number of points".into()
+                "the torus breaks up: its coefficients do not decrease for any number of points"
+                    .into()
             }
             TorusEnd::Locking { turns, maps } => {
-                format!("the torus locks: its rotation stands at {turns}/{maps}")
+                format!("the torus locks: its rotation stays at {turns}/{maps}")
             }
             TorusEnd::Vanished => "the torus shrank to a periodic orbit".into(),
             TorusEnd::Path(end) => end.message(),
@@ -105,7 +106,7 @@ impl TorusEnd {
 pub struct TorusArm {
     /// Tori; the first one is the start.
     pub points: Vec<TorusPoint>,
-    /// Why it ended.
+    /// Reason of the end.
     pub end: TorusEnd,
 }
 
@@ -242,7 +243,7 @@ impl Walker<'_> {
         Ok(Some(TorusEnd::Path(PathEnd::Interrupted)))
     }
 
-    /// A path that stands at a torus, with as many points and at such a section as it needs.
+    /// A path at a torus, with the required number of points and section.
     fn stand(
         &mut self,
         problem: &mut TorusProblem<'_>,
@@ -378,7 +379,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Why there is no further torus: its rotation stands at a ratio, or it loses its smoothness.
+    /// Why there is no further torus: its rotation stays at a ratio, or it loses its smoothness.
     fn lost(&self) -> TorusEnd {
         let Some(last) = self.points.last() else {
             return TorusEnd::BreakUp;

@@ -107,7 +107,7 @@ impl Glance<'_> {
         }
     }
 
-    /// Skips the end of a line; false when something else stands here.
+    /// Skips the end of a line; false if something else follows.
     fn end_of_line(&mut self) -> bool {
         self.run(|b| b == b' ');
         match self.next() {

@@ -33,7 +33,7 @@ pub(super) fn measure(text: &str, place: &Place<'_>, before: usize) -> Result<Co
             if documents > 1 {
                 return Err(place
                     .mistake(span.start, "a second document starts here; wanted one")
-                    .with_help("keep one model a file; `extends` combines files"));
+                    .with_help("keep one model per file; use `extends` to combine files"));
             }
         }
         if !counter.count(&event) {

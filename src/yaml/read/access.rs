@@ -80,7 +80,7 @@ impl<'de> de::MapAccess<'de> for MapReader<'de, '_> {
 
     fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Failure> {
         let Some((key, entry)) = self.current.take() else {
-            return Err(Failure::custom("a value was asked for before its key"));
+            return Err(Failure::custom("a value was requested before its key"));
         };
         let trail = Trail::Key(self.reader.trail, key);
         let reader = NodeReader {

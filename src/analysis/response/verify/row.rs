@@ -17,10 +17,10 @@ pub(super) const ALL_DIGITS: f64 = 16.0;
 /// R.m.s. values below this share of the largest one count as large as that: a connection that hardly moves has no digits to lose.
 const HARDLY_MOVES: f64 = 1e-3;
 
-/// What the flow has where a point stands.
+/// Result of the flow at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Found {
-    /// An orbit, after so many iterations of the corrector.
+    /// An orbit, with the number of corrector iterations.
     Orbit(usize),
     /// None at this parameter: the exact branch turns back at this one, the Galerkin branch a little later.
     BeyondFold(f64),

@@ -60,7 +60,7 @@ impl Layout {
         }
     }
 
-    /// Ground at the left end of a body's axis, or at the right one where something stands at the left.
+    /// Ground at the left end of a body's axis, or at the right end if the left is occupied.
     fn ground(&self, body: usize) -> Drawn {
         let y = self.heights.get(&body).copied().unwrap_or(0.0);
         let own = self

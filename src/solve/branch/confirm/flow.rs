@@ -32,7 +32,7 @@ const ROUGH: f64 = 1e-10;
 /// stands on it.
 const UNDECIDED: f64 = 1e-7;
 
-/// How well an orbit is solved.
+/// Accuracy of an orbit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Care {
     /// To the tolerance of the corrector.
@@ -145,7 +145,7 @@ impl<'a, F: Family> Flow<'a, F> {
     /// Planes across a direction; `None` where it has no length or there is no flow.
     ///
     /// # Errors
-    /// What the flow returns.
+    /// Errors of the flow.
     pub fn across(
         &mut self,
         base: DVector<f64>,
@@ -170,7 +170,7 @@ impl<'a, F: Family> Flow<'a, F> {
     /// The orbit of the flow in a plane, from a guess; `None` when the corrector fails.
     ///
     /// # Errors
-    /// What the flow returns.
+    /// Errors of the flow.
     pub fn at(
         &mut self,
         plane: &Plane,

@@ -30,7 +30,7 @@ pub(super) enum Test {
     Real(f64),
     /// So many equal multipliers pass this value together.
     Equal(f64, usize),
-    /// A complex pair, near this value, passes the circle, or so many equal ones.
+    /// A complex pair, near this value, passes the circle, or several equal ones.
     Pair(Complex<f64>, usize),
     /// An extremum touches a breakpoint.
     Touch {
@@ -155,7 +155,7 @@ fn turn(difference: f64) -> f64 {
 /// An event on the flow's own branch.
 #[derive(Debug, Clone)]
 pub(super) struct Root {
-    /// Plane in which it stands.
+    /// Plane of the event.
     pub s: f64,
     /// The orbit there.
     pub point: FlowPoint,
@@ -189,7 +189,7 @@ struct Search<'a, 'f, F: Family> {
 /// `None` where the flow's branch has none there.
 ///
 /// # Errors
-/// What the flow returns.
+/// Errors of the flow.
 pub(super) fn locate<F: Family>(
     flow: &mut Flow<'_, F>,
     plane: &Plane,

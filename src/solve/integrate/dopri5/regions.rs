@@ -80,12 +80,12 @@ impl Regions {
 
     /// Rounding of the distance between a deformation and a level, at a phase of the response.
     fn tolerance(&self, k: usize, level: f64, state: &[f64], tau: f64) -> f64 {
-        // Velocities stand for the size of the motion where a level at 0 is passed.
+        // Velocities measure the size of the motion where a level at 0 is passed.
         let scale = level.abs() + largest(state);
         16.0 * f64::EPSILON * (scale + self.slopes[k] * (1.0 + tau.abs()))
     }
 
-    /// Windows of the laws, one a connection.
+    /// Windows of the laws, one per connection.
     pub(super) fn windows(&self) -> &[(f64, f64)] {
         &self.windows
     }
@@ -255,7 +255,7 @@ impl Regions {
         });
     }
 
-    /// Reports connections that stand on a breakpoint and are placed in contact behind it, where they are open on it.
+    /// Reports connections on a breakpoint that are placed in contact behind it, if they are open on it.
     pub(super) fn report_begun(
         &self,
         system: &System,

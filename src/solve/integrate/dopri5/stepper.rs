@@ -122,7 +122,7 @@ impl Stepper {
         }
     }
 
-    /// Takes over a state, and Phi if it is asked for.
+    /// Takes over a state, and Phi on request.
     pub(super) fn load(&mut self, state: &[f64], phi: Option<&DMatrix<f64>>) {
         self.state.value.copy_from_slice(state);
         self.has_variation = phi.is_some();

@@ -221,7 +221,7 @@ impl Acting {
     }
 }
 
-/// a <- a b, up to so many coefficients.
+/// a <- a b, truncated to a number of coefficients.
 fn multiply(a: &mut Polynomial, b: &Polynomial, count: usize) {
     if a[..count].iter().all(|c| *c == 0.0) {
         return;

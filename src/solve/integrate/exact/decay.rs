@@ -74,7 +74,7 @@ impl Ending {
     }
 }
 
-/// Largest theta at which the last two of so many terms, as rates, are negligible beside the first ones at a scale of time.
+/// Largest theta at which the last two of a number of terms, as rates, are negligible beside the first ones at a scale of time.
 fn reach_at(list: &[Polynomial], count: usize, (negligible, pace): (f64, f64)) -> f64 {
     let mut last = 0.0_f64;
     let power = match pace == 1.0 {
@@ -91,7 +91,7 @@ fn reach_at(list: &[Polynomial], count: usize, (negligible, pace): (f64, f64)) -
     pace * ratio.powf(1.0 / power as f64).min(MAX_REACH)
 }
 
-/// The same with exact series, for which the unit of time of the contact state is the scale.
+/// The length for exact series, where the unit of time of the contact state is the scale.
 pub fn reach_of_closed_form(list: &[Polynomial], count: usize, pace: f64) -> f64 {
     reach_at(list, count, (NEGLIGIBLE, pace))
 }

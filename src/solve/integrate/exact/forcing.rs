@@ -8,7 +8,7 @@ use crate::numeric::taylor::{COUNT, Polynomial, convolve};
 /// A step's place in the excitation: phases of the excitation within the turn that holds the middle of the stretch at hand.
 #[derive(Debug, Clone, Copy)]
 pub struct Instant {
-    /// Where the series begins.
+    /// Start of the series.
     pub phase: f64,
     /// A phase inside the stretch: it decides between the sides of a corner.
     pub middle: f64,
@@ -59,7 +59,7 @@ impl Instant {
     }
 }
 
-/// What a source is multiplied with.
+/// Factor of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Factor {
     /// 1.
@@ -169,7 +169,7 @@ impl Broken {
 }
 
 impl Sources {
-    /// Zero in so many components.
+    /// Zero, with a number of components.
     pub fn new(size: usize) -> Sources {
         Sources {
             mean: vec![0.0; size],

@@ -28,7 +28,7 @@ const VANISHED: (f64, f64) = (-36.0, -34.0);
 /// Accuracy of a passage: the series itself is used on both sides.
 const CLOSE: f64 = 1e-6;
 
-/// What is to be watched in a program.
+/// Quantities to monitor in a program.
 pub fn find(program: &Program) -> Vec<Hidden> {
     let watched = |op: &Op| match *op {
         Op::Integral {

@@ -43,7 +43,7 @@ impl Buffers {
 }
 
 impl Exact {
-    /// Takes deformations beyond a stop back to it, and settles what stands on stops and jumps.
+    /// Takes deformations beyond a stop back to it, and settles parts on stops and jumps.
     pub(super) fn rest_at_begin(
         &mut self,
         tau: f64,

@@ -19,7 +19,7 @@ pub struct Law {
     pub flanks: Vec<i8>,
     /// Force in each region, without what a memory adds.
     pub pieces: Vec<Piece>,
-    /// How regions are left, where they do not lie between breakpoints.
+    /// Guards of regions that are not bounded by breakpoints.
     pub automaton: Option<Automaton>,
 }
 
@@ -39,7 +39,7 @@ pub struct Smooth {
     pub force: Program,
     /// Two outputs: df/dx, df/dv.
     pub partials: Program,
-    /// What the series of the force may not see.
+    /// Quantities that the series of the force may not resolve.
     pub hidden: Vec<Hidden>,
 }
 
@@ -47,7 +47,7 @@ impl Law {
     /// The parts of a law, each followed once in each region.
     ///
     /// # Errors
-    /// Why it has no series.
+    /// Reason why it has no series.
     pub fn parts(element: &dyn Element) -> Result<Vec<Law>, String> {
         match element.automata() {
             Some(list) => Ok(list.into_iter().map(Law::from).collect()),

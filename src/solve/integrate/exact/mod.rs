@@ -106,7 +106,7 @@ impl Exact {
         Exact::with(system, options)
     }
 
-    /// The same with options.
+    /// As above, with options.
     ///
     /// # Errors
     /// [`SolveError::Unsupported`] names the connection that has no series.
@@ -277,7 +277,7 @@ impl Exact {
         }
     }
 
-    /// The series of a step and, where it is asked for, of the deviations from it; the largest theta at which they hold.
+    /// The series of a step and, on request, of the deviations from it; the largest theta at which they hold.
     fn expand(&mut self, span: Span, state: &[f64], motion: &Motion<'_>) -> f64 {
         let system = motion.system;
         let Exact {

@@ -7,7 +7,7 @@ use crate::element::automaton::{Guard, MemoryRate, Region, RegionForce, Surface}
 use crate::numeric::bernstein::{Direction, first_passage, hull};
 use crate::numeric::taylor::{Affine, COUNT, Polynomial};
 
-/// What a guard watches.
+/// Quantity monitored by a guard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Watched {
     /// A level of the deformation.
@@ -18,13 +18,13 @@ pub enum Watched {
     Force,
 }
 
-/// Where a part leaves its region; infinite where it does not.
+/// Instant at which a part leaves its region; infinite if it does not.
 #[derive(Debug, Clone, Copy)]
 pub struct Exits {
     /// Deformations.
     pub low: f64,
     pub high: f64,
-    /// Numbers of the guards that stand there.
+    /// Numbers of the guards there.
     down: Option<usize>,
     up: Option<usize>,
     /// Way in which rate 0 is passed.
@@ -104,7 +104,7 @@ impl Part {
         Some(&automaton.regions[self.region])
     }
 
-    /// What happens to its memory.
+    /// Evolution of its memory.
     pub fn memory_rate(&self) -> Option<MemoryRate> {
         self.memory?;
         Some(self.of_automaton()?.memory)

@@ -21,7 +21,7 @@ pub struct Crossing {
     pub direction: Direction,
 }
 
-/// What a part has passed.
+/// Guard that a part has passed.
 #[derive(Debug, Clone, Copy)]
 pub struct Passage {
     /// Deformation.
@@ -251,7 +251,7 @@ impl Regions {
         stands
     }
 
-    /// Moves parts that stand on the border of their region and are about to leave it, where nothing else happens there.
+    /// Moves parts on the border of their region that are about to leave it, if nothing else happens there.
     pub fn leave(&mut self, series: &Series, (tau, state): (f64, &[f64])) {
         let size = size(series, state);
         for part in &mut self.parts {
@@ -285,7 +285,7 @@ impl Regions {
         }
     }
 
-    /// The breakpoint on which a part stands and the flank of its region, if it is one in contact.
+    /// The breakpoint on which a part is and the flank of its region, if it is in contact.
     pub fn begun(
         &self,
         series: &Series,
@@ -322,7 +322,7 @@ impl Regions {
         }
     }
 
-    /// Which way a part between breakpoints has to pass to come into a region.
+    /// Direction in which a part between breakpoints enters a region.
     pub fn towards(&self, part: usize, region: usize) -> Option<Direction> {
         let part = &self.parts[part];
         if part.law.automaton.is_some() {

@@ -8,7 +8,7 @@ use crate::numeric::bernstein::Direction;
 use crate::solve::integrate::{IntegrationEnd, Switch, SwitchKind};
 
 impl Exact {
-    /// Rests on jumps of the force on which a motion stands still.
+    /// Rest on jumps of the force.
     pub(super) fn rest_on_jumps(
         &mut self,
         tau: f64,

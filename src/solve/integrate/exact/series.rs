@@ -70,7 +70,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// What happens right at an instant.
+    /// Action at an instant.
     pub fn at(tau: f64) -> Span {
         Span {
             tau,
@@ -205,7 +205,7 @@ impl Series {
         true
     }
 
-    /// What keeps deformations at their levels.
+    /// Forces that hold deformations at their levels.
     pub fn holding(&self) -> Option<&Holding> {
         self.holding.as_ref()
     }
