@@ -175,7 +175,7 @@ fn a_file_that_is_no_model_is_not_shown() {
     for (text, part) in [
         (lines.as_str(), "none of its keys"),
         ("token: SECRET\n", "none of its keys"),
-        ("- SECRET\n", "no map"),
+        ("- SECRET\n", "not a map"),
         ("a: SECRET\na: SECRET\n", "key"),
         ("key: {a: SECRET\n", "cannot be read as a model"),
         ("\"SECRET\": [\n", "cannot be read as a model"),
