@@ -60,7 +60,7 @@ pub struct BifurcationDiagram {
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
     #[serde(default)]
     pub flow_tolerance: Option<f64>,
-    /// Longest period that a label may name; 256 when absent.
+    /// Longest period of a label; default 256.
     #[serde(default)]
     pub longest_period: Option<usize>,
     /// Limit to which an undecided record is extended, in lengths of the record; default 8.

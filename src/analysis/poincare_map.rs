@@ -42,7 +42,7 @@ pub struct PoincareMap {
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
     #[serde(default)]
     pub flow_tolerance: Option<f64>,
-    /// Whether Lyapunov exponents are computed for the labels.
+    /// Compute Lyapunov exponents for the labels.
     #[serde(default = "defaults::lyapunov")]
     pub lyapunov: bool,
     /// Longest period of a label; default 256.

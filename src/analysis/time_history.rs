@@ -48,7 +48,7 @@ pub struct TimeHistory {
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
     #[serde(default)]
     pub flow_tolerance: Option<f64>,
-    /// Time from t = 0 on, instead of periods; loads may then be functions of time.
+    /// Duration from t = 0, instead of `periods`; loads may then be functions of time.
     #[serde(default)]
     pub duration: Option<Quantity>,
     /// Speed of the reference against time; requires `duration`.

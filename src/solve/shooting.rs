@@ -88,7 +88,7 @@ impl<F: Family> Shooting<F> {
         self.integrator.strain()
     }
 
-    /// The integrator keeps tables of the laws: they are made anew when anything but the frequency changes.
+    /// The integrator keeps tables of the laws: they are rebuilt when anything except the frequency changes.
     fn prepare(&mut self, lambda: f64) -> Result<(), SolveError> {
         if lambda != self.prepared && !self.family.is_frequency() {
             self.integrator = choose(self.family.at(lambda)?, self.options)?;

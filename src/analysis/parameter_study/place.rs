@@ -49,7 +49,7 @@ impl Target {
         let Parts { kind, common, own } =
             parts(&node, path).map_err(|mistake| faults_of(name.as_deref(), [mistake]))?;
         if kind == "parameter_study" {
-            let message = "a study cannot run a study; vary all parameters in one study";
+            let message = "a study cannot run a study; vary all parameters in one study study";
             return Err(vec![Fault::new(path, message)]);
         }
         if let (None, Value::Map(map)) = (&name, &common.value)

@@ -35,7 +35,7 @@ macro_rules! response_keys {
             /// Local error of the series flow, relative to the motion; 1e-12 when absent.
             #[serde(default)]
             pub flow_tolerance: Option<f64>,
-            /// Harmonics of the excitation frequency: a number, or limits between which an error estimate chooses.
+            /// Number of harmonics of the excitation frequency, or limits for an adaptive number.
             #[serde(default)]
             pub harmonics: crate::analysis::response::Harmonics,
             /// Samples per response period, a power of two.

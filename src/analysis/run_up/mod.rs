@@ -73,7 +73,7 @@ pub struct RunUp {
     /// Local error of the series flow, relative to the motion; 1e-12 when absent.
     #[serde(default)]
     pub flow_tolerance: Option<f64>,
-    /// Tables besides ranges, orders and resonances; the spectra when absent.
+    /// Further tables; default: `spectra`.
     #[serde(default)]
     pub tables: Option<Vec<RunUpTable>>,
 }

@@ -24,7 +24,7 @@ pub struct History<'a> {
     pub points: usize,
     /// State at t = 0.
     pub initial: &'a Initial,
-    /// Which integrator runs.
+    /// Integrator.
     pub integrator: IntegratorOptions,
 }
 

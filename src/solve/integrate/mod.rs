@@ -146,7 +146,7 @@ pub struct Strain {
     pub connection: usize,
 }
 
-/// Who watches an integration.
+/// Observer of an integration.
 pub trait Observer {
     /// A stretch has been accepted.
     fn segment(&mut self, _segment: &Segment<'_>) {}
@@ -258,7 +258,7 @@ impl From<IntegratorChoice> for IntegratorOptions {
     }
 }
 
-/// What keeps the series flow from a connection; `None` when it can take it.
+/// Reason why the series flow does not apply to a connection; `None` if it applies.
 pub fn series_refusal(mount: &Mount) -> Option<String> {
     let excitation = ClosedForm::Series.refusal(mount);
     excitation.or_else(|| {
@@ -308,7 +308,7 @@ pub fn choose(
         options.choice,
         system.mounts().iter().position(has_automaton),
     ) {
-        let reason = "DOPRI5 knows neither memory nor impacts: the exact flow does".into();
+        let reason = "DOPRI5 supports neither memory nor impacts; use the exact flow".into();
         return Err(SolveError::Unsupported { connection, reason });
     }
     match options.choice {

@@ -107,7 +107,7 @@ impl Regions {
         fastest.map_or(0, |part| part.connection)
     }
 
-    /// What happens where a part passes a guard.
+    /// Action where a part passes a guard.
     pub fn reset(&self, crossing: &Crossing) -> Reset {
         let part = &self.parts[crossing.part];
         part.guard(crossing.watched, crossing.direction)
