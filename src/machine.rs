@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 const PROMISED: f64 = 0.9;
 
 /// Bytes of memory that this process may still take, within the limits of the process, of its control group and of the
-/// machine; `None` when nobody knows. Asked once: the same answer for all runs of a study.
+/// machine; `None` if unknown. Asked once: the same answer for all runs of a study.
 pub fn available_memory() -> Option<u64> {
     static AVAILABLE: OnceLock<Option<u64>> = OnceLock::new();
     *AVAILABLE.get_or_init(|| {

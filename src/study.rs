@@ -96,7 +96,7 @@ pub struct Outcome {
     pub files: Vec<PathBuf>,
     /// Whether the user interrupted the run.
     pub interrupted: bool,
-    /// Analyses that are no parameter studies, when a part of the studies was to run; or those that did not end in time when the
+    /// Analyses that are not parameter studies, when a part of the studies was to run; or those that did not end in time when the
     /// process had to.
     pub left_out: Vec<String>,
     /// Warnings about the folder.
@@ -141,7 +141,7 @@ impl Study {
     /// Loads, validates and assembles a model file and checks its analyses, all of them or those named in `only`.
     ///
     /// # Errors
-    /// Every mistake that could be found in one go; nothing has run and nothing is written then.
+    /// All errors found; nothing is run and nothing is written.
     pub fn load(path: &Path, overrides: &[String], only: &[String]) -> Result<Study, Error> {
         let document = yaml::load(path, overrides)?;
         let base =
@@ -152,7 +152,7 @@ impl Study {
     /// The analyses of a model in memory, all of them or those named in `only`, checked.
     ///
     /// # Errors
-    /// Every mistake that could be found in one go.
+    /// All errors found.
     pub fn of(model: &Model, only: &[String]) -> Result<Study, Error> {
         Study::new(model.document(), assembled(model.clone()), only, Vec::new())
     }

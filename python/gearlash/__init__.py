@@ -6,8 +6,8 @@
     r = m.run("speed")
     r.plot()
 
-A model is a value: :meth:`Model.set` returns another one. Numbers without a unit are SI. The keys of a model are those of the
-model file (``docs/manual.md``), the values of the results are those of the program, to the bit.
+A model is a value: :meth:`Model.set` returns a changed copy. Numbers without a unit are SI. The keys of a model are those of the
+model file (``docs/manual.md``), results are identical to those of the program, to the bit.
 """
 
 from __future__ import annotations

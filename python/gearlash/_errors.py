@@ -10,12 +10,12 @@ class GearlashError(Exception):
 
 
 class GearlashWarning(UserWarning):
-    """What the user must know about a model or a result."""
+    """Warnings about a model or a result."""
 
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One mistake: where it is, what was found and what was wanted."""
+    """One error: place, found and expected values."""
 
     file: str | None
     """File or text in which it was found; None for trees made in Python."""
@@ -26,13 +26,13 @@ class Diagnostic:
     path: str
     """Dotted path, such as ``connections.mesh_1.element.half_gap``."""
     message: str
-    """What was found and what was wanted."""
+    """Found and expected values."""
     help: str | None
-    """The next move, such as the nearest known name."""
+    """The next step, such as the nearest valid name."""
 
 
 class ModelError(GearlashError, ValueError):
-    """Mistakes in a model, a name or a setting: all that could be found in one go.
+    """Errors in a model, a name or a setting: all that were found.
 
     ``str(error)`` shows each with its line of text. ``file``, ``line``, ``column``, ``path`` and ``message`` are those of the first.
     """
@@ -51,27 +51,27 @@ class ModelError(GearlashError, ValueError):
 
     @property
     def file(self) -> str | None:
-        """File of the first mistake."""
+        """File of the first error."""
         return self._first("file")
 
     @property
     def line(self) -> int | None:
-        """Line of the first mistake, counted from 1."""
+        """Line of the first error, counted from 1."""
         return self._first("line")
 
     @property
     def column(self) -> int | None:
-        """Column of the first mistake, counted from 1."""
+        """Column of the first error, counted from 1."""
         return self._first("column")
 
     @property
     def path(self) -> str | None:
-        """Dotted path of the first mistake."""
+        """Dotted path of the first error."""
         return self._first("path")
 
     @property
     def message(self) -> str | None:
-        """What is wrong, without its place."""
+        """Error message without its place."""
         return self._first("message")
 
     def __str__(self) -> str:
@@ -82,7 +82,7 @@ class ModelError(GearlashError, ValueError):
 
 
 def refuse(path: str, message: str, help: str | None = None) -> ModelError:
-    """A mistake that was found in Python, in the form of the others."""
+    """An error found in Python, in the form of the others."""
     text = f"{path}: {message}" if path else message
     if help:
         text += f"; {help}"
@@ -91,12 +91,12 @@ def refuse(path: str, message: str, help: str | None = None) -> ModelError:
 
 
 def file_error(number: int | None, text: str, path: str) -> OSError:
-    """The OSError of its number, such as FileNotFoundError."""
+    """The OSError of an error number, such as FileNotFoundError."""
     if number is None:
         return OSError(text)
     return OSError(number, text, path)
 
 
 def missing(package: str, what: str, extra: str) -> ImportError:
-    """What to install for an optional part."""
+    """Package to install for an optional feature."""
     return ImportError(f"{what} needs {package}: pip install {package}, or pip install 'gearlash[{extra}]'")

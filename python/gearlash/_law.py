@@ -12,7 +12,7 @@ STEP = 6e-6
 
 
 def law(name: str | None = None, *, derivative: Callable | None = None) -> Callable:
-    """Makes a function of Python a force law: ``element: {type: python, function: NAME}`` in a model.
+    """Registers a Python function as a force law: ``element: {type: python, function: NAME}`` in a model.
 
     The function takes ``q`` (m, or rad for shafts) and ``v`` (m/s, rad/s), arrays of equal length, and the ``parameters:`` of the model
     as keyword arguments; if it has a parameter ``phase``, that of the excitation too (0 to 2 pi). It returns the force in N (N m), an

@@ -27,11 +27,11 @@ class Number:
     value: float
     """Value in SI units; nondimensional in a reduced model."""
     unit: str
-    """Unit of the value, such as ``m``; empty where it has none."""
+    """Unit of the value, such as ``m``; empty for pure numbers."""
     range: str
-    """Values that make sense: ``any``, ``>= 0`` or ``> 0``."""
+    """Allowed values: ``any``, ``>= 0`` or ``> 0``."""
     is_written: bool
-    """Whether the model writes it; a default otherwise."""
+    """Whether the model states it; otherwise it is a default."""
 
 
 class Numbers(Mapping):
@@ -83,7 +83,7 @@ class Numbers(Mapping):
 
 
 class Check(dict):
-    """What ``gearlash check --json`` says of the mechanics, as a dict; the first keys also as attributes."""
+    """Content of ``gearlash check --json``, as a dict; the first keys are also attributes."""
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -114,7 +114,7 @@ class Check(dict):
 
 
 def load(path: str | os.PathLike[str]) -> Model:
-    """The model of a YAML file and of the files that it extends.
+    """Model of a YAML file and of the files that it extends.
 
     Raises OSError when a file cannot be read, ModelError with file, line, column and path for everything wrong inside.
     """
@@ -124,7 +124,7 @@ def load(path: str | os.PathLike[str]) -> Model:
 
 
 class Model:
-    """A valid model: mechanics and analyses. It never changes: :meth:`set` returns another one.
+    """A valid model: mechanics and analyses. It is immutable: :meth:`set` returns a changed copy.
 
     ``definition``: a dict with the keys of a model file, or the text of one. Values are numbers in SI units or texts with a
     unit: ``{"half_gap": "50 um"}``. Arrays and scalars of numpy count as lists and numbers.
@@ -162,7 +162,7 @@ class Model:
 
     @property
     def name(self) -> str:
-        """Name of the model; that of its file where it has none."""
+        """Name of the model; default: that of its file."""
         return self._native.name
 
     @property
@@ -172,20 +172,20 @@ class Model:
 
     @property
     def warnings(self) -> list[str]:
-        """What the user must know about the model."""
+        """Warnings about the model."""
         return self._native.warnings
 
     @property
     def numbers(self) -> Numbers:
-        """All numbers of the mechanics with unit and range, by full path or short form."""
+        """All numbers of the model with unit and range, by full path or short form."""
         return Numbers([Number(*entry) for entry in self._native.numbers()], self)
 
     def get(self, name: str) -> float:
-        """The value of a number in SI units (nondimensional in a reduced model), by full path or short form."""
+        """Value of a number in SI units (nondimensional in a reduced model), by full path or short form."""
         return self._native.number(_text(name, "name of a number"))[1]
 
     def set(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Model:
-        """The model with other values, by full path or short form: numbers in SI units, texts with a unit, or whole parts.
+        """Copy of the model with other values, by full path or short form: numbers in SI units, strings with a unit, or whole parts.
 
         >>> wider = m.set({"mesh_1.half_gap": "60 um", "analyses.speed.harmonics": 20})
 
@@ -196,11 +196,11 @@ class Model:
         return Model._of(self._native.changed(_plain({**(changes or {}), **more})))
 
     def to_dict(self) -> dict[str, Any]:
-        """The model as a dict with the keys of a model file, analyses included."""
+        """Model as a dict with the keys of a model file, including analyses."""
         return self._native.tree()
 
     def check(self) -> Check:
-        """The assembled system, where it rests, its natural frequencies; every mistake of the analyses is found.
+        """Assembled system, static equilibrium and natural frequencies; reports errors of the analyses.
 
         Raises ModelError with all mistakes.
         """
@@ -224,7 +224,7 @@ class Model:
         return result
 
     def analyse(self, **settings: Any) -> Result:
-        """Runs an analysis that the model does not hold: its keys as in a model file, ``m.analyse(type="modes")``."""
+        """Runs an analysis that is not in the model: its keys as in a model file, ``m.analyse(type="modes")``."""
         name = settings.pop("name", "analysis")
         return self._with_analysis(name, settings).run(name)
 
@@ -295,7 +295,7 @@ def _restored(tree: dict[str, Any], name: str) -> Model:
 
 
 def _plain(tree: Any) -> Any:
-    """Mappings of all kinds as dicts; the rest is judged where it is read."""
+    """Mappings of all kinds as dicts; other values are checked by the reader."""
     if isinstance(tree, Mapping):
         return {key: _plain(value) if isinstance(value, Mapping) else value for key, value in tree.items()}
     return tree

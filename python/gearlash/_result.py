@@ -36,7 +36,7 @@ class Tables(Mapping):
 
 
 class Result:
-    """What an analysis delivers: tables, a figure, a summary, warnings. Values are those of the program, to the bit."""
+    """Results of an analysis: tables, a figure, a summary, warnings. Values are identical to those of the program, to the bit."""
 
     def __init__(self, parts: dict[str, Any], interrupted: bool = False):
         self._parts = {key: value for key, value in parts.items() if key != "tables"}
@@ -61,7 +61,7 @@ class Result:
 
     @property
     def caption(self) -> str:
-        """What to look for."""
+        """Caption of the figure."""
         return self._parts["caption"]
 
     @property
@@ -71,22 +71,22 @@ class Result:
 
     @property
     def warnings(self) -> list[str]:
-        """What the user must know."""
+        """Warnings."""
         return self._parts["warnings"]
 
     @property
     def ended_early(self) -> str | None:
-        """Why the analysis ended early, if it did: the tables hold what it has."""
+        """Reason of an early end, with partial tables; None if complete."""
         return self._parts["ended_early"]
 
     @property
     def interrupted(self) -> bool:
-        """Whether Ctrl-C ended it."""
+        """Whether Ctrl-C ended the analysis."""
         return self._interrupted
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Everything else that the program writes to ``NAME.json``: options, scales, branches, timings."""
+        """Other entries of ``NAME.json``: options, scales, branches, timings."""
         return self._parts["summary"]
 
     @property
@@ -96,12 +96,12 @@ class Result:
 
     @property
     def events(self) -> Table | None:
-        """Folds, period doublings, grazings, ..; None where the analysis has none."""
+        """Table of events (folds, period doublings, grazings, ..); None if the analysis has none."""
         return self.tables.get("events")
 
     @property
     def orbits(self) -> Table | None:
-        """Motions over a period at the marked points; None where none were asked for."""
+        """Table of orbits at the marked points; None if not requested."""
         return self.tables.get("orbits")
 
     def to_pandas(self, table: str = "main", **options: Any) -> Any:
@@ -147,7 +147,7 @@ class Result:
         return {key: value for key, value in given.items() if value}
 
     def plot(self, ax: Any = None, backend: str = "matplotlib") -> Any:
-        """The figure of the analysis, drawn as the program draws it: stable branches solid, unstable ones dashed, events as marks.
+        """Figure of the analysis with the panels of the program: stable branches solid, unstable branches dashed, events as markers.
 
         ``ax``: axes of matplotlib, or a list of them, one per panel. ``backend``: ``matplotlib`` or ``plotly``. Returns the figure.
         """

@@ -94,7 +94,7 @@ class Study:
 
     @property
     def columns(self) -> list[str]:
-        """Columns of the table: ``run``, the parameters, what is collected, ``status``, ``reason``, ``warnings``."""
+        """Columns of the table: ``run``, the parameters, the collected quantities, ``status``, ``reason``, ``warnings``."""
         return self._native.empty().columns
 
     def rows(self, start: int, stop: int) -> Table:
@@ -126,7 +126,7 @@ class Study:
         jobs: int | None = None,
         progress: bool | None = None,
     ) -> Any:
-        """Runs what is not finished. Returns a :class:`Result`, or a :class:`DataSet` where ``out`` is given.
+        """Runs everything that is not finished. Returns a :class:`Result`, or a :class:`DataSet` if ``out`` is given.
 
         ``client``: a ``dask.distributed.Client``; its workers need this package. Bundles of runs come from one queue, workers may
         come and go, one that is lost costs its unfinished bundles. ``out``: folder of a Parquet data set that the rows go to as they
@@ -246,7 +246,7 @@ class DataSet:
         return self._file(start).exists()
 
     def put(self, start: int, rows: Table) -> None:
-        """Writes a bundle; its file appears whole or not at all."""
+        """Writes a bundle atomically."""
         import pyarrow
         import pyarrow.parquet
 
@@ -265,7 +265,7 @@ class DataSet:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all runs are there."""
+        """Whether all runs are present."""
         return self.finished == self.runs
 
     def to_arrow(self) -> Any:
@@ -333,7 +333,7 @@ class _Threads:
             self._pool.shutdown(wait=False, cancel_futures=True)
 
     def end(self) -> Iterator[tuple[int, int, Table]]:
-        """Whole bundles that were still under way."""
+        """Bundles that were in progress."""
         self._flag.request()
         for future, (start, stop) in self._running.items():
             if not future.cancel() and (rows := Table(future.result())).num_rows == stop - start:
@@ -392,7 +392,7 @@ class _Cluster:
             yield (*span, rows)
 
     def end(self) -> Iterator[tuple[int, int, Table]]:
-        """Gives back what was asked for; bundles that are there already are kept."""
+        """Returns the requested bundles; existing bundles are kept."""
         for future, (start, stop) in self._spans.items():
             if future.status == "finished":
                 yield start, stop, future.result()

@@ -37,7 +37,7 @@ class Table:
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit of each column; empty where it has none."""
+        """Unit of each column; empty if dimensionless."""
         return self._native.units
 
     @property
@@ -51,7 +51,7 @@ class Table:
         return self.num_rows, len(self.columns)
 
     def __getitem__(self, column: str) -> np.ndarray:
-        """A column: float64, int64 (both read-only views of the result's memory) or an array of texts. Shape (rows,)."""
+        """A column: float64, int64 (both read-only views of the result's memory) or an array of strings. Shape (rows,)."""
         import numpy
 
         if not isinstance(column, str):
@@ -193,7 +193,7 @@ class Table:
         return xarray.Dataset(variables, coords=coordinates)
 
     def _names(self, attributes: bool) -> dict[str, str]:
-        """Names of the columns, made fit for attributes where wanted; two that would fall together keep apart."""
+        """Names of the columns, converted to attribute names on request; colliding names stay distinct."""
         if not attributes:
             return {column: column for column in self.columns}
         names: dict[str, str] = {}
@@ -225,7 +225,7 @@ class Table:
 
 
 def _wide(found: np.ndarray, filled: int, shape: tuple[int, ...]) -> Any:
-    """Whole numbers with gaps are real ones: only those have a value for a gap."""
+    """Integer columns with gaps become float columns, because only these have a value for a gap."""
     import numpy
 
     is_full = filled == numpy.prod(shape)

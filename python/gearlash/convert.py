@@ -27,7 +27,7 @@ __all__ = ["opentorsion", "ross"]
 
 
 class _Train:
-    """A train as it grows: nodes with inertia, shafts and meshes between them."""
+    """A train under construction: nodes with inertia, shafts and meshes between them."""
 
     def __init__(self, name: str):
         self.name = name
@@ -95,7 +95,7 @@ def opentorsion(
     half_gap: float = 0.0,
     module: float = 1e-3,
 ) -> Model:
-    """The model of an openTorsion system: a JSON or ``.tors`` file of its editor, or what ``json.load`` makes of one.
+    """The model of an openTorsion system: a JSON or ``.tors`` file of its editor, or the result of ``json.load``.
 
     openTorsion's gears are rigid; ``mesh_stiffness`` (N/m, along the line of action) takes the place of that constraint, ``half_gap``
     (m) adds backlash. Gears with tooth numbers need the ``module`` (m). Lengths and diameters in the file are in mm. Damping of disks
@@ -266,7 +266,7 @@ def _base_radius(gear: Any) -> float:
 
 
 def _ross_meshes(rotor: Any, shift: int) -> Iterator[tuple[Any, Any, int, float]]:
-    """Pairs of gears with what their nodes are shifted by."""
+    """Pairs of gears with the shift of their nodes."""
     if hasattr(rotor, "mesh"):
         # From 2.0 on.
         mesh, nodes = rotor.mesh, rotor.driven_nodes

@@ -89,13 +89,13 @@ impl Parameter {
     }
 }
 
-/// Several mistakes in one text.
+/// Several errors in one text.
 pub(super) fn joined(list: &[Diagnostic]) -> String {
     let texts: Vec<String> = list.iter().map(said).collect();
     texts.join("; ")
 }
 
-/// A mistake without its place in the file, which is that of the model and not of the analysis.
+/// An error without its place in the file, which is that of the model and not of the analysis.
 pub(super) fn said(mistake: &Diagnostic) -> String {
     let mut text = mistake.message.clone();
     if !mistake.path.is_empty() {

@@ -39,7 +39,7 @@ pub struct PoincareMap {
     /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
-    /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+    /// Local error of the series flow, relative to the motion; default 1e-12.
     #[serde(default)]
     pub flow_tolerance: Option<f64>,
     /// Compute Lyapunov exponents for the labels.

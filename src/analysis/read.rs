@@ -22,7 +22,7 @@ pub struct Parts {
 /// Divides the entry of an analysis; `path` is the dotted path of the node.
 ///
 /// # Errors
-/// No map, no type, or one that nobody knows.
+/// Not a map, no type, or an unknown one.
 pub fn parts(node: &Node, path: &str) -> Result<Parts, Diagnostic> {
     let map = node.as_map(path)?;
     let Some(kind) = map.get("type") else {

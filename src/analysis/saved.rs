@@ -14,7 +14,7 @@ pub(super) struct Wanted<'a> {
     pub point: i64,
 }
 
-/// A row of a table by the names of its columns; cells that are no numbers are left out.
+/// A row of a table by the names of its columns; cells that are not numbers are left out.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Saved(HashMap<String, f64>);
 

@@ -45,7 +45,7 @@ pub struct TimeHistory {
     /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
-    /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+    /// Local error of the series flow, relative to the motion; default 1e-12.
     #[serde(default)]
     pub flow_tolerance: Option<f64>,
     /// Duration from t = 0, instead of `periods`; loads may then be functions of time.

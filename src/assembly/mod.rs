@@ -1,6 +1,6 @@
 //! From a model in SI units to the nondimensional system in relative coordinates, and back.
 //!
-//! With B (e x n_b) one row of lever arms a connection, M the inertias, K and c the stiffnesses and dashpots:
+//! With B (e x n_b) one row of lever arms per connection, M the inertias, K and c the stiffnesses and dashpots:
 //!
 //! 1. `coupling`: P (the first independent rows of B), W with B = W P, N with B N = 0;
 //! 2. `modes`: elastic modes in full contact, M^(-1/2) B^T K B M^(-1/2);
@@ -8,7 +8,7 @@
 //! 4. `scaling`: omega_c, l_j, and with them kappa, Gam, W*, Q;
 //! 5. `anchor`: absolute accelerations after the fact, Rook & Singh (1995), eq. (6a).
 //!
-//! `reduced` is the nondimensional front door.
+//! `reduced` reads nondimensional systems.
 
 mod again;
 mod anchor;
@@ -45,11 +45,11 @@ pub struct Coupling {
     pub transform: DMatrix<f64>,
     /// W, e x n, geometric (not scaled). Deformations = W r.
     pub element_map: DMatrix<f64>,
-    /// N, n_b x (n_b - n). Motions that strain no connection.
+    /// N, n_b x (n_b - n). Motions that deform no connection.
     pub rigid_body: DMatrix<f64>,
     /// Connection that each relative coordinate measures.
     pub coordinates: Vec<usize>,
-    /// Loops whose ratios miss each other so little that a slip is likely.
+    /// Loops that nearly close, probably because of a typing error.
     pub warnings: Vec<String>,
 }
 
@@ -64,7 +64,7 @@ pub struct Scales {
     pub stiffness: Vec<f64>,
 }
 
-/// The nondimensional system with everything needed to talk about it in the user's words.
+/// The nondimensional system with names, units and scales of the model.
 #[derive(Debug, Clone)]
 pub struct Assembly {
     /// The system, at Om = 1, nu = 1.
@@ -77,7 +77,7 @@ pub struct Assembly {
     pub scales: Scales,
     /// The coupling; `None` for reduced systems.
     pub coupling: Option<Coupling>,
-    /// The way back to absolute accelerations; `None` for reduced systems.
+    /// Conversion to absolute accelerations; `None` for reduced systems.
     pub anchor: Option<Anchor>,
     /// Natural frequencies in full contact over omega_c, ascending, elastic modes only: eigenvalues of (kappa W)^(1/2).
     pub natural_frequencies: DVector<f64>,
@@ -91,7 +91,7 @@ const LONG_CHAIN: usize = 32;
 /// The nondimensional system of a model.
 ///
 /// # Errors
-/// Everything about the model as a whole that its single numbers do not show: a loop that nearly closes, damped rigid-body
+/// Errors of the model as a whole: a loop that nearly closes, damped rigid-body
 /// motion, a wrong number of modal ratios, a characteristic frequency that is not a positive number. Paths are those of the model file.
 pub fn assemble(model: &Model) -> Result<Assembly, Vec<Diagnostic>> {
     let mut assembly = match &model.structure {

@@ -21,7 +21,7 @@ pub struct ElasticModes {
 /// Elastic modes of a train from the symmetric matrix M^(-1/2) B^T K B M^(-1/2).
 ///
 /// The n_b - n rigid-body modes are left out: their number is known from the coupling, so no threshold decides. Motions that
-/// meet friction only are no elastic modes either: n is the rank of the rows of springs. Eigenvalues of elastic modes below
+/// meet friction only are not elastic modes either: n is the rank of the rows of springs. Eigenvalues of elastic modes below
 /// n eps max(Lam) are rounding and become 0.
 ///
 /// # Errors

@@ -243,7 +243,7 @@ fn general(matrix: &DMatrix<f64>) -> Spectrum {
 /// Y <- (s Y + (s Z)^-1) / 2,    Z <- (s Z + (s Y)^-1) / 2,    Y -> A^(1/2), Z -> A^(-1/2)
 /// ```
 ///
-/// It needs no eigenvectors: repeated eigenvalues are no special case.
+/// It needs no eigenvectors: repeated eigenvalues are not a special case.
 fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let (mut y, mut z) = (a.clone(), DMatrix::identity(n, n));

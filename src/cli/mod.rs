@@ -317,7 +317,7 @@ fn say(text: &str) {
     eprintln!("{}", shown(text));
 }
 
-/// Prints to standard output; a reader that closes the pipe early is no mistake.
+/// Prints to standard output; a reader that closes the pipe early is not an error.
 fn print(text: &str) -> Result<ExitCode, Error> {
     let mut out = std::io::stdout().lock();
     match out

@@ -1,7 +1,7 @@
-//! Automata of affine regions: what a law is made of where it has a memory, an impact or a jump that holds.
+//! Automata of affine regions: the structure of laws with memory, impacts or held contact.
 //!
 //! In a region the force is affine in the deformation q, its rate v and the memory z of the automaton; z is kept or follows the
-//! deformation. A region is left where a guard is passed. A law may be a sum of automata, each with at most one memory.
+//! deformation. A region is left at a guard. A law may be a sum of automata, each with at most one memory.
 //!
 //! ```text
 //! f = constant + k q + c v + h z        z' = 0 or z = q + offset

@@ -1,4 +1,4 @@
-//! The contract of a law as an executable check, for laws of this crate and of users alike.
+//! The contract of a law as an executable check, for laws of this crate and of other crates.
 
 mod automata;
 mod series;
@@ -21,7 +21,7 @@ const STEP: f64 = 1e-5;
 const DERIVATIVE_TOLERANCE: f64 = 1e-6;
 const COVARIANCE_TOLERANCE: f64 = 1e-11;
 
-/// Everything in which a law breaks the contract of [`Element`].
+/// Violations of the contract of [`Element`] by a law.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the law breaks its contract:\n{}", .0.join("\n"))]
 pub struct Violations(pub Vec<String>);
@@ -40,16 +40,17 @@ impl Violations {
 ///
 /// - parameters pass `validate`, are finite, and are visited in a fixed order;
 /// - force and partials are finite on a wide grid, and the partials equal central differences away from breakpoints;
-/// - breakpoints are ascending; f and its partials are smooth elsewhere and not there; a force that jumps says so, at a
-///   breakpoint (`is_discontinuous`) or elsewhere (`has_hidden_jumps`), and one that says so jumps;
-/// - `is_piecewise_affine`, `depends_on_velocity` and `is_passive` are honest;
-/// - `flank` changes at breakpoints only, an open flank carries no force, and a stretch without any force is open;
-/// - scaling displacement, time and force changes the law, its breakpoints and its flanks as its dimensions say:
+/// - breakpoints are ascending; f and its partials are smooth elsewhere and not there; a force jumps if and only if the
+///   law declares it, at a breakpoint (`is_discontinuous`) or elsewhere (`has_hidden_jumps`);
+/// - `is_piecewise_affine`, `depends_on_velocity` and `is_passive` are true statements;
+/// - `flank` changes at breakpoints only, an open flank carries no force, and an interval with zero force is open;
+/// - scaling displacement, time and force changes the law, its breakpoints and its flanks according to its dimensions:
 ///   f*(q / l, v / (l w)) = f(q, v) / l;
-/// - automata: guards and resets lead to regions that exist, memories are counted; along a march through the regions `respond` says
-///   what they say, partials included; a closed loop of a passive law gives no energy; levels and forces scale as dimensions say;
-/// - the force that `trace` records, if it does, is that of `eval` all over each region between breakpoints;
-/// - `eval_many` and the copy say what `eval` says, and so does the law after a round trip through serde under its tag.
+/// - automata: guards and resets lead to regions that exist, memories are counted; along a path through the regions `respond`
+///   agrees with them, including partials; a closed loop of a passive law adds no energy; levels and forces scale according
+///   to their dimensions;
+/// - the force recorded by `trace`, if any, equals that of `eval` in each region between breakpoints;
+/// - `eval_many`, the copy, and the law after a round trip through serde under its tag agree with `eval`.
 ///
 /// # Errors
 /// All violations found.

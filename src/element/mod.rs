@@ -55,7 +55,7 @@ pub struct Response {
     pub df_dv: f64,
 }
 
-/// The same over a time series: separate slices of equal length, so that loops vectorise.
+/// Forces and partials over a time series: separate slices of equal length, so that loops vectorise.
 pub struct ResponseSeries<'a> {
     /// Forces.
     pub f: &'a mut [f64],
@@ -116,8 +116,8 @@ impl Dimension {
         force: 2,
     };
 
-    /// In words: `displacement`, `time/displacement`, ...; `None` for pure numbers. Displacement is m for meshes and rad for
-    /// shafts, force N or N m.
+    /// Name of the dimension: `displacement`, `time/displacement`, ...; `None` for pure numbers. Displacement is in m for
+    /// meshes and rad for shafts, force in N or N m.
     pub fn unit(self) -> Option<String> {
         let parts = [
             ("displacement", self.displacement),
@@ -151,7 +151,7 @@ pub struct Units {
     pub force: f64,
 }
 
-/// One scalar parameter of a law, offered for scaling, continuation and reporting.
+/// One scalar parameter of a law, for scaling, continuation and reporting.
 pub struct Parameter<'a> {
     /// Name, as in YAML.
     pub name: &'static str,
@@ -179,14 +179,14 @@ impl Parameter<'_> {
 pub struct InvalidParameter {
     /// Name of the parameter; with its position if it is a list, `slopes[2]`, with its name in a map, `parameters.k`.
     pub name: String,
-    /// The rest of the sentence.
+    /// Message after the name.
     pub message: String,
-    /// For a text: characters before the place at fault.
+    /// For a formula: characters before the error.
     pub place: Option<usize>,
 }
 
 impl InvalidParameter {
-    /// A value, and what was wanted.
+    /// An error with the found value and the requirement.
     pub fn new(
         name: impl Into<String>,
         found: impl std::fmt::Display,
@@ -199,7 +199,7 @@ impl InvalidParameter {
         }
     }
 
-    /// Any other mistake.
+    /// Any other error.
     pub fn about(name: impl Into<String>, message: impl std::fmt::Display) -> Self {
         InvalidParameter {
             name: name.into(),
@@ -221,45 +221,45 @@ impl InvalidParameter {
 /// A force law of one relative displacement.
 #[typetag::serde(tag = "type")]
 pub trait Element: std::fmt::Debug + Send + Sync {
-    /// Force and partials. Finite for finite input; does not allocate. Of a law with memory: on its first loading.
+    /// Force and partials. Finite for finite input; does not allocate. For a law with memory: on first loading.
     fn eval(&self, q: f64, v: f64, phase: f64) -> Response;
 
-    /// Numbers that the law remembers.
+    /// Number of memories of the law.
     fn memory_count(&self) -> usize {
         0
     }
 
-    /// Force and partials in motion, with the memory at hand.
+    /// Force and partials with a given memory.
     fn respond(&self, q: f64, v: f64, phase: f64, _memory: &[f64]) -> Response {
         self.eval(q, v, phase)
     }
 
-    /// Moves a memory that does not belong to a deformation to the nearest one that does.
+    /// Replaces a memory inconsistent with a deformation by the nearest consistent one.
     fn project(&self, _q: f64, _memory: &mut [f64]) {}
 
-    /// The law as a sum of automata of affine regions, those with a memory in the order of the memory; `None` where its regions
-    /// are those between its breakpoints and it remembers nothing.
+    /// The law as a sum of automata of affine regions, those with a memory in the order of the memory; `None` if its regions
+    /// are those between its breakpoints and it has no memory.
     fn automata(&self) -> Option<Vec<Automaton>> {
         None
     }
 
-    /// Of laws with impacts: the share of the scale of rates below which an impact is not counted.
+    /// For laws with impacts: rate below which an impact is not counted, relative to the scale of rates.
     fn least_impact(&self) -> Option<f64> {
         None
     }
 
-    /// The law on its first loading, where it has a memory, and at rest, where it has impacts: in this way a train comes to rest.
+    /// The law on first loading (with memory) or at rest (with impacts), for the static equilibrium.
     fn first_loading(&self) -> Option<Box<dyn Element>> {
         None
     }
 
-    /// The force over numbers that record what is done with them: the Taylor series of the flow come from it.
+    /// The force evaluated with recording numbers, from which the Taylor series of the flow are built.
     ///
-    /// A law that computes its force over any [`number::Number`] hands that computation over. It is followed once in every
+    /// A law whose force is generic over [`number::Number`] passes that computation on. It is recorded once in every
     /// region between breakpoints.
     ///
     /// # Errors
-    /// Why there is no series; the default, for laws that compute with plain numbers only. Such laws are integrated by DOPRI5.
+    /// Reason why there is no series; the default, for laws that compute with plain numbers only. DOPRI5 integrates such laws.
     fn trace<'t>(
         &self,
         _q: Symbol<'t>,
@@ -269,15 +269,15 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         Err("its force is computed with plain numbers only (`eval` without `trace`)".into())
     }
 
-    /// Offers every dimensional or tunable parameter exactly once, in a fixed order.
+    /// Visits every dimensional or tunable parameter exactly once, in a fixed order.
     fn visit_parameters(&mut self, visit: &mut dyn FnMut(Parameter<'_>));
 
-    /// The law's own units, if it is scaled as a whole and not parameter by parameter.
+    /// Units of the law, if it is scaled as a whole and not parameter by parameter.
     fn scale_mut(&mut self) -> Option<&mut Scale> {
         None
     }
 
-    /// A copy behind a new box.
+    /// A boxed copy.
     fn clone_box(&self) -> Box<dyn Element>;
 
     /// Displacements at which f or a partial is not smooth, ascending. Read again after every parameter change.
@@ -300,15 +300,15 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// True when f may jump elsewhere than at a listed breakpoint: at a velocity, a phase, a displacement that is not known.
+    /// True when f may jump at places other than its breakpoints: at a velocity, a phase, an unknown displacement.
     ///
-    /// Nobody can locate such a jump: integrators step through it under error control, and what needs a transition matrix
-    /// (shooting, multipliers, Lyapunov exponents) refuses the law.
+    /// Such a jump cannot be located: integrators pass it under error control, and methods that need a transition matrix
+    /// (shooting, multipliers, Lyapunov exponents) reject the law.
     fn has_hidden_jumps(&self) -> bool {
         false
     }
 
-    /// What a user must know about this law with these parameters; shown as warnings.
+    /// Warnings about this law with these parameters.
     fn cautions(&self) -> Vec<String> {
         Vec::new()
     }
@@ -318,13 +318,13 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         true
     }
 
-    /// False when f does not depend on q, as of pure friction: the reference stiffness then cancels in the force, may be left out, and
-    /// adds nothing to modes, scales and modal damping.
+    /// False when f does not depend on q, as for pure friction: the reference stiffness then cancels in the force, is optional, and
+    /// does not contribute to modes, scales and modal damping.
     fn is_spring(&self) -> bool {
         true
     }
 
-    /// True when df/dv >= 0 for every q and v: the law never takes damping away. Default: laws without v.
+    /// True when df/dv >= 0 for every q and v: the law never reduces damping. Default: true for laws without v.
     fn is_passive(&self) -> bool {
         !self.depends_on_velocity()
     }
@@ -338,7 +338,7 @@ pub trait Element: std::fmt::Debug + Send + Sync {
         registry::within_ranges(self.typetag_name(), self.clone_box())
     }
 
-    /// Whole time series at once: one virtual call per element per sweep; `eval` is inlined per type.
+    /// Evaluates a whole time series: one virtual call per element per sweep; `eval` is inlined per type.
     fn eval_many(&self, q: &[f64], v: &[f64], phase: &[f64], out: ResponseSeries<'_>) {
         let input = q.iter().zip(v).zip(phase);
         let output = out
@@ -369,7 +369,7 @@ pub fn nondimensional(element: &dyn Element, units: &Units) -> Box<dyn Element> 
     copy
 }
 
-/// Refuses NaN and infinities.
+/// Rejects NaN and infinities.
 pub(crate) fn finite(name: &str, value: f64) -> Result<(), InvalidParameter> {
     if value.is_finite() {
         Ok(())
@@ -378,7 +378,7 @@ pub(crate) fn finite(name: &str, value: f64) -> Result<(), InvalidParameter> {
     }
 }
 
-/// Refuses NaN, infinities and negative values.
+/// Rejects NaN, infinities and negative values.
 pub(crate) fn not_negative(name: &str, value: f64) -> Result<(), InvalidParameter> {
     finite(name, value)?;
     if value >= 0.0 {

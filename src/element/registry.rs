@@ -1,7 +1,7 @@
-//! The table of laws: what `gearlash elements`, the schema, the loader and the conformance tests read.
+//! The table of laws, read by `gearlash elements`, the schema, the loader and the conformance tests.
 //!
-//! typetag's own registry is private: it offers no list of tags and no documentation. `register_element!` adds an entry
-//! beside it.
+//! The registry of typetag is private: it has no list of tags and no documentation. `register_element!` adds a separate
+//! entry.
 
 use super::{Dimension, Element, InvalidParameter};
 use crate::yaml;
@@ -17,7 +17,7 @@ pub enum ParameterKind {
     Choice(&'static [&'static str]),
     /// Any text.
     Text,
-    /// A map from names to numbers or quantities of any dimension: the law decides what they mean. It reads SI values; with
+    /// A map from names to numbers or quantities of any dimension, interpreted by the law. It receives SI values; in
     /// nondimensional systems bare numbers only.
     Map,
     /// `true` or `false`.
@@ -98,7 +98,7 @@ impl ParameterInfo {
         ParameterInfo { range, ..self }
     }
 
-    /// The same as one of several that exclude each other.
+    /// Marks the parameter as one of several that exclude each other.
     #[must_use]
     pub const fn one_of(self, names: &'static [&'static str]) -> ParameterInfo {
         ParameterInfo {
@@ -107,7 +107,7 @@ impl ParameterInfo {
         }
     }
 
-    /// Whether it must be given, on its own account.
+    /// Whether it is required by itself.
     pub fn is_required(&self) -> bool {
         self.default.is_none() && self.one_of.is_empty()
     }
@@ -148,9 +148,9 @@ pub fn find(tag: &str) -> Option<&'static ElementInfo> {
         .find(|info| info.tag == tag)
 }
 
-/// What is wrong with the table: mistakes of whoever linked the program, one sentence each.
+/// Errors in the tables of laws, one sentence each.
 ///
-/// A tag with two entries, a tag under which typetag knows two laws or none, an example that is none of its law.
+/// A tag with two entries, a tag for which typetag has two laws or none, an example that is not an instance of its law.
 pub fn table_mistakes() -> Vec<String> {
     let list = registered();
     let mut found = Vec::new();
@@ -174,7 +174,7 @@ pub fn table_mistakes() -> Vec<String> {
     found
 }
 
-/// Whether the parameters that a law offers are within the ranges of its entry.
+/// Checks that the parameters of a law are within the ranges of its entry.
 ///
 /// # Errors
 /// The first parameter outside its range.
@@ -201,10 +201,10 @@ pub(super) fn read_example(info: &ElementInfo) -> Result<Box<dyn Element>, Strin
     node.read("").map_err(|e| e.message)
 }
 
-/// Adds a law to the table that the program's list, the schema, the loader and the conformance tests read.
+/// Adds a law to the table read by `gearlash elements`, the schema, the loader and the conformance tests.
 ///
-/// Stands beside `#[typetag::serde(name = "tag")] impl Element for Law`, with the same tag; `conformance::check_registered`
-/// compares the two. Of each parameter `range` and `one_of` may be left out, in this order.
+/// Use it beside `#[typetag::serde(name = "tag")] impl Element for Law`, with the same tag; `conformance::check_registered`
+/// compares the two. For each parameter `range` and `one_of` are optional, in this order.
 #[macro_export]
 macro_rules! register_element {
     (

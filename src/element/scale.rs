@@ -6,7 +6,7 @@ use super::{Response, Units};
 /// The units in which a law is evaluated, seen from those in which it is asked: 1 as written, else those of
 /// [`super::nondimensional`].
 ///
-/// Most laws become nondimensional parameter by parameter. A law whose parameters are no powers of displacement, time and
+/// Most laws become nondimensional parameter by parameter. A law whose parameters are not powers of displacement, time and
 /// force (a formula, a table from a file) keeps a `Scale` instead, skipped by serde, and evaluates through it:
 ///
 /// ```text

@@ -17,7 +17,7 @@ const SHOWN: usize = 100;
 /// Characters shown of a line.
 const WINDOW: usize = 120;
 
-/// All diagnostics by source, line and column, each with its line of text, a caret under the place, and the next move.
+/// All diagnostics by source, line and column, each with its line of text, a caret under the place, and the next step.
 ///
 /// Long lines are cropped around the place. Equal input gives equal output.
 pub fn render(list: &[Diagnostic], colour: Colour) -> String {

@@ -10,7 +10,7 @@ pub fn nearest<'a, S: AsRef<str> + ?Sized + 'a>(
 ) -> Option<&'a str> {
     /// Below this similarity, suggestions seen in practice were noise.
     const SIMILAR: f64 = 0.85;
-    /// Longer names are not typing mistakes, and comparing costs the product of the lengths.
+    /// Longer names are not typing errors, and comparing costs the product of the lengths.
     const LONGEST: usize = 100;
     let length = name.chars().count();
     if length == 0 || length > LONGEST {

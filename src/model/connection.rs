@@ -127,7 +127,7 @@ pub(super) fn connection(
     })
 }
 
-/// Unit of a deformation whose geometry has a mistake: what the key suggests.
+/// Unit of a deformation whose geometry has an error: what the key suggests.
 fn guessed_unit(fields: &Fields<'_>) -> DeformationUnit {
     if fields.get("shaft").is_some() || fields.get("ground").is_some() {
         DeformationUnit::Radian

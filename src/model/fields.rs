@@ -1,4 +1,4 @@
-//! Reading maps key by key and collecting the mistakes.
+//! Reading maps key by key and collecting the errors.
 
 use crate::error::{Diagnostic, did_you_mean};
 use crate::quantity::{Quantity, UnitDimension};
@@ -37,7 +37,7 @@ pub(super) struct Found {
 }
 
 impl Mistakes {
-    /// The value, or nothing and one mistake more.
+    /// The value; `None` after adding an error.
     pub(super) fn note<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
         result.map_err(|mistake| self.add(mistake)).ok()
     }
@@ -67,7 +67,7 @@ impl Mistakes {
         self.numbers.take().unwrap_or_default()
     }
 
-    /// The number of a node; `None` and one mistake more where it is wrong.
+    /// The number of a node; `None` after adding an error.
     pub(super) fn number(
         &mut self,
         node: &Node,
@@ -144,7 +144,7 @@ pub(super) enum Measure {
     Si(UnitDimension),
     /// SI units of whatever dimension is written.
     AnySi,
-    /// A nondimensional number: a unit is a mistake.
+    /// A nondimensional number: a unit is an error.
     Bare,
 }
 
@@ -213,7 +213,7 @@ impl<'n> Fields<'n> {
         Some(Fields { node, path, map })
     }
 
-    /// The map of a node; keys that are not known are mistakes.
+    /// The map of a node; keys that are not known are errors.
     pub(super) fn known(
         node: &'n Node,
         path: &str,
@@ -271,7 +271,7 @@ impl<'n> Fields<'n> {
         mistakes.number(node, &self.path_of(key), measure, range)
     }
 
-    /// The one of several keys that is given; none or more than one is a mistake.
+    /// The one of several keys that is given; none or more than one is an error.
     pub(super) fn exactly_one(
         &self,
         keys: &[&'static str],

@@ -21,7 +21,7 @@ pub const GEOMETRY: [&str; 7] = [
     "acts_on",
 ];
 
-/// Bodies by name; `None` for a body that was named but has a mistake of its own.
+/// Bodies by name; `None` for a body that was named but has an error of its own.
 pub(super) type Bodies = IndexMap<String, Option<Body>>;
 
 /// Arms of a connection and the unit of its deformation.
@@ -107,7 +107,7 @@ impl Finder<'_> {
                 if let Some(body) = meant.and_then(|name| self.bodies.get_index_of(name)) {
                     self.held[body] = true;
                 }
-                // Without any body the mistake is above.
+                // Without any body the error is above.
                 if !self.bodies.is_empty() {
                     mistakes.add(unknown_body(name, self.bodies, at));
                 }

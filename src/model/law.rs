@@ -51,7 +51,7 @@ impl LawUnits {
     }
 }
 
-/// The law of a node; the linear one without a node. Keys in `aside` belong to somebody else.
+/// The law of a node; the linear one without a node. Keys in `aside` are read elsewhere.
 pub(super) fn law(
     node: Option<&Node>,
     path: &str,

@@ -209,7 +209,7 @@ pub(super) fn drag(
     })
 }
 
-/// Adds the drag of every body to its mean load; drag without a reference is a mistake.
+/// Adds the drag of every body to its mean load; drag without a reference is an error.
 pub(super) fn add_drag(
     root: &Fields<'_>,
     bodies: &IndexMap<String, Body>,

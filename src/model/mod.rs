@@ -237,7 +237,7 @@ pub struct Connection {
     pub unit: DeformationUnit,
     /// The wheels of a mesh that is given by tooth numbers.
     pub teeth: Option<Teeth>,
-    /// Reference stiffness K [N/m or N m/rad], > 0. Where the law is no spring it cancels in the force.
+    /// Reference stiffness K [N/m or N m/rad], > 0. Where the law is not a spring it cancels in the force.
     pub stiffness: f64,
     /// Viscous damper parallel to the law [N s/m or N m s/rad], >= 0.
     pub damping: f64,
@@ -252,7 +252,7 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// Stiffness in full contact: K, and 0 where the law is no spring.
+    /// Stiffness in full contact: K, and 0 where the law is not a spring.
     pub fn contact_stiffness(&self) -> f64 {
         if self.element.is_spring() {
             self.stiffness

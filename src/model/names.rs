@@ -27,7 +27,7 @@ impl Model {
     /// last one included, such as `mesh_2.half_gap`.
     ///
     /// # Errors
-    /// A name that is no path of the model, with the nearest one, or a short form of several.
+    /// A name that is not a path of the model, with the nearest one, or a short form of several.
     pub(crate) fn path_of(&self, written: &str) -> Result<String, String> {
         let steps: Vec<&str> = written.split('.').collect();
         // A reduced model has its own `damping` and `loads`: there these are short forms.

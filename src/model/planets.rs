@@ -249,7 +249,7 @@ fn load_copies(name: &str, entry: &Entry, meshes: &[Mesh<'_>]) -> Vec<(String, E
     }
 }
 
-/// What is wrong with a `mass` that is no planet's.
+/// Errors of a `mass` that is not that of a planet.
 pub(super) fn refuse_mass(fields: &Fields<'_>, mistakes: &mut Mistakes) {
     if let Some(node) = fields.get("mass") {
         let message = "applies only to a planet with `planets: N` in its meshes; other bodies need only `inertia`";

@@ -27,10 +27,10 @@ const KEYS: [&str; 12] = [
     "analyses",
 ];
 
-/// The model of a merged document, SI units; keys that start with `x-` are skipped, `analyses` belongs to somebody else.
+/// The model of a merged document, SI units; keys that start with `x-` are skipped, `analyses` is read elsewhere.
 ///
 /// # Errors
-/// Every independent mistake, with path, place, what was found, what was wanted and the nearest known name.
+/// Every independent error, with path, place, what was found, what was wanted and the nearest known name.
 pub fn read(root: &Node) -> Result<Model, Vec<Diagnostic>> {
     let mut mistakes = Mistakes::default();
     let model = interpret(root, &mut mistakes);

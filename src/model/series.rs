@@ -33,7 +33,7 @@ impl Unit {
 
 /// A turn, a little more for those who round it.
 const TURN: f64 = 1.001 * std::f64::consts::TAU;
-/// A stiffness variation whose mean misses 1 by more is a mistake.
+/// A stiffness variation whose mean misses 1 by more is an error.
 const MEAN_ONE: f64 = 1e-9;
 
 /// A transmission error: harmonics or a table.
@@ -285,7 +285,7 @@ fn table(
     })
 }
 
-/// Whether a list has too few values; what is no list has been refused already.
+/// Whether a list has too few values; a value that is not a list has already been rejected.
 fn is_short(node: &Node, len: usize) -> bool {
     matches!(node.value, crate::yaml::Value::List(_)) && len < 2
 }

@@ -75,7 +75,7 @@ impl Direction {
 /// First x in [0, 1] where a polynomial passes `level` in `direction` by more than `tolerance`.
 ///
 /// The polynomial is taken to start on the near side: a start on the level, or beyond it by rounding, does not fire. A touch
-/// that goes less than `tolerance` beyond the level is no passage. The abscissa is that of the level itself.
+/// that goes less than `tolerance` beyond the level is not a passage. The abscissa is that of the level itself.
 pub fn first_passage<const N: usize>(
     coefficients: &[f64; N],
     level: f64,

@@ -20,7 +20,7 @@ impl BrokenLine {
     ///
     /// # Errors
     /// The number of the first point whose place lies before that of its predecessor, or that is not finite; 0 where there
-    /// is no point.
+    /// is not a point.
     pub fn new(points: Vec<(f64, f64)>) -> Result<BrokenLine, usize> {
         if points.is_empty() {
             return Err(0);

@@ -59,7 +59,7 @@ impl Lu {
         self.factors.nrows()
     }
 
-    /// Factorises the content of [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite, or when somebody asks to stop.
+    /// Factorises the content of [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite, or when an interrupt is requested.
     pub fn factorise_stored(&mut self) -> bool {
         let n = self.factors.nrows();
         if n >= LONG {

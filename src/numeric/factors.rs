@@ -154,7 +154,7 @@ impl Factors {
             solve_blocks(&mut self.condensation, &mut self.rest, &mut self.residual);
             *rhs += &self.residual;
             let refined = self.judge(matrix, rhs);
-            // NaN is no progress either.
+            // NaN is not progress either.
             let improves = refined < 0.5 * size;
             size = refined;
             if !improves {

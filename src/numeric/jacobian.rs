@@ -374,7 +374,7 @@ impl Blocks {
     }
 }
 
-/// Entry (row, column) of the matrix; 0 outside the pattern. The border is no part of it.
+/// Entry (row, column) of the matrix; 0 outside the pattern. The border is not a part of it.
 impl Index<(usize, usize)> for Jacobian {
     type Output = f64;
 
@@ -386,7 +386,7 @@ impl Index<(usize, usize)> for Jacobian {
     }
 }
 
-/// Entry (row, column) of the matrix; panics outside the pattern. The border is no part of it.
+/// Entry (row, column) of the matrix; panics outside the pattern. The border is not a part of it.
 impl IndexMut<(usize, usize)> for Jacobian {
     fn index_mut(&mut self, at: (usize, usize)) -> &mut f64 {
         match self {

@@ -99,7 +99,7 @@ pub fn write_header(columns: &[Column], out: impl Write) -> std::io::Result<()> 
 ///
 /// # Errors
 ///
-/// `Error::File` when the file cannot be read or is no table, and what `row` says.
+/// `Error::File` when the file cannot be read or is not a table, and what `row` says.
 pub fn read(
     path: &Path,
     row: &mut dyn FnMut(&csv::StringRecord) -> Result<(), Error>,

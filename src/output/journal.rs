@@ -145,7 +145,7 @@ impl Journal {
         if good == 0 {
             self.file.write_all(&line(header.as_bytes()))?;
         }
-        // Whatever stood there before the header was complete is no loss.
+        // Content before a complete header is not a loss.
         let damaged = if good == 0 { 0 } else { length - good - torn };
         Ok((finished, damaged))
     }
@@ -234,7 +234,7 @@ pub fn header(path: &Path) -> Option<String> {
     is_whole.then(|| String::from_utf8_lossy(lines.text()).into_owned())
 }
 
-/// Opens a file that is no link, under one name, and neither pipe nor device: anything else is a trap or
+/// Opens a file that is not a link, under one name, and neither pipe nor device: anything else is a trap or
 /// somebody else's file.
 fn open_plain(mut options: std::fs::OpenOptions, path: &Path) -> std::io::Result<File> {
     let refused = || std::io::Error::other("it is a link or no regular file; remove it");

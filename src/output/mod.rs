@@ -150,7 +150,7 @@ pub fn write_run(
 ///
 /// # Errors
 ///
-/// `Error::File` when a file cannot be written (it names the file), or when the report's name is no file name or would
+/// `Error::File` when a file cannot be written (it names the file), or when the report's name is not a file name or would
 /// overwrite the manifest; `Error::Input` when the figure wants a column that is not there.
 pub fn write_report(
     out_dir: &Path,

@@ -200,7 +200,7 @@ fn mount_of(system: &System, e: usize) -> &dyn Element {
     system.mounts()[e].element.as_ref()
 }
 
-/// Forces of rigid stops: their mean follows from the balance of what is periodic, the rest is no number.
+/// Forces of rigid stops: their mean follows from the balance of what is periodic, the rest is not a number.
 ///
 /// ```text
 /// sum_stops kappa_e mean f_e = mean Q - sum_others kappa_e mean f_e

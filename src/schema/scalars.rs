@@ -100,7 +100,7 @@ pub(super) fn nullable(mut value: Value) -> Value {
     either
 }
 
-/// Adds to a derived schema what the loader takes beyond serde's types, and drops formats that are no formats of JSON schema.
+/// Adds to a derived schema what the loader takes beyond serde's types, and drops formats that are not formats of JSON schema.
 pub(super) fn loosen(value: &mut Value) {
     match value {
         Value::Array(list) => list.iter_mut().for_each(loosen),

@@ -64,7 +64,7 @@ pub struct Branch {
     pub events: Vec<BifurcationEvent>,
     /// Reason of the end of the path.
     pub end: PathEnd,
-    /// Linear systems that elimination by blocks could not solve, so that rows were exchanged across all coordinates.
+    /// Number of linear systems that elimination by blocks could not solve and that needed row exchanges across all coordinates.
     pub exchanges: usize,
 }
 
@@ -79,10 +79,10 @@ pub struct TraceOptions {
     pub stability: bool,
     /// Changes of stability at least this wide are found.
     pub resolution: Resolution,
-    /// Crossings that are known: the branch ends where it returns onto one, or onto an orbit of half its period. `None`: it
-    /// goes on there.
+    /// Known crossings: the branch ends where it returns to one, or to an orbit of half its period. `None`: it continues
+    /// there.
     pub known: Option<Vec<Place>>,
-    /// Deformation of every connection beyond which the branch counts as unbounded; empty: it is followed everywhere.
+    /// Deformation of every connection beyond which the branch counts as unbounded; empty: no limit.
     pub bounds: Vec<f64>,
 }
 
@@ -93,7 +93,7 @@ pub enum Begin {
     Guess(DVector<f64>),
     /// A guess at a value inside the range, left towards one side: forwards is the way to its last value.
     Inside(DVector<f64>, f64, Side),
-    /// A crossing on a known branch, left along the other one.
+    /// A crossing on a known branch, left along the other branch.
     Crossing(Box<PathPoint>, (Side, Heading)),
 }
 
@@ -117,12 +117,12 @@ pub trait Recorder {
     }
 }
 
-/// Follows a branch from a first guess, or from a crossing, which is its first point then.
+/// Follows a branch from a first guess, or from a crossing, which is then its first point.
 ///
 /// A first point that cannot be corrected or left is the inner `Err`.
 ///
 /// # Errors
-/// Contradictory options, or what the problem returns.
+/// Contradictory options, or errors of the problem.
 pub fn trace(
     problem: &mut dyn PeriodicResidual,
     begin: Begin,

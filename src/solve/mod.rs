@@ -30,7 +30,7 @@ pub mod torus;
 use crate::error::SolveError;
 use crate::interrupt;
 
-/// `Err` once somebody asks to stop: what is computed meanwhile is no answer.
+/// `Err` once an interrupt is requested: intermediate values are not results.
 pub(crate) fn uninterrupted() -> Result<(), SolveError> {
     match interrupt::is_requested() {
         true => Err(SolveError::Interrupted),

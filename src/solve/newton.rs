@@ -14,9 +14,9 @@ pub struct NewtonOptions {
     pub tolerance: f64,
     /// Where rounding keeps the residual above: largest Newton step, relative to the unknowns.
     pub step_tolerance: f64,
-    /// Iterations at most.
+    /// Limit of iterations.
     pub max_iterations: usize,
-    /// Smallest share of a step that is tried.
+    /// Smallest fraction of a step that is tried.
     pub min_damping: f64,
 }
 
@@ -39,7 +39,7 @@ pub enum NewtonStatus {
     Converged,
     /// Too many iterations.
     MaxIterations,
-    /// No share of the step reduces the residual: a kink or a local minimum.
+    /// No fraction of the step reduces the residual: a kink or a local minimum.
     Stalled,
     /// The Jacobian cannot be factorised.
     SingularJacobian,
@@ -71,7 +71,7 @@ pub struct NewtonOutcome {
 }
 
 impl NewtonOutcome {
-    /// Of a guess that nothing has corrected.
+    /// Outcome for an uncorrected guess.
     pub(super) fn unsolved() -> NewtonOutcome {
         NewtonOutcome {
             status: NewtonStatus::Stalled,

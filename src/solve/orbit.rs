@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 pub enum Orbit {
     /// Fourier series, from the Galerkin method.
     Fourier(FourierOrbit),
-    /// Stretches of polynomials, from an integrator.
+    /// Intervals of polynomials, from an integrator.
     Segments(SegmentOrbit),
 }
 

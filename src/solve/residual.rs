@@ -16,7 +16,7 @@ pub struct Linearisation {
     pub dr_du: Jacobian,
     /// dR/dlambda.
     pub dr_dlambda: DVector<f64>,
-    /// Size of the terms that cancel in R: what a residual is small against.
+    /// Size of the terms that cancel in R: the reference for a small residual.
     pub magnitude: f64,
     /// Whether dR/dlambda is wanted; elsewhere it may hold anything.
     pub has_parameter: bool,
@@ -94,14 +94,14 @@ pub struct Size {
 /// Resolution required for a solution; `size` is the better resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
-    /// It does, or there is no better one.
+    /// It is adequate, or there is no better one.
     Suits,
-    /// A smaller one would do.
+    /// A smaller one suffices.
     Wastes {
         /// The smaller one.
         size: Size,
     },
-    /// The error is as large as it should become.
+    /// The error is close to the limit.
     Strains {
         /// The larger one.
         size: Size,
@@ -127,19 +127,19 @@ pub enum Extent {
 pub struct Survey {
     /// The orbit.
     pub orbit: Orbit,
-    /// Extrema (tau, deformation) in the order of time, the first one repeated a period later; one list a connection, empty
+    /// Extrema (tau, deformation) in the order of time, the first one repeated a period later; one list per connection, empty
     /// for a law without breakpoints and where nothing moves.
     pub extrema: Vec<Vec<(f64, f64)>>,
     /// Breakpoints of every law at this parameter.
     pub breakpoints: Vec<Vec<f64>>,
     /// Floquet multipliers over one response period, by decreasing modulus; empty if not requested or not available.
     pub multipliers: Vec<Complex<f64>>,
-    /// How many more are 1 by construction: numbers that laws remember and never change on this orbit. The list has a 0 for
+    /// Number of further multipliers that are 1 by construction: memories that do not change on this orbit. The list has a 0 for
     /// each, so that its length does not change where a slider begins to slip.
     pub neutral: usize,
 }
 
-/// A residual whose zeros are periodic orbits: everything that stability and post-processing need.
+/// A residual whose zeros are periodic orbits, with the data for stability and post-processing.
 pub trait PeriodicResidual: Residual {
     /// The system at a parameter.
     ///
@@ -176,12 +176,12 @@ pub trait PeriodicResidual: Residual {
         Ok(None)
     }
 
-    /// Its present size; zeros where there is one size only.
+    /// Present size; zeros if there is only one size.
     fn size(&self) -> Size {
         Size::default()
     }
 
-    /// Takes another size; solutions come in it through [`Residual::in_present_size`].
+    /// Changes the size; solutions are converted by [`Residual::in_present_size`].
     ///
     /// # Errors
     /// The problem cannot be made in this size.
@@ -189,7 +189,7 @@ pub trait PeriodicResidual: Residual {
         Ok(())
     }
 
-    /// How the present size suits a solution.
+    /// Resolution required for a solution, compared with the present size.
     ///
     /// # Errors
     /// The system cannot be made at this parameter.
@@ -201,7 +201,7 @@ pub trait PeriodicResidual: Residual {
     /// half the subharmonic index and as many samples per excitation period.
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64>;
 
-    /// Floquet multipliers over one response period, by falling modulus.
+    /// Floquet multipliers over one response period, by decreasing modulus.
     ///
     /// # Errors
     /// The system cannot be made at this parameter.

@@ -233,7 +233,7 @@ impl<F: Family> Residual for Shooting<F> {
     }
 }
 
-/// Share of the change of an image that its second difference may have: beyond it the difference quotient is no derivative.
+/// Share of the change of an image that its second difference may have: beyond it the difference quotient is not a derivative.
 const BENT: f64 = 1e-2;
 /// Share below which the next difference may be wider.
 const PLAIN: f64 = 1e-4;

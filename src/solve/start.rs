@@ -42,7 +42,7 @@ pub enum StartMode {
     Rest,
 }
 
-/// A first solution, or what was tried in vain.
+/// A first solution, or the failed attempts.
 #[derive(Debug, Clone)]
 pub enum Start {
     /// Unknowns of the Galerkin residual, and how they were found.
@@ -52,11 +52,11 @@ pub enum Start {
         /// `linear response`, `homotopy in the alternating load`, `integration`.
         how: &'static str,
     },
-    /// Every road failed; one sentence each.
+    /// Every attempt failed; one sentence each.
     Failed(Vec<String>),
 }
 
-/// Steps allowed in one period of the last road; more are no start but a fault of the numbers.
+/// Steps allowed in one period of the last road; more indicate faulty numbers.
 const MAX_STEPS: usize = 50_000;
 
 /// The first road of [`find`].

@@ -26,7 +26,7 @@ impl Study {
     /// The extent of a parameter study, by its name.
     ///
     /// # Errors
-    /// [`Error::Input`]: an unknown name; an analysis that is no parameter study.
+    /// [`Error::Input`]: an unknown name; an analysis that is not a parameter study.
     pub fn extent(&self, name: &str, control: &dyn Control) -> Result<Extent, Error> {
         self.planned(name, control, |plan| Extent {
             runs: plan.runs(),

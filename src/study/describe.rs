@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 /// Keys of a connection that are said elsewhere.
 const SAID: [&str; 2] = ["stiffness", "element"];
-/// Parts of a document that are no part of the model.
+/// Parts of a document that are not part of the model.
 const NO_MODEL: [&str; 3] = ["analyses", "schema", "name"];
 /// Characters of a list or table that are shown.
 const LONGEST: usize = 60;

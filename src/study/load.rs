@@ -1,4 +1,4 @@
-//! Reading a model file into a study: every mistake that can be found before anything runs.
+//! Reads a model file into a study and reports all errors before anything runs.
 
 use super::{Built, Run, Texts, plotting};
 use crate::analysis::{self, Analysis, Control, Setting};
@@ -9,18 +9,18 @@ use crate::output::folder;
 use crate::yaml::{self, Entry, Node};
 use indexmap::IndexMap;
 
-/// Reads and assembles the model of a document; mistakes of the assembly get the place of their path.
+/// Reads and assembles the model of a document; errors of the assembly get the place of their path.
 pub(super) fn build(root: &Node) -> Result<Built, Vec<Diagnostic>> {
     assembled(model::read(root)?)
 }
 
-/// Assembles a model; mistakes get the place of their path.
+/// Assembles a model; errors get the place of their path.
 pub(super) fn assembled(model: Model) -> Result<Built, Vec<Diagnostic>> {
     let assembly = assemble(&model).map_err(|list| located(model.document(), list))?;
     Ok((model, assembly))
 }
 
-/// Gives mistakes of later stages the place of their path.
+/// Gives errors of later stages the place of their path.
 fn located(root: &Node, mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
     model::locate(root, &mut list);
     list
@@ -163,7 +163,7 @@ fn read_analysis(node: &Node, path: &str) -> Result<Read, Vec<Diagnostic>> {
     }
 }
 
-/// The same mistake, found in the model and again under an analysis's settings, is reported once.
+/// The same error, found in the model and again under an analysis's settings, is reported once.
 pub(super) fn without_repetition(list: Vec<Diagnostic>) -> Vec<Diagnostic> {
     let mut kept: Vec<Diagnostic> = Vec::new();
     for diagnostic in list {

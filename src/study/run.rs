@@ -98,7 +98,7 @@ impl Study {
         Ok(outcome)
     }
 
-    /// The analyses that are no parameter studies: side by side, unless their memory is too small for that.
+    /// The analyses that are not parameter studies: side by side, unless their memory is too small for that.
     fn run_plain(
         &self,
         settings: &RunSettings,

@@ -227,7 +227,7 @@ impl System {
         self.revolutions
     }
 
-    /// Frequency of the reference shaft over omega_c: what users call the excitation frequency.
+    /// Frequency of the reference shaft over omega_c: the excitation frequency of the user.
     pub fn reference_frequency(&self) -> f64 {
         self.excitation_frequency() * self.revolutions as f64
     }
@@ -319,7 +319,7 @@ impl System {
         self.set_excitation_frequency(frequency);
     }
 
-    /// The same system with every alternating part (loads, transmission error, stiffness variation) multiplied by `share`.
+    /// The system with every alternating part (loads, transmission error, stiffness variation) multiplied by `share`.
     pub fn with_excitation_share(&self, share: f64) -> System {
         let mut copy = self.clone();
         let shrink = |series: &Periodic| series.scaled(share).plus((1.0 - share) * series.mean());
@@ -340,7 +340,7 @@ impl System {
         copy
     }
 
-    /// The same system without transmission errors: deformations are W q.
+    /// The system without transmission errors: deformations are W q.
     pub fn without_transmission_errors(&self) -> System {
         let mut copy = self.clone();
         for mount in &mut copy.mounts {
@@ -349,7 +349,7 @@ impl System {
         copy
     }
 
-    /// The same system with other laws in place, one per connection.
+    /// The system with other laws in place, one per connection.
     pub fn with_mounts(&self, mounts: Vec<Mount>) -> System {
         debug_assert_eq!(mounts.len(), self.mounts.len());
         System {
@@ -358,7 +358,7 @@ impl System {
         }
     }
 
-    /// The same system with other excitations, whose directions have n values.
+    /// The system with other excitations, whose directions have n values.
     pub fn with_loads(&self, loads: Vec<LoadSource>) -> System {
         System {
             loads,
@@ -366,7 +366,7 @@ impl System {
         }
     }
 
-    /// The same system with every law replaced by one, but for those that are no springs.
+    /// The system with every law replaced by one, except those that are not springs.
     pub fn with_laws(&self, law: &dyn Element) -> System {
         let mut copy = self.clone();
         (copy.mounts.iter_mut())
@@ -376,7 +376,7 @@ impl System {
         copy
     }
 
-    /// The same system with laws that remember nothing: each on its first loading.
+    /// The system with laws without memory: each on first loading.
     pub fn at_first_loading(&self) -> System {
         let mut copy = self.clone();
         for mount in &mut copy.mounts {
@@ -402,7 +402,7 @@ impl System {
         memory
     }
 
-    /// Slopes of the laws in full contact, e values: 1, and 0 of those that are no springs.
+    /// Slopes of the laws in full contact, e values: 1, and 0 of those that are not springs.
     pub fn contact_slopes(&self) -> Vec<f64> {
         let slope = |m: &Mount| if m.element.is_spring() { 1.0 } else { 0.0 };
         self.mounts.iter().map(slope).collect()

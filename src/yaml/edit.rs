@@ -5,7 +5,7 @@ use crate::error::{Diagnostic, Location, Source};
 use indexmap::IndexMap;
 use std::sync::Arc;
 
-/// Why a path leads nowhere: index of the step, what is wrong with it, next move.
+/// Why a path leads nowhere: index of the step, what is wrong with it, next step.
 struct Astray {
     step: usize,
     message: String,
@@ -207,7 +207,7 @@ pub(super) fn apply_from(root: &mut Node, source: &Arc<Source>) -> Result<(), Di
 /// Help for a key that is the rest of a number.
 const DECIMAL_COMMA: &str = "a comma ends the value: write decimals with a point, such as 1.5";
 
-/// A mistake for each key of a map that is not among the known ones; `path` is the dotted path of the map.
+/// An error for each key of a map that is not among the known ones; `path` is the dotted path of the map.
 pub fn unknown_keys(map: &IndexMap<String, Entry>, known: &[&str], path: &str) -> Vec<Diagnostic> {
     map.iter()
         .filter(|(key, _)| !known.contains(&key.as_str()))

@@ -189,7 +189,7 @@ const KEYS: [&str; 13] = [
     "analyses",
 ];
 
-/// The tree of a file that another one extends. `extends` may name any file that the user can read: what is no model is not
+/// The tree of a file that another one extends. `extends` may name any file that the user can read: what is not a model is not
 /// shown, neither its lines nor their content.
 fn base_model(layer: Result<Node, Vec<Diagnostic>>, path: &Path) -> Result<Node, Diagnostic> {
     let (message, location) = match layer {

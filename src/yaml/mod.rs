@@ -1,8 +1,8 @@
 //! Documents as trees of nodes with places: reading, merging, overriding, deserialising.
 //!
-//! A derive on the whole file would stop at the first mistake and lose positions inside laws. The loader therefore keeps
+//! A derive on the whole file would stop at the first error and lose positions inside laws. The loader therefore keeps
 //! the raw scalars and their places, and the model reads each body, connection and law from its own node, collecting
-//! the mistakes. Scalars keep their text, so that `y`, `no` and `N` are names and `4e-05` is a number when the reader wants one.
+//! the errors. Scalars keep their text, so that `y`, `no` and `N` are names and `4e-05` is a number when the reader wants one.
 
 mod edit;
 mod load;
@@ -178,7 +178,7 @@ impl Node {
     /// The entries of a map.
     ///
     /// # Errors
-    /// When it is no map; `path` is the dotted path of this node.
+    /// When it is not a map; `path` is the dotted path of this node.
     pub fn as_map(&self, path: &str) -> Result<&IndexMap<String, Entry>, Diagnostic> {
         match &self.value {
             Value::Map(map) => Ok(map),
@@ -189,7 +189,7 @@ impl Node {
     /// The entries of a list.
     ///
     /// # Errors
-    /// When it is no list; `path` is the dotted path of this node.
+    /// When it is not a list; `path` is the dotted path of this node.
     pub fn as_list(&self, path: &str) -> Result<&[Node], Diagnostic> {
         match &self.value {
             Value::List(list) => Ok(list),
@@ -208,7 +208,7 @@ impl Node {
         }
     }
 
-    /// The value of a key; `None` when this is no map or has no such key.
+    /// The value of a key; `None` when this is not a map or has no such key.
     pub fn get(&self, key: &str) -> Option<&Node> {
         match &self.value {
             Value::Map(map) => map.get(key).map(|entry| &entry.node),
@@ -245,7 +245,7 @@ impl Node {
 }
 
 impl Diagnostic {
-    /// A mistake at a node.
+    /// An error at a node.
     pub fn at(node: &Node, path: &str, message: impl Into<String>) -> Diagnostic {
         Diagnostic {
             location: node.location.clone(),
@@ -255,7 +255,7 @@ impl Diagnostic {
         }
     }
 
-    /// A mistake at the key of an entry; at its value when the key has no place.
+    /// An error at the key of an entry; at its value when the key has no place.
     pub fn at_key(entry: &Entry, path: &str, message: impl Into<String>) -> Diagnostic {
         let mut diagnostic = Diagnostic::at(&entry.node, path, message);
         if entry.key_location.is_some() {

@@ -21,7 +21,7 @@ pub const MAX_TEXT: usize = 16 << 20;
 pub const MAX_DEPTH: usize = 64;
 /// Largest number of values, with aliases expanded.
 pub const MAX_NODES: usize = 4_000_000;
-/// Parts of what the parser says, and the next move.
+/// Parts of what the parser says, and the next step.
 const SYNTAX: [(&str, &str); 6] = [
     (
         "simple key expected",
@@ -94,7 +94,7 @@ pub(super) fn compose(
     }
 }
 
-/// The mistake of a text longer than [`MAX_TEXT`].
+/// The error of a text longer than [`MAX_TEXT`].
 pub(super) fn too_long(source: &Arc<Source>, bytes: u64) -> Diagnostic {
     let place = Place { source, skipped: 0 };
     let message = format!(
@@ -327,7 +327,7 @@ impl<'t> Composer<'_, 't> {
         }
     }
 
-    /// Puts a step in front of the paths of the mistakes found since `before`.
+    /// Puts a step in front of the paths of the errors found since `before`.
     fn prefix(&mut self, before: usize, step: &str) {
         for mistake in &mut self.mistakes[before..] {
             mistake.path = join(step, &mistake.path);

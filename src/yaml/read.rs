@@ -22,7 +22,7 @@ impl Node {
     /// trait object the key `type` is read first, wherever it is.
     ///
     /// # Errors
-    /// The first mistake, with the place and path of the value or key at fault (a missing key: of the map).
+    /// The first error, with the place and path of the value or key at fault (a missing key: of the map).
     pub fn read<'de, T: Deserialize<'de>>(&'de self, path: &str) -> Result<T, Diagnostic> {
         let first = OnceCell::new();
         let trail = Trail::Root(path);

@@ -1,6 +1,6 @@
 //! The loader on damaged models and on documents grown from the schema: never a panic, and what it takes the schema takes too.
 //!
-//! `GEARLASH_FUZZ_CASES` sets the number of documents (a few thousand here, a million in `.ci/run`). Every case has a seed of its
+//! `GEARLASH_FUZZ_CASES` sets the number of documents (a few thousand here, three hundred thousand in `.ci/run`). Every case has a seed of its
 //! own; a failure prints the document.
 
 use gearlash::analysis::{Analysis, Setting};

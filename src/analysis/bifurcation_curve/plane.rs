@@ -86,7 +86,7 @@ impl Axis {
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct Axes {
     pub list: [Axis; 2],
-    /// Excitation frequency over omega_c, where it is no parameter.
+    /// Excitation frequency over omega_c, where it is not a parameter.
     pub at: f64,
 }
 

@@ -244,7 +244,7 @@ impl<'a> Work<'a> {
         );
     }
 
-    /// The system at a value; `None` when there is none, or when somebody asked to stop.
+    /// The system at a value; `None` when there is none, or when an interrupt was requested.
     fn system(&self, run: usize, k: usize, value: f64) -> Option<System> {
         if self.setting.control.is_interrupted() {
             return None;

@@ -50,7 +50,7 @@ impl EffectiveFrequencies {
             match self.one(setting, connection, means) {
                 Ok(moving) => list.extend(moving),
                 Err(more) => more.into_iter().for_each(|fault| {
-                    // The same mistake in every connection is one mistake.
+                    // The same error in every connection is one error.
                     if !faults.contains(&fault) {
                         faults.push(fault);
                     }

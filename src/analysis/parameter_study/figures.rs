@@ -45,7 +45,7 @@ impl Drawing {
             .copied()
             .filter(|c| statistics::sorted(c).len() >= FEWEST)
             .collect();
-        // The runs of a grid are no sample of anything.
+        // The runs of a grid are not a sample.
         if study.grid.is_none() && !enough.is_empty() {
             drawing.tables.push(statistics::histograms(&enough));
             drawing.tables.push(statistics::cumulative(&enough));

@@ -189,7 +189,7 @@ fn faults_of(name: Option<&str>, list: impl IntoIterator<Item = Diagnostic>) -> 
         .collect()
 }
 
-/// A mistake in the analysis: at its own key when it is written in place, else at the name.
+/// An error in the analysis: at its own key when it is written in place, else at the name.
 fn fault_of(name: Option<&str>, mistake: &Diagnostic) -> Fault {
     let is_own = mistake.path == "analysis" || mistake.path.starts_with("analysis.");
     match name {

@@ -32,7 +32,7 @@ impl Wanted {
     /// Reads the keys.
     ///
     /// # Errors
-    /// Names that are no column.
+    /// Names that are not columns.
     pub fn new(
         setting: &Setting<'_>,
         names: &[String],

@@ -98,7 +98,7 @@ impl<'de> Deserialize<'de> for Harmonics {
     }
 }
 
-/// By hand, so that mistakes inside the map keep their place.
+/// By hand, so that errors inside the map keep their place.
 struct WrittenHarmonics;
 
 impl<'de> Visitor<'de> for WrittenHarmonics {

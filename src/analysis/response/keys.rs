@@ -7,7 +7,7 @@ use std::borrow::Cow;
 /// Declares the keys of an analysis of responses: its own, then those that all of them share ([`BranchSettings`]), in one map
 /// as users write them.
 ///
-/// serde's `flatten` would do without a macro, but it reads through a buffer: mistakes would lose their line, and unknown
+/// serde's `flatten` would do without a macro, but it reads through a buffer: errors would lose their line, and unknown
 /// keys would pass. A new key of all responses is added here and in [`branch_settings`].
 macro_rules! response_keys {
     ($(#[$about:meta])* pub struct $name:ident { $($own:tt)* }) => {
@@ -32,7 +32,7 @@ macro_rules! response_keys {
             /// Integrator of shooting and integration.
             #[serde(default)]
             pub integrator: crate::solve::integrate::IntegratorChoice,
-            /// Local error of the series flow, relative to the motion; 1e-12 when absent.
+            /// Local error of the series flow, relative to the motion; default 1e-12.
             #[serde(default)]
             pub flow_tolerance: Option<f64>,
             /// Number of harmonics of the excitation frequency, or limits for an adaptive number.

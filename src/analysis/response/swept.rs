@@ -35,7 +35,7 @@ pub(in crate::analysis) struct Swept<'a> {
     kind: Kind,
 }
 
-/// A share of the range that is no special value.
+/// A share of the range that is not a special value.
 const INSIDE: f64 = 0.618_033_988_749_894_9;
 
 enum Kind {
@@ -112,7 +112,7 @@ impl<'a> Swept<'a> {
     /// The excitation frequency.
     ///
     /// # Errors
-    /// The first value that is no frequency.
+    /// The first value that is not a frequency.
     pub fn frequency(
         setting: &'a Setting<'a>,
         settings: &BranchSettings,

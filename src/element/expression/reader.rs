@@ -306,7 +306,7 @@ impl<'t> Reader<'t> {
         Read { node, sort, start }
     }
 
-    /// Numbers are no conditions; conditions are numbers, 1 and 0: (q > b)*(q - b).
+    /// Numbers are not conditions; conditions are numbers, 1 and 0: (q > b)*(q - b).
     fn condition(&self, value: Read, of: &str) -> Result<(), Fault> {
         match value.sort {
             Sort::Condition => Ok(()),

@@ -1,7 +1,7 @@
 //! At which attractor each of many starts ends.
 //!
 //! Attractors are found from the starts themselves. A start ends at a known one as soon as it lies in its trap (an ellipsoid from
-//! which nothing returns); where the attractor is no periodic orbit, as soon as a whole record lies among the points of the known
+//! which nothing returns); where the attractor is not a periodic orbit, as soon as a whole record lies among the points of the known
 //! one. What ends at none is judged like any other record and, if there is evidence, is an attractor of its own.
 
 use super::cycle::Cycle;
@@ -33,7 +33,7 @@ pub struct Settled {
     size: usize,
     cycle: Option<Cycle>,
     trap: Option<Trap>,
-    /// Distance within which a point belongs to the record of an attractor that is no periodic orbit.
+    /// Distance within which a point belongs to the record of an attractor that is not a periodic orbit.
     reach: f64,
     scale: Vec<f64>,
 }
@@ -51,7 +51,7 @@ pub enum Fate {
     Stopped(Stop),
 }
 
-/// Points kept of an attractor that is no periodic orbit.
+/// Points kept of an attractor that is not a periodic orbit.
 const KEPT: usize = 2000;
 /// Share of the distances between the halves of a record that are usual: the rest are rarely visited places.
 const USUAL: f64 = 0.98;
@@ -152,7 +152,7 @@ fn judged(
     }
 }
 
-/// The known attractor among whose points a record lies, if it is no periodic orbit.
+/// The known attractor among whose points a record lies, if it is not a periodic orbit.
 fn among(
     map: &mut dyn Map,
     state: &[f64],

@@ -92,7 +92,7 @@ impl Continuation {
     /// `crossing` is a point of the known path with its tangent.
     ///
     /// # Errors
-    /// Contradictory options, or what the problem returns.
+    /// Contradictory options, or errors of the problem.
     pub fn branch_off(
         problem: &mut dyn Residual,
         crossing: &PathPoint,

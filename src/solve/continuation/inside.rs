@@ -11,7 +11,7 @@ impl Continuation {
     /// range.
     ///
     /// # Errors
-    /// Contradictory options, or what the problem returns.
+    /// Contradictory options, or errors of the problem.
     pub fn start_at(
         problem: &mut dyn Residual,
         (u, lambda): (DVector<f64>, f64),

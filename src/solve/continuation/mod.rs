@@ -73,7 +73,7 @@ impl Continuation {
     /// Corrects `u` at the first value of the range and finds the tangent there, pointing into the range.
     ///
     /// # Errors
-    /// Contradictory options, or what the problem returns.
+    /// Contradictory options, or errors of the problem.
     pub fn start(
         problem: &mut dyn Residual,
         u: DVector<f64>,

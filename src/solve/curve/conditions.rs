@@ -37,7 +37,7 @@ pub(super) fn paired(phi: &DMatrix<f64>, k: f64) -> DMatrix<f64> {
 
 impl Borders {
     /// Of a matrix with a given rank deficiency; the orientation of single vectors is that of the borders before. `None` where there
-    /// are no singular vectors.
+    /// are not singular vectors.
     pub fn of(m: &DMatrix<f64>, rank: usize, before: Option<&Borders>) -> Option<Borders> {
         let n = m.nrows();
         if !m.iter().all(|x| x.is_finite()) {

@@ -135,7 +135,7 @@ enum Item {
 /// Follows a curve one way; `keep_going` is asked before every step. `None` where the first point cannot be corrected.
 ///
 /// # Errors
-/// Contradictory options, or what the problem returns.
+/// Contradictory options, or errors of the problem.
 pub fn follow(
     problem: &mut Defining<'_>,
     start: &Spot,
@@ -402,7 +402,7 @@ fn point(spot: &Spot, nature: &Nature, mark: Option<usize>) -> CurvePoint {
     }
 }
 
-/// A point of the path with what is known there.
+/// A point of the path with its data.
 fn at(
     problem: &mut Defining<'_>,
     found: &PathPoint,

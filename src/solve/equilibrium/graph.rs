@@ -54,7 +54,7 @@ pub(super) fn middle(low: f64, high: f64) -> f64 {
 
 /// Half width of the ramp that replaces a jump where forces cannot be read off one by one, relative to its breakpoint.
 const RAMP: f64 = 1e-9;
-/// Steps of the march along a law that is no broken line: the first one and the growth, relative to the requested force.
+/// Steps of the march along a law that is not a broken line: the first one and the growth, relative to the requested force.
 const FIRST_STEP: f64 = 1e-3;
 const GROWTH: f64 = 1.25;
 const MAX_STEPS: usize = 250;

@@ -1,7 +1,7 @@
 //! Bifurcations and grazings inside one step of a path: detection, refinement, location.
 //!
-//! What is looked at between two accepted points lies on the Hermite interpolant of the step, which costs no correction; what is
-//! reported was located on the corrected path.
+//! The search between two accepted points uses the Hermite interpolant of the step, which needs no correction; reported events
+//! are located on the corrected path.
 
 mod grazings;
 mod locate;
@@ -67,12 +67,12 @@ impl EventKind {
 /// Verdict of the flow on an event of another method.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Verdict {
-    /// It was not asked.
+    /// Not tried.
     #[default]
     NotTried,
     /// The flow's own branch has the event, with the same change of the number of unstable multipliers.
     Confirmed,
-    /// The flow's own branch does not have it.
+    /// The flow's own branch does not have the event.
     Refuted,
 }
 
@@ -139,7 +139,7 @@ impl Look {
     }
 }
 
-/// Width in the parameter down to which changes of stability are looked for.
+/// Width of the narrowest window of changed stability that is found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// Share of the larger of the parameter and a tenth of the range.
@@ -157,7 +157,7 @@ impl Resolution {
     }
 }
 
-/// A point of the path with what is known there.
+/// A point of the path with its data.
 #[derive(Debug, Clone)]
 pub struct Probe {
     /// The point.

@@ -83,7 +83,7 @@ impl Floquet {
     /// The period is cut at every passage of a breakpoint and every kink of the stiffness variation. Between two cuts A is
     /// constant for piecewise-affine laws and one matrix exponential is exact; elsewhere Magnus' fourth-order rule on panels
     /// keeps det Phi = exp(integral of trace A) to rounding. A force that jumps at a breakpoint adds its saltation matrix
-    /// ([`jumps`]), a continuous one needs none. NaN where a law has hidden jumps: nobody knows.
+    /// ([`jumps`]), a continuous one needs none. NaN where a law has hidden jumps: unknown.
     ///
     /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
     pub fn monodromy(&mut self, system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {

@@ -25,7 +25,7 @@ pub enum IntegrationEnd {
     TooManySwitches,
     /// The state is not finite, or beyond all bounds.
     Diverged,
-    /// Somebody asked to stop.
+    /// An interrupt was requested.
     Interrupted,
     /// The force of a connection has no finite series: a root of a negative number, a division by zero.
     NotAnalytic(Singularity),

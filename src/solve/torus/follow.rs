@@ -151,7 +151,7 @@ impl TorusOptions {
 /// Follows tori one way; `keep_going` is asked before each with the number of those before. `None` where the first cannot be corrected.
 ///
 /// # Errors
-/// Contradictory options, or what the problem returns.
+/// Contradictory options, or errors of the problem.
 pub fn follow(
     problem: &mut TorusProblem<'_>,
     first: &Torus,

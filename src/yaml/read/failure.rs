@@ -4,7 +4,7 @@ use crate::error::{Diagnostic, Location, did_you_mean};
 use crate::yaml::Node;
 use serde::de::{self, Expected, Unexpected};
 
-/// A mistake without its place.
+/// An error without its place.
 #[derive(Debug, Clone)]
 pub(super) struct Failure {
     message: String,

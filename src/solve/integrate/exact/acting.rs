@@ -1,4 +1,4 @@
-//! Connections whose force is no constant multiple of the deformation: their series, made order by order beside the motion.
+//! Connections whose force is not a constant multiple of the deformation: their series, made order by order beside the motion.
 //!
 //! The force of such a connection is s(phase) f(x, dx/dT, phase), x = W q - e. Coefficient k of it follows from those of x and
 //! dx/dT up to k, which the recursion of the motion has at that moment.

@@ -2,7 +2,7 @@
 
 use crate::numeric::taylor::Polynomial;
 
-/// What the terms of a series are judged by, where the flow is no closed form.
+/// What the terms of a series are judged by, where the flow is not a closed form.
 ///
 /// The motion and its error are measured as rates. A force far faster than the motion makes the unit of time short: beside q, the
 /// change of a velocity per unit of time would be small whatever it is beside the velocity.

@@ -23,7 +23,7 @@ pub struct Instant {
 /// A place in a course of speed.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
-    /// Phase at the begin of the step, full turns included: what an order that is no whole number sees.
+    /// Phase at the begin of the step, full turns included: what an order that is not a whole number sees.
     pub phase: f64,
     /// Time at the begin of the step and inside the stretch, omega_c t.
     pub time: (f64, f64),

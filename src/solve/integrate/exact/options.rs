@@ -6,16 +6,16 @@ use crate::solve::integrate::MAX_SWITCHES;
 /// Error control and limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeriesOptions {
-    /// Error of a step allowed relative to the motion, where the flow is no closed form.
+    /// Error of a step allowed relative to the motion, where the flow is not a closed form.
     pub tolerance: f64,
-    /// Taylor coefficients at most, 6 to 24, where the flow is no closed form.
+    /// Taylor coefficients at most, 6 to 24, where the flow is not a closed form.
     pub terms: usize,
     /// Switches allowed in one response period.
     pub max_switches: usize,
     /// Steps allowed in a period of the response besides fifty for every oscillation of the fastest mode: a motion that takes more ends
     /// with [`MaxSteps`](crate::solve::integrate::IntegrationEnd::MaxSteps).
     pub spare_steps: usize,
-    /// A coordinate or velocity beyond this has diverged, where the flow is no closed form.
+    /// A coordinate or velocity beyond this has diverged, where the flow is not a closed form.
     pub bound: f64,
 }
 

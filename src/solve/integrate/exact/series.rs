@@ -43,7 +43,7 @@ pub struct Series {
     /// -h^2 kappa offset of the current regions.
     constant: Vec<f64>,
     slope: Vec<f64>,
-    /// Error of a step allowed where the force is no constant multiple of the deformation, relative to the motion.
+    /// Error of a step allowed where the force is not a constant multiple of the deformation, relative to the motion.
     pub(super) control: Control,
     /// Coefficients at most there.
     pub(super) terms: usize,
