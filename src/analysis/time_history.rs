@@ -193,9 +193,8 @@ impl Analysis for TimeHistory {
 impl TimeHistory {
     /// Columns that do not exist, and rows that are none.
     fn check_columns(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let mut faults: Vec<Fault> = limits::check("decimate", self.decimate, 1, limits::SAMPLES)
-            .into_iter()
-            .collect();
+        let decimate = limits::check("decimate", self.decimate, 1, limits::SAMPLES);
+        let mut faults = Vec::from_iter(decimate);
         let known: Vec<String> = transient::headings(setting).map(|h| h.name).collect();
         for (k, name) in self.columns.iter().flatten().enumerate() {
             if !known.contains(name) {
@@ -219,8 +218,7 @@ impl TimeHistory {
         if self.decimate > 1 {
             for column in &mut table.columns {
                 if let Values::Float(values) = &mut column.values {
-                    let kept = values.iter().step_by(self.decimate).copied();
-                    *values = kept.collect();
+                    *values = values.iter().step_by(self.decimate).copied().collect();
                 }
             }
         }
@@ -253,10 +251,8 @@ impl TimeHistory {
             }
         }
         if self.samples.is_some() && self.points.is_some() {
-            faults.push(refuse(
-                "points",
-                "excludes `samples`, which lists the instants",
-            ));
+            let message = "excludes `samples`, which lists the instants";
+            faults.push(refuse("points", message));
         }
         faults
     }

@@ -227,7 +227,7 @@ fn mistakes_are_named_with_their_key() {
     for (keys, wanted) in [
         (
             "points: 50",
-            "analyses.it.points: `points` belongs to the method `integration`, which is not asked for",
+            "analyses.it.points: `points` belongs to the method `integration`, which is not selected",
         ),
         (
             "methods: [galerkin, shooting], transient: 5",

@@ -89,7 +89,7 @@ fn what_the_memory_does_not_hold_is_refused_with_its_size() {
     let ended = place
         .run(&["run", "m.yaml", "--memory-limit", "10MB"])
         .ends_with(2);
-    ended.says(&["analyses.a.harmonics", "10 MB that are left"]);
+    ended.says(&["analyses.a.harmonics", "10 MB available"]);
     place
         .run(&["run", "m.yaml", "--memory-limit", "1 GiB"])
         .ends_with(1);

@@ -197,7 +197,7 @@ fn elements_lists_the_laws_with_their_parameters() {
         "half_gap [displacement] >= 0: half of the total backlash; exactly one of half_gap and gap",
         "preload [force] >= 0: force F0 on both flanks; required",
         "velocity [displacement/time] > 0: ",
-        "parameters (map): named numbers for the formula, quantities in SI units; default {}",
+        "parameters (map): named numbers of the formula; quantities are converted to SI units; default {}",
     ] {
         assert!(text.contains(part), "{part} in\n{text}");
     }

@@ -151,7 +151,7 @@ fn a_wrong_lever_arm_is_named_with_the_value_that_closes_the_loop() {
             .split([' ', '-'])
             .find(|w| w.parse::<f64>().is_ok())
             .unwrap();
-        let wanted = format!("it closes with {number} mm in place of");
+        let wanted = format!("to close the loop, use {number} mm in place of");
         assert!(
             text.contains(&wanted) && text.contains(&format!("lever arm of {body} in")),
             "{text}"

@@ -115,7 +115,7 @@ fn every_third_point_and_refusals() {
     assert_eq!(points, expected.map(|k| k as f64).collect::<Vec<_>>());
     for (keys, part) in [
         ("verify: 0", "every k-th point"),
-        ("verify: true, method: shooting", "`verify` takes points"),
+        ("verify: true, method: shooting", "`verify` confirms points"),
     ] {
         let place = Place::with(&figure_11(keys));
         let ended = place.run(&["run", "m.yaml", "--out", "o"]).ends_with(2);

@@ -130,11 +130,11 @@ fn parameters_are_checked_too() {
         |parameters: &str| format!("{{type: expression, force: q, parameters: {parameters}}}");
     says(
         &law("{q: 1}"),
-        &["connections.mesh.element.parameters.q: this name has a meaning in formulas"],
+        &["connections.mesh.element.parameters.q: this name is reserved in formulas"],
     );
     says(
         &law("{sin: 1}"),
-        &["parameters.sin: this name has a meaning"],
+        &["parameters.sin: this name is reserved"],
     );
     says(
         &law("{a-b: 1}"),

@@ -184,7 +184,7 @@ fn extends_refuses_circles_and_missing_files() {
     assert!(first("c.yaml").3.contains("cannot read"));
     assert!(first("d.yaml").3.contains("found a list, wanted text"));
     assert!(first("e.yaml").3.contains("found a list, wanted a map"));
-    assert!(first("f.yaml").3.contains("circle"));
+    assert!(first("f.yaml").3.contains("circular"));
     assert!(matches!(
         files.load("none.yaml", &[]),
         Err(Error::File { .. })
@@ -237,7 +237,7 @@ fn wrong_overrides_are_reported_together() {
     let overrides = [
         ("conections.mesh_2.x=1", 1, "did you mean `connections`?"),
         ("connections.mesh_3.x=1", 13, "did you mean `mesh_2`?"),
-        ("loads.A.harmonics.1.order=1", 19, "no index from 0 to 0"),
+        ("loads.A.harmonics.1.order=1", 19, "not an index from 0 to 0"),
         ("loads.A.harmonics.x=1", 19, "list of 1"),
         (
             "loads.A.harmonics.0.order.x=1",

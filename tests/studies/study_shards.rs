@@ -186,7 +186,7 @@ fn a_folder_holds_one_part() {
     place
         .run(&["run", "m.yaml", "--shard", "2/2"])
         .ends_with(0)
-        .says(&["note: lines is no parameter_study"]);
+        .says(&["note: lines is not a parameter_study"]);
     let names = place.names("results/m/shard-2-of-2");
     assert!(names.contains(&"study.csv".to_string()), "{names:?}");
     assert!(!names.contains(&"lines.csv".to_string()), "{names:?}");

@@ -73,7 +73,7 @@ impl NoEquilibrium {
                 let verb = if list.len() == 1 { "does" } else { "do" };
                 format!(
                     "there is no static equilibrium under the mean load: {} {verb} not carry it, so the train runs \
-                     away there",
+                     apart there",
                     list.join(", ")
                 )
             }
