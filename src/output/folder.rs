@@ -124,8 +124,7 @@ impl Earlier {
             let files = left.join(", ");
             list.push(match known.contains(&name) {
                 false => format!(
-                    "the folder has results of an analysis `{name}` that the model no longer has, from an earlier run: \
-                     {files}"
+                    "results of an analysis `{name}`, which the model no longer has, are left from an earlier run: {files}"
                 ),
                 true => format!("{files} of `{name}` are left from an earlier run with other settings"),
             });

@@ -234,7 +234,10 @@ fn what_is_confirmed() {
         ("confirm: all, verify: true", "exclude each other"),
         ("confirm: 0", "every k-th point"),
         ("confirm: every", "every k-th point"),
-        ("confirm: all, method: shooting", "`confirm` confirms points"),
+        (
+            "confirm: all, method: shooting",
+            "`confirm` confirms points",
+        ),
     ] {
         let place = Place::with(&figure_11(keys));
         let ended = place.run(&["run", "m.yaml", "--out", "o"]).ends_with(2);

@@ -55,7 +55,7 @@ fn the_flow_gives_the_reference_and_the_digits_grow_with_the_harmonics() {
         let summary = &place.json("o/r.json")["verify"];
         assert_eq!(summary["points"], omega.len());
         assert_eq!(summary["digits_least"].as_f64(), Some(smallest));
-        let said = format!("share {smallest:.1} digits");
+        let said = format!("share at least {smallest:.1} digits");
         assert!(ended.out.contains(&said), "{said}: {}", ended.out);
         least.push(smallest);
     }

@@ -132,10 +132,7 @@ fn parameters_are_checked_too() {
         &law("{q: 1}"),
         &["connections.mesh.element.parameters.q: this name is reserved in formulas"],
     );
-    says(
-        &law("{sin: 1}"),
-        &["parameters.sin: this name is reserved"],
-    );
+    says(&law("{sin: 1}"), &["parameters.sin: this name is reserved"]);
     says(
         &law("{a-b: 1}"),
         &["parameters.a-b: names start with a letter"],

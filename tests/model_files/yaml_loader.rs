@@ -237,7 +237,11 @@ fn wrong_overrides_are_reported_together() {
     let overrides = [
         ("conections.mesh_2.x=1", 1, "did you mean `connections`?"),
         ("connections.mesh_3.x=1", 13, "did you mean `mesh_2`?"),
-        ("loads.A.harmonics.1.order=1", 19, "not an index from 0 to 0"),
+        (
+            "loads.A.harmonics.1.order=1",
+            19,
+            "not an index from 0 to 0",
+        ),
         ("loads.A.harmonics.x=1", 19, "list of 1"),
         (
             "loads.A.harmonics.0.order.x=1",
