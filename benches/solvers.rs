@@ -59,7 +59,7 @@ fn p1_residual(bencher: Bencher, quadrature: &str) {
     bencher.bench_local(|| problem.linearise(&u, 0.8, &mut at).expect("finite"));
 }
 
-/// P4: P2's chain of so many connections with damping 0.05 kappa, meshes or linear.
+/// P4: P2's chain with a number of connections, damping 0.05 kappa, meshes or linear.
 fn chain(n: usize, is_mesh: impl Fn(usize) -> bool) -> System {
     let kappa = DMatrix::from_fn(n, n, |i: usize, j| match i.abs_diff(j) {
         0 => 2.0,

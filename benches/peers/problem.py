@@ -2,7 +2,7 @@
 
     q'' + Gam q' + kappa f(q) = Q_m + Q_a cos(Om T),   f_i(q) = q_i + (|q_i - b_i| - |q_i + b_i|) / 2
 
-The other programs solve what stands in the files `gearlash` reads: there is no second copy to drift away.
+The other programs solve the model files of `gearlash`: there is no second copy that could diverge.
 """
 
 import argparse

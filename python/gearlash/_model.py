@@ -151,7 +151,7 @@ class Model:
         return model
 
     def _take(self, native: _core.Model, stacklevel: int | None) -> None:
-        """Keeps the native model and gives its warnings, as of the caller so many levels up."""
+        """Keeps the native model and issues its warnings with the stack level of the caller."""
         object.__setattr__(self, "_native", native)
         if stacklevel is not None:
             for text in native.warnings:

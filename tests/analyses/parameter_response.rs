@@ -143,7 +143,7 @@ loads:
   C: {mean: 10}
 ";
 
-/// The same with what the exact flow does not take.
+/// As above, with a law that the exact flow does not accept.
 fn smooth() -> String {
     RICH.replace(
         "rectangular: {high: 1.1, low: 0.9, duty: 0.5}",

@@ -85,7 +85,7 @@ fn are_explained(report: &Report) {
     }
 }
 
-/// q'' + 0.1 q' + f(q), half gap 1, so many times side by side.
+/// q'' + 0.1 q' + f(q), half gap 1, a number of copies side by side.
 fn oscillators(count: usize, mean: f64, cos: f64) -> String {
     let rows = |x: f64| {
         let row = |i: usize| {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 const FOLLOWED: &str = "{type: bifurcation_diagram, from: 0.9, to: 1.1, points: 3, direction: both, transient: 4, periods: 3, extend: 1}";
 
-/// Interrupts after so many questions.
+/// Interrupts after a number of queries.
 struct Impatient(AtomicUsize, AtomicBool);
 
 impl Control for Impatient {

@@ -2,7 +2,7 @@
 
 use crate::program::{Place, TRAIN};
 
-/// What stands in a good model, what a user wrote instead, and parts of what is said; the first part is the place.
+/// Text of a good model, text of the user, and parts of the message; the first part is the place.
 const CASES: &[(&str, &str, &[&str])] = &[
     (
         "{inertia: 1.0e-3}",

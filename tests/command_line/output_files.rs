@@ -98,7 +98,7 @@ fn a_figure_shows_every_part_and_is_deterministic() {
     let mut report = crate::synthetic::resonance();
     assert!(
         !figure(&report).contains("backbone"),
-        "drawn where it is asked for"
+        "drawn where it is requested"
     );
     report.plot.backbone = Some(true);
     let text = figure(&report);
@@ -209,7 +209,7 @@ fn what_cannot_be_written_is_named() {
     let error = write_run(&file.join("sub"), &[], &options()).unwrap_err();
     assert!(matches!(error, Error::File { .. }), "{error}");
 
-    // A folder stands where the table should go: the error names the table, and no temporary file is left.
+    // A folder has the name of the table: the error names the table, and no temporary file is left.
     std::fs::create_dir(dir.path().join("fig_11.csv")).unwrap();
     let error = write_report(dir.path(), &crate::synthetic::resonance(), &[]).unwrap_err();
     assert!(error.to_string().contains("fig_11.csv"), "{error}");

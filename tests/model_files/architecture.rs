@@ -256,14 +256,14 @@ fn violations(source: &Source) -> Vec<String> {
     }
     if let Some(line) = indented_block(text) {
         found.push(format!(
-            "{path}:{line}: an indented block in documentation is a program to be tested; equations stand between ```text and ```"
+            "{path}:{line}: an indented block in documentation is a program to be tested; equations belong between ```text and ```"
         ));
     }
     let Some(own) = module(path).filter(|own| !SHOWN.contains(own)) else {
         return found;
     };
     let Some((_, allowed)) = FLOORS.iter().find(|(name, _)| *name == own) else {
-        found.push(format!("{path}: `{own}` stands on no floor"));
+        found.push(format!("{path}: `{own}` is on no floor"));
         return found;
     };
     for name in imports(&code) {
@@ -320,7 +320,7 @@ fn violations_are_noticed() {
     );
     assert!(found("model/x.rs", "use serde_yaml::from_str;").contains("names `serde_yaml`"));
     assert!(found("numeric/sparse.rs", "use faer::Mat;").contains("names `faer`"));
-    assert!(found("novelty.rs", "").contains("stands on no floor"));
+    assert!(found("novelty.rs", "").contains("is on no floor"));
     assert!(found("error.rs", &"\n".repeat(CEILING + 1)).contains("451 lines"));
     assert!(found("model/x.rs", "use super::super::super::solve::Orbit;").contains("climbs"));
     assert_eq!(found("analysis/x.rs", use_model), "");

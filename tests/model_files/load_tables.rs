@@ -37,7 +37,7 @@ fn tables_of_several_programs_are_the_same_load() {
             "{text}"
         );
     }
-    // Angles that are given as they would be anyway, and a row that stands on a straight piece.
+    // Angles that are given as they would be anyway, and a row on a straight segment.
     let angles = "angle,torque\n0,1\n90,3\n180,5\n360,-2\n540,0.5\n720,1\n";
     let load =
         "{cycle: {file: a.csv, column: torque, angle: angle, angle_unit: deg, revolutions: 2}}";

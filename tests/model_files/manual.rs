@@ -22,8 +22,8 @@ const PARTS: [(&str, &str); 9] = [
 
 const HEAD: &str = "# Keys of the model file
 
-Generated from the JSON schema (`gearlash schema`); laws with their parameters are listed by `gearlash elements`. `[]` stands for the
-entries of a list, `NAME` for a name that you give. The manual says what the keys mean together.
+Generated from the JSON schema (`gearlash schema`); laws with their parameters are listed by `gearlash elements`. `[]` denotes the
+entries of a list, `NAME` a name that you choose. The manual explains the keys in context.
 ";
 
 struct Row {

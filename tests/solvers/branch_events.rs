@@ -25,7 +25,7 @@ fn pair(second: f64, gaps: [f64; 2]) -> System {
     .unwrap()
 }
 
-/// Every event of the one branch stands once in the other.
+/// Every event of the one branch occurs once in the other.
 fn contained(one: &Branch, other: &Branch, word: &str) {
     for event in &one.events {
         let is_twin = |e: &&BifurcationEvent| {

@@ -50,7 +50,7 @@ fn follow(problem: &mut Scalar, u: f64, options: ContinuationOptions) -> (Vec<Pa
     (points, end)
 }
 
-/// The same with the number of refused steps.
+/// Also returns the number of refused steps.
 fn follow_counting(
     problem: &mut Scalar,
     u: f64,

@@ -170,7 +170,7 @@ fn resonance_without_damping() {
 
 #[test]
 fn a_graze_is_no_switch_and_a_dip_is_two() {
-    // Free flight under a constant pull: x = -T^2/2 + v T rises to v^2/2 and falls; the stop stands at 0.5.
+    // Free flight under a constant pull: x = -T^2/2 + v T rises to v^2/2 and falls; the stop is at 0.5.
     let stop = || {
         Mount::new(Box::new(OneSided {
             gap: 0.5,

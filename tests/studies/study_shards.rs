@@ -99,7 +99,7 @@ fn parts_that_do_not_belong_together_are_refused() {
         place.run(&all).ends_with(2).says(says);
         assert!(!place.path("all").exists(), "nothing is written");
     };
-    // The command that makes what is missing stands there.
+    // It prints the command that computes the missing part.
     let command = "gearlash run m.yaml --shard 2/3 --out p2";
     merge(
         &["p1", "p3"],

@@ -114,7 +114,7 @@ pub fn trace(
     )
 }
 
-/// The same with the largest step given.
+/// As above, with a given largest step.
 pub fn balance(
     system: &System,
     range: (f64, f64),
@@ -126,7 +126,7 @@ pub fn balance(
     balance_problem(system, problem, range, size, marks, max_step)
 }
 
-/// The same with forces integrated in closed form.
+/// As above, with forces integrated in closed form.
 pub fn balance_exactly(
     system: &System,
     range: (f64, f64),

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// A study of so many runs of some milliseconds each.
+/// A study with a number of runs of some milliseconds each.
 pub fn study(count: u64) -> String {
     format!(
         "schema: 1
@@ -83,7 +83,7 @@ pub fn journalled(place: &Place, folder: &str) -> Vec<u64> {
     whole.lines().skip(1).map(number).collect()
 }
 
-/// Waits until the journal of a folder has so many runs.
+/// Waits until the journal of a folder has a number of runs.
 #[track_caller]
 pub fn wait_for(place: &Place, folder: &str, runs: usize, child: &mut Child) {
     let began = Instant::now();

@@ -221,7 +221,7 @@ impl Regions {
     }
 
     /// Puts every part into the region of its deformation, on a breakpoint into the one below. Returns whether one of
-    /// them stands where it may leave: [`Regions::leave`] decides there.
+    /// them is where it may leave: [`Regions::leave`] decides there.
     pub fn place(
         &mut self,
         series: &Series,
