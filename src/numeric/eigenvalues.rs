@@ -185,24 +185,41 @@ impl Iteration {
 
     /// Householder's reflection of three rows and columns, the first of them k.
     fn reflect(&mut self, (first, last): (usize, usize), k: usize, [x, y, z, q, r]: [f64; 5]) {
-        let (h, has_third) = (&mut self.h, k + 1 < last);
-        for j in k..=last {
-            let mut p = h[(k, j)] + q * h[(k + 1, j)];
-            if has_third {
-                p += r * h[(k + 2, j)];
-                h[(k + 2, j)] -= p * z;
+        let (size, has_third) = (self.h.nrows(), k + 1 < last);
+        let columns = &mut self.h.as_mut_slice()[k * size..];
+        for column in columns.chunks_exact_mut(size).take(last + 1 - k) {
+            match &mut column[k..=last.min(k + 2)] {
+                [first, second, third] => {
+                    let p = *first + q * *second + r * *third;
+                    *third -= p * z;
+                    *second -= p * y;
+                    *first -= p * x;
+                }
+                [first, second] => {
+                    let p = *first + q * *second;
+                    *second -= p * y;
+                    *first -= p * x;
+                }
+                _ => {}
             }
-            h[(k + 1, j)] -= p * y;
-            h[(k, j)] -= p * x;
         }
-        for i in first..=last.min(k + 3) {
-            let mut p = x * h[(i, k)] + y * h[(i, k + 1)];
-            if has_third {
-                p += z * h[(i, k + 2)];
-                h[(i, k + 2)] -= p * r;
+        let rows = first..=last.min(k + 3);
+        let (one, others) = columns.split_at_mut(size);
+        let (two, others) = others.split_at_mut(size);
+        let pairs = one[rows.clone()].iter_mut().zip(&mut two[rows.clone()]);
+        if has_third {
+            for ((one, two), three) in pairs.zip(&mut others[rows]) {
+                let p = x * *one + y * *two + z * *three;
+                *three -= p * r;
+                *two -= p * q;
+                *one -= p;
             }
-            h[(i, k + 1)] -= p * q;
-            h[(i, k)] -= p;
+        } else {
+            for (one, two) in pairs {
+                let p = x * *one + y * *two;
+                *two -= p * q;
+                *one -= p;
+            }
         }
     }
 }

@@ -7,6 +7,7 @@ mod grazings;
 mod locate;
 mod pace;
 mod passages;
+mod polynomial;
 pub mod quiet;
 mod settle;
 mod sharpen;

@@ -12,6 +12,8 @@
 //! A factor that does not depend on z moves no zero: P is divided by the moduli of the multipliers outside, which may change by
 //! orders of magnitude where those near the circle hardly move.
 
+pub use super::polynomial::Place;
+use super::polynomial::Polynomial;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -42,34 +44,13 @@ const UNKNOWN: f64 = 2.0;
 /// Rounding of one factor of P.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Multipliers at one place of a smooth stretch of the path.
-#[derive(Debug, Clone, Copy)]
-pub struct Place<'a> {
-    /// Abscissa in which P varies smoothly.
-    pub x: f64,
-    /// All multipliers, by falling modulus.
-    pub list: &'a [Complex<f64>],
-    /// What P is divided by.
-    scale: f64,
-}
-
-impl<'a> Place<'a> {
-    /// A place with its multipliers, by falling modulus.
-    pub fn new(x: f64, list: &'a [Complex<f64>]) -> Place<'a> {
-        Place {
-            x,
-            list,
-            scale: 1.0,
-        }
-    }
-}
-
 /// Divided differences of P at one z.
 type Differences = [Complex<f64>; MOST];
 
 /// P on the upper half circle, through some places; owns its buffers.
 #[derive(Debug, Default)]
 pub struct Quiet {
+    places: [Polynomial; MOST],
     grid: Vec<(f64, Differences)>,
     ratios: Vec<f64>,
     /// Least size of the last divided difference that is reckoned with at every angle of the grid.
@@ -87,28 +68,33 @@ impl Quiet {
         if places.len() < 3 {
             return false;
         }
-        let mut scaled = [places[0]; MOST];
+        let known = places.len().min(MOST);
         let outside = places[0].list.iter().filter(|mu| mu.norm() > 1.0).count();
-        for (scaled, place) in scaled.iter_mut().zip(places) {
-            let moduli = place.list[..outside].iter().map(|mu| mu.norm());
-            *scaled = Place {
-                scale: moduli.product(),
-                ..*place
-            };
-        }
-        let places = &scaled[..places.len().min(MOST)];
-        if places.iter().any(|place| !place.scale.is_finite()) {
-            return false;
-        }
-        let count = ANGLES.0 + ANGLES.1 * size;
+        let mut polynomials = std::mem::take(&mut self.places);
+        let pairs = polynomials.iter_mut().zip(&places[..known]);
+        let are_real = pairs
+            .map(|(p, place)| p.set(place, outside))
+            .fold(true, |a, b| a && b);
+        let holds = are_real
+            && self.is_proved(
+                &polynomials[..known],
+                rounding(places, &polynomials[..known]),
+            );
+        self.places = polynomials;
+        holds
+    }
+
+    /// The same for places as polynomials. `rounding`: that of P.
+    fn is_proved(&mut self, places: &[Polynomial], rounding: f64) -> bool {
+        let count = ANGLES.0 + ANGLES.1 * places[0].degree();
         let step = PI / count as f64;
         self.grid.clear();
         self.grid.extend((0..=count).map(|k| {
             let angle = step * k as f64;
             (angle, differences(places, angle))
         }));
-        let last = places.len().min(MOST) - 1;
-        let sizes: Vec<f64> = self.grid.iter().map(|(_, d)| d[last].norm()).collect();
+        let last = places.len() - 1;
+        let sizes: Vec<f64> = self.grid.iter().map(|(_, d)| size_of(d[last])).collect();
         let reach = (AROUND / step) as usize;
         self.least.clear();
         self.least.extend((0..=count).map(|k| {
@@ -117,13 +103,13 @@ impl Quiet {
         }));
         let (a, b) = (places[0].x, places[1].x);
         let inset = ENDS * (b - a);
-        self.is_clear_between(places, (a + inset, b - inset), (rounding(places), 0))
+        self.is_clear_between(places, (a + inset, b - inset), (rounding, 0))
     }
 
     /// Whether |p| exceeds |e| all round the circle at all x of an interval.
     fn is_clear_between(
         &mut self,
-        places: &[Place<'_>],
+        places: &[Polynomial],
         (low, high): (f64, f64),
         (rounding, depth): (f64, u32),
     ) -> bool {
@@ -138,11 +124,11 @@ impl Quiet {
     }
 
     /// The same for an interval without halving it.
-    fn is_clear(&mut self, places: &[Place<'_>], weights: &Weights) -> bool {
+    fn is_clear(&mut self, places: &[Polynomial], weights: &Weights) -> bool {
         self.ratios.clear();
         for ((_, differences), least) in self.grid.iter().zip(&self.least) {
             let ratio = weights.ratio(differences, *least);
-            if ratio <= 1.0 {
+            if ratio.is_nan() || ratio <= 1.0 {
                 return false;
             }
             self.ratios.push(ratio);
@@ -180,12 +166,12 @@ struct Weights {
 }
 
 impl Weights {
-    fn new(places: &[Place<'_>], (low, high): (f64, f64), rounding: f64) -> Weights {
-        let count = places.len().min(MOST);
+    fn new(places: &[Polynomial], (low, high): (f64, f64), rounding: f64) -> Weights {
+        let count = places.len();
         let x = 0.5 * (low + high);
         let mut u = [0.0; MOST];
         u.iter_mut().zip(places).for_each(|(u, p)| *u = x - p.x);
-        let error = [low, x, high].map(|x| error(&places[..count], x));
+        let error = [low, x, high].map(|x| error(places, x));
         let bend = |x: f64| ((x - places[0].x) * (x - places[1].x)).abs();
         let bend = bend(low).max(bend(x)).max(bend(high));
         Weights {
@@ -217,18 +203,18 @@ impl Weights {
         };
         let h = self.half;
         let cubic = match self.count {
-            MOST => d[MOST - 1].norm() * h.powi(3),
+            MOST => size_of(d[MOST - 1]) * h.powi(3),
             _ => 0.0,
         };
-        let drift = sum(&self.slope).norm() * h + sum(&self.curvature).norm() * h * h + cubic;
-        let error = self.error * d[self.count - 1].norm().max(least)
-            + self.error_before * d[self.count - 2].norm();
-        sum(&self.value).norm() / (drift + error + self.rounding)
+        let drift = size_of(sum(&self.slope)) * h + size_of(sum(&self.curvature)) * h * h + cubic;
+        let error = self.error * size_of(d[self.count - 1]).max(least)
+            + self.error_before * size_of(d[self.count - 2]);
+        size_of(sum(&self.value)) / (drift + error + self.rounding)
     }
 }
 
 /// Factor of the last divided difference in the error of p at x.
-fn error(places: &[Place<'_>], x: f64) -> f64 {
+fn error(places: &[Polynomial], x: f64) -> f64 {
     let (a, b) = (places[0].x, places[1].x);
     let others = &places[2..];
     if others.is_empty() {
@@ -252,7 +238,7 @@ fn error(places: &[Place<'_>], x: f64) -> f64 {
 
 /// Smallest ratio near an angle, on ever finer grids.
 fn closest(
-    places: &[Place<'_>],
+    places: &[Polynomial],
     (angle, step): (f64, f64),
     (weights, least_difference): (&Weights, f64),
 ) -> f64 {
@@ -286,16 +272,20 @@ fn bottom((left, here, right): (f64, f64, f64)) -> f64 {
     }
 }
 
+/// Modulus, of numbers whose squares neither overflow nor vanish beside the rounding of P.
+fn size_of(z: Complex<f64>) -> f64 {
+    z.norm_sqr().sqrt()
+}
+
 /// Newton's divided differences of P at e^(i angle).
-fn differences(places: &[Place<'_>], angle: f64) -> Differences {
+fn differences(places: &[Polynomial], angle: f64) -> Differences {
     let z = Complex::from_polar(1.0, angle);
     let mut d = [Complex::new(0.0, 0.0); MOST];
-    let count = places.len().min(MOST);
     for (d, place) in d.iter_mut().zip(places) {
-        *d = place.list.iter().map(|mu| z - mu).product::<Complex<f64>>() / place.scale;
+        *d = place.at(z);
     }
-    for order in 1..count {
-        for k in (order..count).rev() {
+    for order in 1..places.len() {
+        for k in (order..places.len()).rev() {
             d[k] = (d[k] - d[k - 1]) / (places[k].x - places[k - order].x);
         }
     }
@@ -303,13 +293,13 @@ fn differences(places: &[Place<'_>], angle: f64) -> Differences {
 }
 
 /// Rounding of P on the circle.
-fn rounding(places: &[Place<'_>]) -> f64 {
-    let size = |place: &Place<'_>| {
+fn rounding(places: &[Place<'_>], polynomials: &[Polynomial]) -> f64 {
+    let size = |(place, polynomial): (&Place<'_>, &Polynomial)| {
         let factors = place.list.iter().map(|mu| 1.0 + mu.norm());
-        factors.product::<f64>() / place.scale
+        factors.product::<f64>() / polynomial.scale
     };
-    let largest = places.iter().map(size).fold(0.0, f64::max);
-    ROUNDING * largest
+    let sizes = places.iter().zip(polynomials).map(size);
+    ROUNDING * sizes.fold(0.0, f64::max)
 }
 
 #[cfg(test)]
