@@ -63,6 +63,16 @@ fn from_gaps<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::
 }
 
 impl Values {
+    /// A cell of this kind from its text; `None` when the text is of another kind.
+    pub(crate) fn read_cell(&self, text: &str) -> Option<Cell> {
+        match self {
+            Values::Float(_) if text.is_empty() => Some(Cell::Float(f64::NAN)),
+            Values::Float(_) => text.parse().ok().map(Cell::Float),
+            Values::Integer(_) => text.parse().ok().map(Cell::Integer),
+            Values::Text(_) => Some(Cell::Text(text.to_owned())),
+        }
+    }
+
     /// Real numbers, NaN for empty cells; `None` for another kind.
     pub fn as_floats(&self) -> Option<&[f64]> {
         match self {

@@ -3,7 +3,7 @@
 use super::branch_table::Traced;
 use super::columns::{frequency_axis, frequency_label};
 use super::response::{Method, ResponseTable, Swept};
-use crate::postprocess::measures::is_clearance;
+use crate::postprocess::connection::is_clearance;
 use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel, Words, readable};
 use std::f64::consts::TAU;
 

@@ -1,5 +1,6 @@
 //! `gearlash check`.
 
+use super::digits::number;
 use super::{CheckArguments, kinematics, numbers, print};
 use crate::analysis::cost::Cost;
 use crate::analysis::frequencies_at_rest;
@@ -336,17 +337,4 @@ fn as_rows(matrix: &DMatrix<f64>) -> String {
             .collect::<String>()
     };
     (0..matrix.nrows()).map(|r| row(r) + "\n").collect()
-}
-
-/// Seven significant digits, without trailing zeros.
-pub(super) fn number(x: f64) -> String {
-    if x == 0.0 {
-        return "0".into();
-    }
-    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
-    if (1e-4..1e7).contains(&rounded.abs()) {
-        format!("{rounded}")
-    } else {
-        format!("{rounded:e}")
-    }
 }

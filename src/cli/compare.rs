@@ -59,7 +59,7 @@ fn table(head: [&str; 4]) -> Table {
 
 fn number(x: f64) -> String {
     match x.is_finite() {
-        true => super::check::number(x),
+        true => super::digits::number(x),
         false => "-".into(),
     }
 }

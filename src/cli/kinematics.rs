@@ -1,6 +1,6 @@
 //! Speeds, ratios and orders of a train, for `gearlash check`.
 
-use super::check::number;
+use super::digits::number;
 use crate::model::{Connection, Model, Structure, Train};
 use comfy_table::{Table, presets};
 use std::f64::consts::TAU;

@@ -2,6 +2,7 @@
 
 mod check;
 mod compare;
+mod digits;
 mod elements;
 mod export;
 mod kinematics;

@@ -9,7 +9,7 @@ use crate::element::ResponseSeries;
 use crate::model::{Load, Model, Structure};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
-use crate::postprocess::measures::is_clearance;
+use crate::postprocess::connection::is_clearance;
 use crate::solve::orbit::Orbit;
 use crate::system::{Moment, System};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! Motion, stiffness and force of every connection.
 
 use super::{Heading, Measure, Solved, Units};
-use crate::postprocess::measures::Measures;
+use crate::postprocess::connection::Measures;
 
 /// `mean.c, rms.c, min.c, ..`: the columns of the main table, connection by connection.
 #[derive(Debug)]

@@ -1,8 +1,8 @@
 //! Contacts, impacts and forces of every connection: what rattle is judged by.
 
 use super::{Heading, Measure, Solved, Units};
+use crate::postprocess::connection::Measures;
 use crate::postprocess::contacts::effective_mass;
-use crate::postprocess::measures::Measures;
 
 /// `contact_ratio.c, contact_loss.c, ..`: the columns of the table `rattle`, connection by connection.
 #[derive(Debug)]

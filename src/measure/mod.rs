@@ -20,7 +20,7 @@ pub use units::{Heading, Numbers, Units};
 
 use crate::assembly::Assembly;
 use crate::model::Model;
-use crate::postprocess::measures::Measures;
+use crate::postprocess::connection::Measures;
 use crate::solve::orbit::Orbit;
 use crate::system::System;
 

@@ -35,7 +35,7 @@ pub fn write(table: &Path, path: &Path, columns: &[Column]) -> Result<(), Error>
     let mut rows = 0;
     csv::read(table, &mut |record| {
         for (values, text) in group.iter_mut().zip(record.iter()) {
-            let cell = super::stream::cell(values, text).ok_or_else(|| {
+            let cell = values.read_cell(text).ok_or_else(|| {
                 let what = format!("row {rows}: found `{text}`");
                 file_error("read", table, std::io::Error::other(what))
             })?;

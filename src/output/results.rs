@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::{Input, csv, file_error, json, stream};
+use super::{Input, csv, file_error, json};
 use crate::error::{Diagnostic, Error, did_you_mean};
 use crate::report::{
     Column, Description, Figure, NamedFigure, Plot, Report, Streamed, Table, Values,
@@ -231,7 +231,7 @@ fn table(folder: &Path, head: Head, most: u64) -> Result<Table, Error> {
         }
         if row.is_multiple_of(stride) {
             for (column, text) in table.columns.iter_mut().zip(record.iter()) {
-                let cell = stream::cell(&column.values, text).ok_or_else(|| {
+                let cell = column.values.read_cell(text).ok_or_else(|| {
                     damaged(
                         &path,
                         &format!("row {row}, column {}: found `{text}`", column.name),

@@ -169,7 +169,7 @@ pub fn survey(
                 file_error("read", path, std::io::Error::other(what))
             };
             let column = survey.kept.columns.get_mut(k).ok_or_else(misfit)?;
-            let cell = cell(&column.values, text).ok_or_else(misfit)?;
+            let cell = column.values.read_cell(text).ok_or_else(misfit)?;
             if let (Some(statistics), Cell::Float(x)) = (&mut survey.statistics[k], &cell)
                 && x.is_finite()
             {
@@ -186,16 +186,6 @@ pub fn survey(
         Ok(())
     })?;
     Ok(survey)
-}
-
-/// A cell of the kind of a column from its text; `None` when it is of another kind.
-pub(super) fn cell(values: &Values, text: &str) -> Option<Cell> {
-    match values {
-        Values::Float(_) if text.is_empty() => Some(Cell::Float(f64::NAN)),
-        Values::Float(_) => text.parse().ok().map(Cell::Float),
-        Values::Integer(_) => text.parse().ok().map(Cell::Integer),
-        Values::Text(_) => Some(Cell::Text(text.to_owned())),
-    }
 }
 
 /// Lines of a file one after another, without their ends. Between two looks at it the file is closed, so that a thousand of

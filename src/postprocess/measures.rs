@@ -1,8 +1,9 @@
 //! What is reported of every connection along an orbit.
 
+use super::connection::{Measures, is_clearance};
 use super::contacts::Contacts;
 use super::{effective_stiffness, segment_measures};
-use crate::element::{Element, ResponseSeries};
+use crate::element::ResponseSeries;
 use crate::numeric::fourier::Fourier;
 use crate::numeric::periodic::Periodic;
 use crate::numeric::{roots, trigonometric};
@@ -11,58 +12,6 @@ use crate::solve::galerkin::march;
 use crate::solve::orbit::{Deformation, FourierOrbit, Orbit};
 use crate::system::{Mount, System};
 use std::f64::consts::TAU;
-
-/// Measures of one connection over one response period, nondimensional.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Measures {
-    /// Mean deformation.
-    pub mean: f64,
-    /// R.m.s. of the deformation without its mean, (15).
-    pub rms: f64,
-    /// Smallest deformation, a refined extremum.
-    pub min: f64,
-    /// Largest deformation, a refined extremum.
-    pub max: f64,
-    /// R.m.s. of the rate of deformation, d/d(omega_c t).
-    pub rms_velocity: f64,
-    /// k_a (8b), (16); `None` where nothing moves.
-    pub effective_stiffness: Option<f64>,
-    /// k_dc (8a); `None` where the mean deformation vanishes.
-    pub effective_stiffness_dc: Option<f64>,
-    /// Mean of df/dq, (21): the slope that replaces k_a where nothing moves.
-    pub mean_slope: f64,
-    /// Mean of df/dv, (21).
-    pub mean_damping: f64,
-    /// Contacts of either flank.
-    pub contacts: Contacts,
-    /// Mean force.
-    pub force_mean: f64,
-    /// Smallest force.
-    pub force_min: f64,
-    /// Largest force.
-    pub force_max: f64,
-    /// Standard deviation of the force.
-    pub force_std: f64,
-    /// Whether the contact pulls somewhere: f against the flank it rests on.
-    pub pulls: bool,
-    /// Work done on the connection per excitation period: what it loses.
-    pub loss: f64,
-}
-
-impl Measures {
-    /// Multiplies the forces, as another reference stiffness does.
-    pub fn scale_force(&mut self, factor: f64) {
-        for force in [
-            &mut self.force_mean,
-            &mut self.force_min,
-            &mut self.force_max,
-            &mut self.force_std,
-            &mut self.loss,
-        ] {
-            *force *= factor;
-        }
-    }
-}
 
 /// Computes measures; owns its buffers.
 #[derive(Debug)]
@@ -291,14 +240,6 @@ impl Meter {
                 .zip(&self.force)
                 .any(|(x, f)| f64::from(element.flank(*x)) * f < 0.0)
     }
-}
-
-/// Whether the law has an open stretch.
-pub fn is_clearance(element: &dyn Element) -> bool {
-    element.breakpoints().iter().any(|b| {
-        let side = 1e-9 * (1.0 + b.abs());
-        element.flank(b - side) == 0 || element.flank(b + side) == 0
-    })
 }
 
 /// Mean squares that a transmission error adds to a deformation and its derivative beyond the orbit's harmonics.

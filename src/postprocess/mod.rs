@@ -1,5 +1,6 @@
 //! Quantities derived from orbits: functions of the system and an orbit.
 
+pub mod connection;
 pub mod contacts;
 pub mod describing_function;
 pub mod effective_stiffness;

@@ -1,8 +1,8 @@
 //! Measures of orbits that consist of polynomials: integrals by Gauss' rule between switches, extrema as roots.
 
+use super::connection::{Measures, is_clearance};
 use super::contacts::Contacts;
 use super::effective_stiffness;
-use super::measures::{Measures, is_clearance};
 use crate::element::Element;
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::quadrature::unit_nodes;

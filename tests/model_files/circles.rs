@@ -6,17 +6,13 @@ use std::path::{Path, PathBuf};
 /// Circles that are known and to be untied; whatever begins with one of these names may be part of one of them.
 ///
 /// A module and its own parts may name each other: a folder's `mod.rs` holds the types that its files share.
-const KNOWN: [&[&str]; 12] = [
+const KNOWN: [&[&str]; 7] = [
     &["analysis"],
     &[
         "element::derivatives",
         "element::tape",
         "element::traced",
         "element",
-    ],
-    &[
-        "element::expression::formula",
-        "element::expression::program",
     ],
     &["model::geometry", "model::teeth"],
     &["output::legend", "output::look", "output::series"],
@@ -27,10 +23,6 @@ const KNOWN: [&[&str]; 12] = [
         "output::svg",
     ],
     &["solve::curve::codimension", "solve::curve::nature"],
-    &["output::parquet", "output::stream"],
-    &["cli::check", "cli::kinematics"],
-    &["postprocess::measures", "postprocess::segment_measures"],
-    &["solve::equilibrium::energy", "solve::equilibrium::face"],
     &[
         "solve::integrate::exact::part",
         "solve::integrate::exact::regions",

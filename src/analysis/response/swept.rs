@@ -7,7 +7,7 @@ use crate::analysis::{Fault, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
 use crate::model::{Knob, Model};
-use crate::postprocess::measures::is_clearance;
+use crate::postprocess::connection::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::closed_form::ClosedForm;
 use crate::solve::events::Resolution;

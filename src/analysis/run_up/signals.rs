@@ -3,7 +3,7 @@
 use crate::analysis::{Fault, Setting, columns};
 use crate::error::did_you_mean;
 use crate::measure::Heading;
-use crate::postprocess::measures::is_clearance;
+use crate::postprocess::connection::is_clearance;
 use crate::system::{Scratch, System};
 
 /// Recorded quantities.

@@ -8,7 +8,7 @@ use crate::analysis::transient::switch_table;
 use crate::analysis::{Setting, columns, frequencies_at_rest};
 use crate::measure::Heading;
 use crate::model::Structure;
-use crate::postprocess::measures::is_clearance;
+use crate::postprocess::connection::is_clearance;
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
 use crate::solve::equilibrium::equilibrium;
 use serde_json::json;

@@ -1,7 +1,5 @@
 //! What a formula consists of: its tree, its words, and how strongly operators hold.
 
-use super::program::Op;
-
 /// Functions and operators of one argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unary {
@@ -47,6 +45,22 @@ pub(super) enum Variable {
     Displacement,
     Velocity,
     Phase,
+}
+
+/// One instruction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Op {
+    Number(f64),
+    Variable(Variable),
+    Parameter(usize),
+    Unary(Unary),
+    Binary(Binary),
+    /// x^n for a whole n.
+    Power(i32),
+    /// Takes a condition and goes on at that instruction unless it holds.
+    SkipUnless(usize),
+    /// Goes on at that instruction.
+    Skip(usize),
 }
 
 /// A node of the tree; arguments precede it in the list.

@@ -1,25 +1,9 @@
 //! Evaluation of a formula: instructions on a stack of numbers of any kind, without allocation.
 
 use super::MAX_STACK;
-use super::formula::{Binary, Formula, Node, Unary, Variable};
+use super::formula::{Binary, Formula, Node, Op, Unary, Variable};
 use crate::element::derivatives::Dual;
 use crate::element::number::Number;
-
-/// One instruction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Op {
-    Number(f64),
-    Variable(Variable),
-    Parameter(usize),
-    Unary(Unary),
-    Binary(Binary),
-    /// x^n for a whole n.
-    Power(i32),
-    /// Takes a condition and goes on at that instruction unless it holds.
-    SkipUnless(usize),
-    /// Goes on at that instruction.
-    Skip(usize),
-}
 
 /// Arguments of a formula.
 #[derive(Debug, Clone, Copy)]

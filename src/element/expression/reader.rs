@@ -5,9 +5,8 @@
 //! parsers would save the sixty lines that read operators, not the limits, the places and the words of the messages.
 
 use super::formula::{
-    Binary, COMPARISON, FUNCTIONS, Formula, NOT, Node, SIGN, Unary, VARIABLES, WORDS, strength,
+    Binary, COMPARISON, FUNCTIONS, Formula, NOT, Node, Op, SIGN, Unary, VARIABLES, WORDS, strength,
 };
-use super::program::Op;
 use super::token::{self, Kind, Token};
 use super::{Fault, MAX_DEPTH, MAX_STACK, MAX_SWITCHES, MAX_TEXT};
 use crate::error::did_you_mean;

@@ -40,7 +40,7 @@ pub(super) fn minimise(
     let mut energy = Energy::new(system, demand, graphs, error);
     for _ in 0..STEPS + STEPS_EACH * graphs.len() {
         energy.linearise();
-        let face = Face::of(&energy);
+        let face = Face::of(&energy.rows, &energy.slope);
         let (slack, closed) = face.split(&energy.rest());
         if slack.norm() > energy.noise + CARRIED * energy.size {
             let change = &energy.rows * &slack;
@@ -52,7 +52,7 @@ pub(super) fn minimise(
             continue;
         }
         let step = face
-            .balance(&energy, closed)
+            .balance((&energy.force, &energy.slope), closed)
             .ok_or(NoEquilibrium::NotFound)?;
         let change = &energy.rows * &step.motion;
         if energy.nearest_kink(&change) > 1.0 {
@@ -71,22 +71,22 @@ pub(super) fn minimise(
 }
 
 /// The train in coordinates and deformations of unit size, at a state.
-pub(super) struct Energy<'a> {
+struct Energy<'a> {
     graphs: &'a [Graph<'a>],
     error: &'a [f64],
     /// Rows of W of unit length, e x n; deformation j is `size_of[j]` times row j times q, less e_j.
-    pub(super) rows: DMatrix<f64>,
+    rows: DMatrix<f64>,
     size_of: Vec<f64>,
     /// Coordinates of the system per coordinate here.
     unit: DVector<f64>,
     stiffness: Vec<f64>,
     load: DVector<f64>,
     noise: f64,
-    pub(super) q: DVector<f64>,
+    q: DVector<f64>,
     /// Deformations, forces and stiffnesses at q; on a ramp.
     x: Vec<f64>,
-    pub(super) force: Vec<f64>,
-    pub(super) slope: Vec<f64>,
+    force: Vec<f64>,
+    slope: Vec<f64>,
     on_jump: Vec<bool>,
     /// Largest force, as the size of what cancels.
     size: f64,
@@ -270,7 +270,7 @@ impl<'a> Energy<'a> {
         if misfit.norm() > BALANCED * size.norm() + self.noise {
             return Err(NoEquilibrium::NotFound);
         }
-        let open = face.open(self.q.len());
+        let open = face.open();
         let is_unique = open.ncols() == 0;
         if !is_unique {
             self.centre(&open);

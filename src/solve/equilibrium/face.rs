@@ -1,6 +1,5 @@
 //! The linear part of the minimisation: forces on the connections that are closed at a state.
 
-use super::energy::Energy;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A row whose part outside the span of the stiffer ones is smaller follows from them.
@@ -15,6 +14,7 @@ pub(super) struct Face {
     basis: Vec<usize>,
     /// Others with their combination of the basis rows.
     others: Vec<(usize, DVector<f64>)>,
+    dof: usize,
 }
 
 /// A linear solution for the closed connections.
@@ -25,19 +25,21 @@ pub(super) struct Step {
 }
 
 impl Face {
-    pub(super) fn of(energy: &Energy<'_>) -> Face {
-        let mut order: Vec<usize> = (0..energy.slope.len())
-            .filter(|j| energy.slope[*j] > 0.0)
+    /// The connections of non-zero stiffness. `rows`: their rows of unit length, e x n.
+    pub(super) fn of(rows: &DMatrix<f64>, stiffness: &[f64]) -> Face {
+        let mut order: Vec<usize> = (0..stiffness.len())
+            .filter(|j| stiffness[*j] > 0.0)
             .collect();
-        order.sort_by(|a, b| energy.slope[*b].total_cmp(&energy.slope[*a]));
+        order.sort_by(|a, b| stiffness[*b].total_cmp(&stiffness[*a]));
         let mut face = Face {
             vectors: Vec::new(),
             lower: Vec::new(),
             basis: Vec::new(),
             others: Vec::new(),
+            dof: rows.ncols(),
         };
         for j in order {
-            let mut remainder = energy.rows.row(j).transpose();
+            let mut remainder = rows.row(j).transpose();
             let mut share = vec![0.0; face.vectors.len()];
             for _ in 0..2 {
                 for (s, v) in share.iter_mut().zip(&face.vectors) {
@@ -100,17 +102,21 @@ impl Face {
     /// ```
     ///
     /// The basis is the stiffest, so that no entry of S is large and no spread of stiffnesses harms it.
-    pub(super) fn balance(&self, energy: &Energy<'_>, wanted: DVector<f64>) -> Option<Step> {
+    pub(super) fn balance(
+        &self,
+        (force, stiffness): (&[f64], &[f64]),
+        wanted: DVector<f64>,
+    ) -> Option<Step> {
         let m = self.basis.len();
-        let root: Vec<f64> = self.basis.iter().map(|j| energy.slope[*j].sqrt()).collect();
+        let root: Vec<f64> = self.basis.iter().map(|j| stiffness[*j].sqrt()).collect();
         let mut missing = wanted.clone();
         for (i, j) in self.basis.iter().enumerate() {
-            missing[i] -= energy.force[*j];
+            missing[i] -= force[*j];
         }
         let mut matrix = DMatrix::identity(m, m);
         for (j, combination) in &self.others {
-            missing.axpy(-energy.force[*j], combination, 1.0);
-            let weight = energy.slope[*j].sqrt();
+            missing.axpy(-force[*j], combination, 1.0);
+            let weight = stiffness[*j].sqrt();
             let row = DVector::from_fn(m, |i, _| weight * combination[i] / root[i]);
             matrix.ger(1.0, &row, &row, 1.0);
         }
@@ -120,13 +126,13 @@ impl Face {
         let mut forces = Vec::new();
         let mut left = wanted;
         for (j, combination) in &self.others {
-            let force = energy.force[*j] + energy.slope[*j] * combination.dot(&change);
-            left.axpy(-force, combination, 1.0);
-            forces.push((*j, force));
+            let force_there = force[*j] + stiffness[*j] * combination.dot(&change);
+            left.axpy(-force_there, combination, 1.0);
+            forces.push((*j, force_there));
         }
         forces.extend(self.basis.iter().copied().zip(left.iter().copied()));
         // Parts along the vectors: L d = change.
-        let mut motion = DVector::zeros(energy.q.len());
+        let mut motion = DVector::zeros(self.dof);
         let mut parts: Vec<f64> = Vec::with_capacity(m);
         for i in 0..m {
             let known: f64 = parts.iter().zip(&self.lower[i]).map(|(p, l)| p * l).sum();
@@ -138,7 +144,8 @@ impl Face {
     }
 
     /// Orthonormal basis of the motions that deform no closed connection, n x (n - m).
-    pub(super) fn open(&self, n: usize) -> DMatrix<f64> {
+    pub(super) fn open(&self) -> DMatrix<f64> {
+        let n = self.dof;
         let mut all = self.vectors.clone();
         while all.len() < n {
             // The unit vector farthest from the span comes next.
