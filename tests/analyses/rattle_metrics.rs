@@ -4,8 +4,9 @@
 use crate::common::{backlash, load};
 use crate::time_domain_support::{floats, names, run};
 use gearlash::element::{OneSided, Side};
+use gearlash::postprocess::connection::Measures;
 use gearlash::postprocess::contacts::{Regime, effective_mass};
-use gearlash::postprocess::measures::{Measures, Meter};
+use gearlash::postprocess::measures::Meter;
 use gearlash::solve::integrate::{IntegrationEnd, IntegratorChoice, choose};
 use gearlash::solve::orbit::{FourierOrbit, Orbit};
 use gearlash::solve::segment_orbit::SegmentOrbit;
