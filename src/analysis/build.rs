@@ -82,6 +82,26 @@ impl Default for FrequencyResponse {
 
 impl FrequencyResponse {
     /// Response from one excitation frequency to another.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder()
+    ///     .body("wheel", 0.5)
+    ///     .ground("shaft", "wheel")
+    ///     .stiffness(2e5)
+    ///     .law(Backlash::half_gap(1e-3))
+    ///     .modal_damping(0.05)
+    ///     .load("wheel", Load::mean(20.0).harmonic(1, 30.0))
+    ///     .build()?;
+    /// let response = FrequencyResponse::between(hertz(150.0), hertz(80.0))
+    ///     .harmonics(5)
+    ///     .mark(hertz(100.0))
+    ///     .with(|settings| settings.max_step = 0.2)
+    ///     .run(&model)?;
+    /// assert!(response.points().any(|p| (p.frequency_hz() - 100.0).abs() < 1e-9));
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn between(from: impl Into<Quantity>, to: impl Into<Quantity>) -> FrequencyResponse {
         FrequencyResponse {
             from: Some(from.into()),
@@ -100,6 +120,24 @@ impl Default for ParameterResponse {
 
 impl ParameterResponse {
     /// Response from one value of a number of the model to another, at an excitation frequency.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder()
+    ///     .body("wheel", 0.5)
+    ///     .ground("shaft", "wheel")
+    ///     .stiffness(2e5)
+    ///     .law(Backlash::half_gap(1e-3))
+    ///     .modal_damping(0.05)
+    ///     .load("wheel", Load::mean(20.0).harmonic(1, 30.0))
+    ///     .build()?;
+    /// let response = ParameterResponse::between("shaft.half_gap", 1e-3, 2e-3, hertz(150.0))
+    ///     .harmonics(5)
+    ///     .run(&model)?;
+    /// assert_eq!(response.points().last().map(|p| p.parameter()), Some(2e-3));
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn between(
         parameter: impl Into<String>,
         from: impl Into<Quantity>,
@@ -142,6 +180,24 @@ impl Default for TimeHistory {
 
 impl TimeHistory {
     /// Motion at an excitation frequency.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder()
+    ///     .body("wheel", 0.5)
+    ///     .ground("shaft", "wheel")
+    ///     .stiffness(2e5)
+    ///     .law(Backlash::half_gap(1e-3))
+    ///     .modal_damping(0.05)
+    ///     .load("wheel", Load::mean(20.0).harmonic(1, 30.0))
+    ///     .build()?;
+    /// let history = TimeHistory::at(hertz(100.0))
+    ///     .with(|settings| settings.periods = Some(2))
+    ///     .run(&model)?;
+    /// assert_eq!(history.times().len(), history.column("q.shaft").map_or(0, <[f64]>::len));
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn at(frequency: impl Into<Quantity>) -> TimeHistory {
         TimeHistory {
             at: Some(frequency.into()),
@@ -167,6 +223,22 @@ impl Default for OperatingPoint {
 
 impl OperatingPoint {
     /// Attractor at an excitation frequency, followed from rest.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder()
+    ///     .body("wheel", 0.5)
+    ///     .ground("shaft", "wheel")
+    ///     .stiffness(2e5)
+    ///     .law(Backlash::half_gap(1e-3))
+    ///     .modal_damping(0.05)
+    ///     .load("wheel", Load::mean(20.0).harmonic(1, 30.0))
+    ///     .build()?;
+    /// let report = OperatingPoint::at(hertz(100.0)).run(&model)?;
+    /// assert_eq!(report.main().map(Table::rows), Some(1));
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn at(frequency: impl Into<Quantity>) -> OperatingPoint {
         OperatingPoint {
             at: frequency.into(),
@@ -207,6 +279,22 @@ impl Default for PoincareMap {
 
 impl PoincareMap {
     /// Map at an excitation frequency.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder()
+    ///     .body("wheel", 0.5)
+    ///     .ground("shaft", "wheel")
+    ///     .stiffness(2e5)
+    ///     .law(Backlash::half_gap(1e-3))
+    ///     .modal_damping(0.05)
+    ///     .load("wheel", Load::mean(20.0).harmonic(1, 30.0))
+    ///     .build()?;
+    /// let map = PoincareMap::at(hertz(150.0)).with(|settings| settings.periods = 20).run(&model)?;
+    /// assert_eq!(map.labels(), ["period 1"]);
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn at(frequency: impl Into<Quantity>) -> PoincareMap {
         PoincareMap {
             at: frequency.into(),
@@ -224,6 +312,24 @@ impl Default for BifurcationDiagram {
 
 impl BifurcationDiagram {
     /// Diagram from one excitation frequency to another.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder()
+    ///     .body("wheel", 0.5)
+    ///     .ground("shaft", "wheel")
+    ///     .stiffness(2e5)
+    ///     .law(Backlash::half_gap(1e-3))
+    ///     .modal_damping(0.05)
+    ///     .load("wheel", Load::mean(20.0).harmonic(1, 30.0))
+    ///     .build()?;
+    /// let diagram = BifurcationDiagram::between(hertz(150.0), hertz(140.0))
+    ///     .with(|settings| settings.points = 3)
+    ///     .run(&model)?;
+    /// assert_eq!(diagram.labels().len(), 3);
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn between(from: impl Into<Quantity>, to: impl Into<Quantity>) -> BifurcationDiagram {
         BifurcationDiagram {
             from: from.into(),
@@ -242,6 +348,26 @@ impl Default for ParameterStudy {
 
 impl ParameterStudy {
     /// A study that runs an analysis.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder()
+    ///     .body("wheel", 0.5)
+    ///     .ground("shaft", "wheel")
+    ///     .stiffness(2e5)
+    ///     .law(Backlash::half_gap(1e-3))
+    ///     .modal_damping(0.05)
+    ///     .load("wheel", Load::mean(20.0).harmonic(1, 30.0))
+    ///     .build()?;
+    /// let response = FrequencyResponse::between(hertz(150.0), hertz(140.0)).harmonics(3);
+    /// let report = ParameterStudy::of(response)
+    ///     .over("shaft.stiffness", [2e5, 3e5])
+    ///     .collecting("peak", Collected::max("rms.shaft"))
+    ///     .run(&model)?;
+    /// assert_eq!(report.main().map(Table::rows), Some(2));
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn of(analysis: impl Analysis + 'static) -> ParameterStudy {
         let analysis: Box<dyn Analysis> = Box::new(analysis);
         ParameterStudy {

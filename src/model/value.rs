@@ -95,6 +95,19 @@ fn unit(dimension: UnitDimension) -> String {
 impl Model {
     /// Model of a YAML text. `extends` requires a file: see [`Model::load`].
     ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::from_yaml(
+    ///     "bodies: {A: {inertia: 1e-3}}
+    /// connections: {spring: {ground: A, stiffness: 400 N m/rad}}
+    /// loads: {A: {mean: 1}}
+    /// analyses: {lines: {type: modes}}",
+    /// )?;
+    /// assert_eq!(model.analyses(), ["lines"]);
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Input`] with all errors found.
     pub fn from_yaml(text: &str) -> Result<Model, Error> {
@@ -130,6 +143,15 @@ impl Model {
     ///
     /// # Errors
     /// [`Error::Input`]: unknown names, each with the nearest valid name; values out of range.
+    ///
+    /// ```
+    /// use gearlash::prelude::*;
+    ///
+    /// let model = Model::builder().body("A", 1e-3).ground("spring", "A").stiffness(400.0).build()?;
+    /// let stiffer = model.with([("spring.stiffness", "500 N m/rad".into())])?;
+    /// assert_eq!(stiffer.get(&stiffer.knob("spring.stiffness")?), 500.0);
+    /// # Ok::<(), Error>(())
+    /// ```
     pub fn with<'a>(
         &self,
         changes: impl IntoIterator<Item = (&'a str, serde_json::Value)>,
