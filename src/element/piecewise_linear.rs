@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// f(q) = s_r q + sum_k (s_{k+1} - s_k) x_k,    x_k = max(q - b_k, 0) for b_k >= 0, max(b_k - q, 0) for b_k < 0
 /// ```
 ///
-/// s_k: slopes relative to the reference stiffness, s_r the one at q = 0; b_k: ascending breakpoints. A stretch of zero force and zero slope
+/// s_k: slopes relative to the reference stiffness, s_r the one at q = 0; b_k: ascending breakpoints. An interval of zero force and zero slope
 /// counts as open (no contact).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -37,7 +37,7 @@ impl PiecewiseLinear {
         self.breakpoints.iter().take_while(|b| q > **b).count()
     }
 
-    /// Summed outwards from q = 0, so that an open stretch carries exactly no force.
+    /// Summed outwards from q = 0, so that an open interval carries exactly no force.
     fn force<N: Number>(&self, q: N) -> N {
         let kinks = self.breakpoints.iter().zip(self.slopes.windows(2));
         kinks.fold(q * self.slopes[self.region(0.0)], |f, (b, s)| {
@@ -50,7 +50,7 @@ impl PiecewiseLinear {
         })
     }
 
-    /// A stretch around q = 0 with slope 0, the only place where the force vanishes over a stretch of a monotone law.
+    /// An interval around q = 0 with slope 0, the only interval on which the force of a monotone law vanishes.
     fn has_open_stretch(&self) -> bool {
         self.slopes[self.region(0.0)] == 0.0
     }
