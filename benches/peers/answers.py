@@ -1,11 +1,11 @@
-"""Whether the programs found the same: maxima of the curves, states after some periods, against reference values."""
+"""Cross-checks of the answers: maxima of the curves, states after some periods, against reference values."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Maximum:
-    """The largest half peak-to-peak of a coordinate along a frequency response, and where it lies."""
+    """The largest half peak-to-peak of a coordinate along a frequency response, and its frequency."""
 
     coordinate: int  # from 0
     amplitude: float
@@ -18,7 +18,7 @@ class Maximum:
         return abs(peak(*outcome.curves[self.coordinate])[0] / self.amplitude - 1.0)
 
     def disagreements(self, outcome):
-        """Sentences; none if the outcome agrees."""
+        """Error messages; none if the outcome agrees."""
         amplitude, omega = peak(*outcome.curves[self.coordinate])
         name = f"q{self.coordinate + 1}"
         if not abs(amplitude / self.amplitude - 1.0) <= self.relative:
@@ -45,7 +45,7 @@ class StateAfter:
         return max(abs(a - b) / unit for a, b, unit in zip(found, self.state, units))
 
     def disagreements(self, outcome):
-        """Sentences; none if the outcome agrees."""
+        """Error messages; none if the outcome agrees."""
         error = self.error(outcome)
         if not error <= self.tolerance:
             yield f"state after {self.periods} periods: off by {error:.1e}, expected {self.tolerance:g} at most"

@@ -1,4 +1,4 @@
-"""What is compared: the problems, who takes part in each, and what each must find.
+"""The compared problems, the programs per problem, and the expected answers.
 
 Half peak-to-peak maxima and the state after ten periods are the reference values of the problems. Points of a branch
 lie some 0.003 apart near the maxima of P1, where contact is lost and the curves have kinks: its tolerances say how well
@@ -28,7 +28,7 @@ OURS = "gearlash"
 
 @dataclass(frozen=True)
 class Entry:
-    """A program and what its answer to a problem must be."""
+    """A program and its expected answer to a problem."""
 
     program: object
     checks: tuple
@@ -63,7 +63,7 @@ def responses(gearlash, python, peers, names):
 
 
 def attractor(gearlash, python, peers, periods):
-    """Poincare points of a chaotic motion: P3. scipy takes a hundredth of the periods, it is that slow."""
+    """Poincare points of a chaotic motion: P3. scipy computes a hundredth of the periods because it is slow."""
     def after_ten(tolerance):
         return (StateAfter(10, P3_STATE, tolerance),)
 
@@ -83,7 +83,7 @@ def gear_pair(gearlash, python, peers, periods):
 
 
 def integrations(model, gearlash, python, peers, periods, after_ten):
-    """Who takes part in an integration."""
+    """Programs that take part in an integration."""
     entries = [Entry(GearlashMap(OURS, gearlash, model, periods), after_ten(1e-10))]
     if "numbalsoda" in peers:
         for rtol, tolerance in (("1e-8", 1e-5), ("1e-12", 2e-9)):
@@ -99,7 +99,7 @@ def integrations(model, gearlash, python, peers, periods, after_ten):
 
 
 def hard_chain(gearlash, python, peers, seconds):
-    """P2b: how far down in frequency each comes in some seconds. Nobody has a reference."""
+    """P2b: lowest frequency reached in a given time. There is no reference."""
     model = "P2b.yaml"
     entries = [Entry(GearlashResponse(OURS, gearlash, model, interrupt_after=seconds), ())]
     if "pyharm" in peers:

@@ -30,7 +30,7 @@ class Pair:
 
     @property
     def rest(self):
-        """Where the motion starts: undeformed, at rest."""
+        """Initial state: undeformed, at rest."""
         return (0.0, 0.0)
 
     def in_si(self, states):

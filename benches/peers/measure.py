@@ -1,4 +1,4 @@
-"""Run a program as a child and say what it cost."""
+"""Run a program as a child process and measure its cost."""
 
 import os
 import signal
@@ -14,12 +14,12 @@ THREAD_VARIABLES = (
 
 
 class PeersError(Exception):
-    """The comparison cannot go on; the message says why and what to do."""
+    """The comparison cannot continue; the message states the reason and the remedy."""
 
 
 @dataclass(frozen=True)
 class Usage:
-    """What one child cost."""
+    """Cost of one child process."""
 
     cpu: float  # user and system seconds
     peak_mb: float  # largest resident memory

@@ -39,11 +39,11 @@ class Problem:
 
     @property
     def rest(self):
-        """Where the motion starts."""
+        """Initial state."""
         return (0.0,) * (2 * self.dof)
 
     def in_si(self, states):
-        """The states as they are: everything is nondimensional."""
+        """The states unchanged: everything is nondimensional."""
         return [list(state) for state in states]
 
 

@@ -1,4 +1,4 @@
-"""The programs that take part: each runs one problem once and says what it cost and what came out."""
+"""The compared programs: each runs one problem once and returns cost and results."""
 
 import csv
 import json
@@ -36,7 +36,7 @@ class Peer:
 
     @property
     def executable(self):
-        """What is run, whichever the problem."""
+        """The executable, independent of the problem."""
         return self.script
 
     def run(self, folder):
@@ -67,7 +67,7 @@ class GearlashResponse:
 
     @property
     def executable(self):
-        """What is run, whichever the problem."""
+        """The executable, independent of the problem."""
         return self.binary
 
     def run(self, folder):
@@ -102,7 +102,7 @@ class GearlashMap:
 
     @property
     def executable(self):
-        """What is run, whichever the problem."""
+        """The executable, independent of the problem."""
         return self.binary
 
     def run(self, folder):

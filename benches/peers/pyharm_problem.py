@@ -46,7 +46,7 @@ def parse():
 
 
 def description(system, arguments):
-    """pyHarm's input: one substructure with a node a coordinate, a gap and the loads at each."""
+    """pyHarm's input: one substructure with one node per coordinate, with a gap and the loads at each."""
     inverse = np.linalg.inv(system.stiffness)
     nothing = np.zeros_like(inverse)
     return {
@@ -60,7 +60,7 @@ def description(system, arguments):
 
 
 def gaps(system):
-    """One gap with both flanks a coordinate, against the ground."""
+    """One gap with both flanks per coordinate, against ground."""
     return {
         f"gap_{i}": {"type": "PenaltyBilateralGap", "connect": {"train": [i]}, "dirs": [0], "g": half_gap, "k": 1.0}
         for i, half_gap in enumerate(system.half_gap)
@@ -80,7 +80,7 @@ def loads(mean, amplitude):
 
 
 def continuation(system, arguments):
-    """Settings of the analysis: from high to low frequencies, with the solver and predictor pyHarm takes by default."""
+    """Settings of the analysis: from high to low frequencies, with pyHarm's default solver and predictor."""
     high, low = system.analysis["from"], system.analysis["to"]
     hours, seconds = divmod(arguments.time_limit, 3600)
     minutes, seconds = divmod(seconds, 60)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Side by side: `gearlash` and what one would use instead, on the problems of `benches/problems`.
+"""`gearlash` compared with alternative tools on the problems of `benches/problems`.
 
-Makes a virtual environment with the other programs, runs them and `gearlash` in turns, checks that all found the same
-and prints CPU seconds and their ratios as a Markdown table. See the README beside this file.
+Creates a virtual environment with the other programs, interleaves runs of all programs, cross-checks the answers
+and prints CPU seconds and their ratios as a Markdown table. See the README in this folder.
 
-Exit status: 0 all agree, 1 some answer is wrong, 2 the comparison could not be made.
+Exit status: 0: all answers agree, 1: an answer is wrong, 2: the comparison could not be made.
 """
 
 import argparse
@@ -46,16 +46,16 @@ def parse():
     add("--gearlash", type=pathlib.Path, metavar="PATH",
         help="the program [default: target/release/gearlash, built if missing]")
     add("--venv", type=pathlib.Path, default=PROJECT / "target" / "peers-venv", metavar="PATH",
-        help="virtual environment of the other programs, made if missing [default: target/peers-venv]")
-    add("--python", default=sys.executable, metavar="PATH", help="the Python it is made with [default: this one]")
-    add("--without", action="append", default=[], choices=PEERS, help="leave a program out (may be repeated)")
-    add("--only", action="append", choices=PROBLEMS, help="only this problem (may be repeated)")
-    add("--runs", type=positive, metavar="N", help="runs of every program on every problem [default: 3]")
+        help="virtual environment of the other programs, created if missing [default: target/peers-venv]")
+    add("--python", default=sys.executable, metavar="PATH", help="Python for the virtual environment [default: this one]")
+    add("--without", action="append", default=[], choices=PEERS, help="omit a program (repeatable)")
+    add("--only", action="append", choices=PROBLEMS, help="run only this problem (repeatable)")
+    add("--runs", type=positive, metavar="N", help="number of runs of every program on every problem [default: 3]")
     add("--periods", type=positive, metavar="N", help="length of P3 and P13 [default: 20000]")
-    add("--p2b", type=positive, metavar="SECONDS", help="also P2b, this long for each program at most")
-    add("--quick", action="store_true", help="by default one run of P1 and of 2000 periods of P3 and P13 only")
-    add("--output", type=pathlib.Path, metavar="FILE", help="write the table there too")
-    add("--readme", type=pathlib.Path, metavar="FILE", help="replace what stands between the marks of this file")
+    add("--p2b", type=positive, metavar="SECONDS", help="also run P2b, with this time limit per program")
+    add("--quick", action="store_true", help="one run of P1 and of 2000 periods of P3 and P13 only")
+    add("--output", type=pathlib.Path, metavar="FILE", help="also write the table to this file")
+    add("--readme", type=pathlib.Path, metavar="FILE", help="replace the text between the marks in this file")
     arguments = parser.parse_args()
     runs, periods, only = (1, 2000, ("P1", "P3", "P13")) if arguments.quick else (3, 20000, PROBLEMS)
     arguments.runs = arguments.runs or runs
