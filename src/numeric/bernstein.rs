@@ -15,7 +15,7 @@ const NARROWEST: f64 = 1e-15;
 /// Coefficients of the head that [`hull`] converts.
 const HEAD: usize = 8;
 
-type Table = [[f64; SIZE]; SIZE];
+pub(super) type Table = [[f64; SIZE]; SIZE];
 
 /// BINOMIAL[k][j] = C(j, k), zero for j < k.
 static BINOMIAL: Table = binomial();
@@ -23,7 +23,7 @@ static BINOMIAL: Table = binomial();
 /// RECIPROCAL[n][k] = 1 / C(n, k), zero for k > n.
 static RECIPROCAL: Table = reciprocal();
 
-const fn binomial() -> Table {
+pub(super) const fn binomial() -> Table {
     let mut table = [[0.0; SIZE]; SIZE];
     let mut j = 0;
     while j < SIZE {
@@ -38,7 +38,7 @@ const fn binomial() -> Table {
     table
 }
 
-const fn reciprocal() -> Table {
+pub(super) const fn reciprocal() -> Table {
     let binomial = binomial();
     let mut table = [[0.0; SIZE]; SIZE];
     let mut n = 0;
@@ -152,6 +152,32 @@ pub fn evaluate(coefficients: &[f64], x: f64) -> (f64, f64) {
         (even, odd) = (even * y + a, odd * y + b);
     }
     (even + x * odd, odd + 2.0 * x * (even_slope + x * odd_slope))
+}
+
+/// [`evaluate`] for several polynomials at once, each at its own x: `coefficients[k][l]` belongs to x^k in the one with number l.
+#[inline(always)]
+pub fn evaluate_each<const N: usize, const L: usize>(
+    coefficients: &[[f64; L]; N],
+    x: &[f64; L],
+) -> ([f64; L], [f64; L]) {
+    const { assert!(N.is_multiple_of(2)) };
+    let square = x.map(|x| x * x);
+    let zero = [0.0; L];
+    let (mut even, mut odd, mut even_slope, mut odd_slope) = (zero, zero, zero, zero);
+    for [a, b] in coefficients.as_chunks::<2>().0.iter().rev() {
+        for l in 0..L {
+            even_slope[l] = even_slope[l] * square[l] + even[l];
+            odd_slope[l] = odd_slope[l] * square[l] + odd[l];
+            even[l] = even[l] * square[l] + a[l];
+            odd[l] = odd[l] * square[l] + b[l];
+        }
+    }
+    let (mut value, mut slope) = (zero, zero);
+    for l in 0..L {
+        value[l] = even[l] + x[l] * odd[l];
+        slope[l] = odd[l] + 2.0 * x[l] * (even_slope[l] + x[l] * odd_slope[l]);
+    }
+    (value, slope)
 }
 
 /// b_j = sum_k C(j, k) / C(n, k) c_k, n = N - 1.

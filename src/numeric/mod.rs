@@ -16,6 +16,7 @@ pub mod growth;
 pub mod interpolation;
 pub mod jacobian;
 pub mod nonzeros;
+pub mod outline;
 mod pairs;
 pub mod pattern;
 pub mod periodic;

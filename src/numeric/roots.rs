@@ -120,44 +120,100 @@ pub fn newton_from(
     (a, fa): (f64, f64),
     b: f64,
 ) -> f64 {
-    let (mut negative, mut positive) = if fa < 0.0 { (a, b) } else { (b, a) };
-    let mut x = guess;
-    let mut width = (b - a).abs();
-    // Length of the step before, when it was Newton's.
-    let mut newton_before = None;
-    for _ in 0..100 {
-        let (value, slope) = f(x);
+    let mut newton = Newton::new(guess, (a, fa), b);
+    loop {
+        let at = f(newton.x);
+        if newton.is_over(at) {
+            return newton.x;
+        }
+    }
+}
+
+/// Newton's method inside a bracket, step by step.
+#[derive(Debug, Clone, Copy)]
+pub struct Newton {
+    /// Where the function is wanted next; in the end the root.
+    pub x: f64,
+    negative: f64,
+    positive: f64,
+    width: f64,
+    /// Length of the step before; NaN when it was not Newton's.
+    before: f64,
+    left: u32,
+}
+
+impl Newton {
+    /// From a guess between a and b.
+    #[inline]
+    pub fn new(guess: f64, (a, fa): (f64, f64), b: f64) -> Newton {
+        let (negative, positive) = if fa < 0.0 { (a, b) } else { (b, a) };
+        Newton {
+            x: guess,
+            negative,
+            positive,
+            width: (b - a).abs(),
+            before: f64::NAN,
+            left: MOST_NEWTON,
+        }
+    }
+
+    /// Takes value and derivative at x; whether x is the root now.
+    #[inline]
+    pub fn is_over(&mut self, (value, slope): (f64, f64)) -> bool {
+        let x = self.x;
         if value == 0.0 {
-            return x;
+            return true;
         }
         if value < 0.0 {
-            negative = x
+            self.negative = x
         } else {
-            positive = x
+            self.positive = x
         }
         let newton = x - value / slope;
-        let (low, high) = (negative.min(positive), negative.max(positive));
+        let (low, high) = (
+            self.negative.min(self.positive),
+            self.negative.max(self.positive),
+        );
         let length = (newton - x).abs();
         // Newton that does not halve its step each time gives way to bisection.
-        let converges = newton > low && newton < high && length <= 0.5 * width;
-        let next = if converges {
+        let converges = newton > low && newton < high && length <= 0.5 * self.width;
+        self.x = if converges {
             newton
         } else {
             0.5 * (low + high)
         };
-        width = (next - x).abs();
+        self.width = (self.x - x).abs();
+        self.left -= 1;
         let resolution = 2.0 * f64::EPSILON * x.abs().max(1.0);
         // Steps of a quadratic convergence: the next one is length^3 / before^2.
-        let is_last = |before: f64| {
-            length < 1e-4 * before && length.powi(3) <= 0.25 * resolution * before * before
-        };
-        if width <= resolution || (converges && newton_before.is_some_and(is_last)) {
-            return next;
-        }
-        newton_before = converges.then_some(length);
-        x = next;
+        let before = self.before;
+        let is_last = length < 1e-4 * before
+            && length * length * length <= 0.25 * resolution * before * before;
+        self.before = if converges { length } else { f64::NAN };
+        self.width <= resolution || (converges && is_last) || self.left == 0
     }
-    x
+}
+
+/// Steps of [`Newton`] at most.
+const MOST_NEWTON: u32 = 100;
+
+/// A little below x^(1 / n), `share` = 1 / n, n >= 3: by less than 3 %, for n >= 20 by less than 1 %.
+///
+/// ```text
+/// log2(2^e (1 + m)) >= e + m,   2^f <= 1 + 0.6568 f + 0.3432 f^2 (1 + 0.003)
+/// ```
+#[inline(always)]
+pub fn root_below(x: f64, share: f64) -> f64 {
+    const ONE: u64 = 1.0_f64.to_bits();
+    const MANTISSA: u64 = (1 << 52) - 1;
+    if x == 0.0 {
+        return 0.0;
+    }
+    let one = ONE as f64;
+    let bits = (one + (x.abs().to_bits() as f64 - one) * share) as u64;
+    let fraction = f64::from_bits(bits & MANTISSA | ONE) - 1.0;
+    let power = f64::from_bits(bits & !MANTISSA);
+    0.996 * power * (1.0 + fraction * (0.6568 + 0.3432 * fraction))
 }
 
 /// Steps of [`maximum`]: they shrink the interval to its 1e-10th, where a smooth function no longer changes.

@@ -1,6 +1,9 @@
 //! Many trajectories of one system at once: states at phase 0 after every period of the excitation.
+//!
+//! Where the system allows it several trajectories are in flight together ([`Flight`]): as soon as one ends, the next start takes its
+//! place. Elsewhere they follow one after the other. The states are the same, to the bit.
 
-use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, choose};
+use super::integrate::{Flight, IntegrationEnd, Integrator, IntegratorOptions, Status, choose};
 use crate::error::SolveError;
 use crate::interrupt;
 use crate::system::System;
@@ -13,7 +16,7 @@ pub struct Visit<'a> {
     pub trajectory: usize,
     /// Periods completed, from 1.
     pub period: usize,
-    /// [q; v], 2n values.
+    /// [q; v; z].
     pub state: &'a [f64],
 }
 
@@ -31,8 +34,11 @@ pub enum Next {
 /// A trajectory depends on its start alone, to the bit: not on the other starts, not on their number or order.
 pub struct Ensemble {
     integrator: Box<dyn Integrator + Send>,
-    state: Vec<f64>,
+    size: usize,
 }
+
+/// Starts from which on trajectories fly together.
+const FEWEST: usize = 3;
 
 impl Ensemble {
     /// For a system; make a new one when anything but its frequency changes.
@@ -45,7 +51,7 @@ impl Ensemble {
     ) -> Result<Ensemble, SolveError> {
         Ok(Ensemble {
             integrator: choose(system, options)?,
-            state: vec![0.0; system.state_size()],
+            size: system.state_size(),
         })
     }
 
@@ -54,7 +60,12 @@ impl Ensemble {
         self.integrator.name()
     }
 
-    /// Follows every start, 2n values each, for a number of periods of the excitation at most, and shows `visit` its state after each;
+    /// The integrator, for what trajectories have to do alone.
+    pub fn integrator(&mut self) -> &mut dyn Integrator {
+        self.integrator.as_mut()
+    }
+
+    /// Follows every start, a state each, for a number of periods of the excitation at most, and shows `visit` its state after each;
     /// how each trajectory ended, in the order of the starts.
     ///
     /// Visits of one trajectory come in order; those of several mix.
@@ -65,40 +76,145 @@ impl Ensemble {
         periods: usize,
         visit: &mut dyn FnMut(Visit<'_>) -> Next,
     ) -> Vec<IntegrationEnd> {
-        let starts = starts.chunks_exact(self.state.len()).enumerate();
-        let ends = starts.map(|(trajectory, start)| {
-            self.state.copy_from_slice(start);
-            self.follow(system, trajectory, periods, visit)
-        });
-        ends.collect()
+        let count = starts.len() / self.size;
+        let flight = (count >= FEWEST).then(|| self.integrator.flight(system));
+        let mut tour = Tour {
+            ensemble: self,
+            system,
+            periods,
+            visit,
+            ends: vec![IntegrationEnd::Reached; count],
+        };
+        match flight.flatten() {
+            Some(flight) => tour.fly(starts, flight),
+            None => tour.walk(starts),
+        }
+        tour.ends
+    }
+}
+
+/// All trajectories of a call.
+struct Tour<'a> {
+    ensemble: &'a mut Ensemble,
+    system: &'a System,
+    periods: usize,
+    visit: &'a mut dyn FnMut(Visit<'_>) -> Next,
+    ends: Vec<IntegrationEnd>,
+}
+
+/// A trajectory at the begin of a period.
+#[derive(Clone)]
+struct Passenger {
+    trajectory: usize,
+    /// Periods completed.
+    period: usize,
+    state: Vec<f64>,
+}
+
+impl Tour<'_> {
+    /// One after the other.
+    fn walk(&mut self, starts: &[f64]) {
+        for (trajectory, start) in starts.chunks_exact(self.ensemble.size).enumerate() {
+            let mut passenger = Passenger {
+                trajectory,
+                period: 0,
+                state: start.to_vec(),
+            };
+            while passenger.period < self.periods && self.alone(&mut passenger) {}
+        }
     }
 
-    fn follow(
-        &mut self,
-        system: &System,
-        trajectory: usize,
-        periods: usize,
-        visit: &mut dyn FnMut(Visit<'_>) -> Next,
-    ) -> IntegrationEnd {
-        let span = (0.0, TAU / system.subharmonic() as f64);
-        for period in 1..=periods {
+    /// Several together.
+    fn fly(&mut self, starts: &[f64], mut flight: Box<dyn Flight>) {
+        let places = flight.places();
+        let mut queue = starts.chunks_exact(self.ensemble.size).enumerate();
+        let mut seats: Vec<Option<Passenger>> = vec![None; places];
+        let mut status = vec![Status::Arrived; places];
+        loop {
+            let mut is_empty = true;
+            for (place, seat) in seats.iter_mut().enumerate() {
+                let mut flies = status[place] == Status::Flying && seat.is_some();
+                if let Some(passenger) = seat.as_mut().filter(|_| !flies) {
+                    let goes_on = match status[place] {
+                        Status::Lost => self.alone(passenger),
+                        _ => {
+                            flight.state(place, &mut passenger.state);
+                            self.show(passenger)
+                        }
+                    };
+                    flies = goes_on && self.board(flight.as_mut(), (place, passenger));
+                }
+                while !flies {
+                    let Some((trajectory, start)) = queue.next() else {
+                        *seat = None;
+                        break;
+                    };
+                    let passenger = seat.get_or_insert_with(|| Passenger {
+                        trajectory,
+                        period: 0,
+                        state: start.to_vec(),
+                    });
+                    (passenger.trajectory, passenger.period) = (trajectory, 0);
+                    passenger.state.copy_from_slice(start);
+                    flies = self.board(flight.as_mut(), (place, passenger));
+                }
+                is_empty &= !flies;
+            }
+            if is_empty {
+                return;
+            }
             if interrupt::is_requested() {
-                return IntegrationEnd::Interrupted;
+                for passenger in seats.iter().flatten() {
+                    self.ends[passenger.trajectory] = IntegrationEnd::Interrupted;
+                }
+                queue.for_each(|(k, _)| self.ends[k] = IntegrationEnd::Interrupted);
+                return;
             }
-            let state = &mut self.state;
-            let end = self.integrator.advance(system, span, state, &mut ());
-            if end != IntegrationEnd::Reached {
-                return end;
+            flight.step(&mut status);
+        }
+    }
+
+    /// Puts a trajectory into its place, after what it has to do alone; whether it flies.
+    fn board(
+        &mut self,
+        flight: &mut dyn Flight,
+        (place, passenger): (usize, &mut Passenger),
+    ) -> bool {
+        while passenger.period < self.periods {
+            if flight.start(place, &passenger.state) {
+                return true;
             }
-            let next = visit(Visit {
-                trajectory,
-                period,
-                state,
-            });
-            if next == Next::Stop {
+            if !self.alone(passenger) {
                 break;
             }
         }
-        IntegrationEnd::Reached
+        false
+    }
+
+    /// A period by the integrator; whether the trajectory goes on.
+    fn alone(&mut self, passenger: &mut Passenger) -> bool {
+        if interrupt::is_requested() {
+            self.ends[passenger.trajectory] = IntegrationEnd::Interrupted;
+            return false;
+        }
+        let span = (0.0, TAU / self.system.subharmonic() as f64);
+        let integrator = &mut self.ensemble.integrator;
+        let end = integrator.advance(self.system, span, &mut passenger.state, &mut ());
+        if end != IntegrationEnd::Reached {
+            self.ends[passenger.trajectory] = end;
+            return false;
+        }
+        self.show(passenger)
+    }
+
+    /// Shows a state at the end of a period; whether the trajectory goes on.
+    fn show(&mut self, passenger: &mut Passenger) -> bool {
+        passenger.period += 1;
+        let next = (self.visit)(Visit {
+            trajectory: passenger.trajectory,
+            period: passenger.period,
+            state: &passenger.state,
+        });
+        next == Next::GoOn
     }
 }

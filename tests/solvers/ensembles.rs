@@ -2,12 +2,16 @@
 
 use crate::common::{backlash, load};
 use crate::exact_flow::idler;
-use gearlash::element::{Backlash, Cubic, Element, Expression, ImpactDampingLaw};
+use gearlash::element::{
+    Backlash, Cubic, Element, Expression, ImpactDampingLaw, OneSided, PiecewiseLinear, Side,
+};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::ensemble::{Ensemble, Next};
 use gearlash::solve::integrate::{IntegrationEnd, IntegratorChoice, automatic, choose, is_flow};
-use gearlash::system::{Mount, System};
+use gearlash::system::{LoadSource, Mount, System};
 use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 /// Starts spread over a box, the same ones every time.
@@ -113,4 +117,103 @@ fn a_trajectory_that_fails_leaves_the_others_alone() {
         (ends[0], ends[2]),
         (IntegrationEnd::Reached, IntegrationEnd::Reached)
     );
+}
+
+/// A chain of 1 to 4 meshes: gaps, stages, one-sided contacts, a stop 10^5 times as stiff as its mesh; two harmonics.
+fn chain(draw: &mut dyn FnMut(f64, f64) -> f64) -> System {
+    let n = 1 + draw(0.0, 4.0) as usize;
+    let ratio = draw(0.2, 2.0);
+    let kappa = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
+        0 => 1.0 + ratio,
+        1 => -ratio,
+        _ => 0.0,
+    });
+    let damping = draw(0.01, 0.1) * &kappa;
+    let mut mount = |kind: f64| match kind as usize {
+        0 => Mount::new(Box::new(PiecewiseLinear {
+            breakpoints: vec![-draw(0.2, 1.0), draw(0.1, 1.0), draw(1.2, 2.0)],
+            slopes: vec![1.0, draw(0.0, 0.3), draw(0.5, 1.5), 1e5],
+        }) as Box<dyn Element>),
+        1 => Mount::new(Box::new(OneSided {
+            gap: draw(0.0, 0.5),
+            side: Side::Negative,
+            contact_damping: 0.0,
+        })),
+        _ => backlash(draw(0.05, 1.0)),
+    };
+    let mounts = (0..n).map(|k| mount((1.7 * k as f64) % 4.0)).collect();
+    let mut loads: Vec<LoadSource> = (0..n)
+        .map(|i| load(n, i, draw(-0.3, 0.5), draw(0.0, 0.5)))
+        .collect();
+    loads[0].series = Periodic::Fourier {
+        mean: draw(0.0, 0.5),
+        harmonics: vec![
+            Harmonic {
+                order: 1,
+                cos: draw(0.0, 0.5),
+                sin: draw(0.0, 0.2),
+            },
+            Harmonic {
+                order: 3,
+                cos: 0.0,
+                sin: draw(0.0, 0.2),
+            },
+        ],
+    };
+    let mut system = System::new(damping, kappa, DMatrix::identity(n, n), mounts, loads).unwrap();
+    system.set_excitation_frequency(draw(0.2, 2.0));
+    system
+}
+
+/// Starts on breakpoints and far away among them; ensembles of any size.
+#[test]
+fn chains_side_by_side_have_the_states_of_each_alone() {
+    let mut random = ChaCha8Rng::seed_from_u64(18);
+    let mut draw = |low: f64, high: f64| random.random_range(low..high);
+    let mut together = 0;
+    for case in 0..120 {
+        let mut system = chain(&mut draw);
+        if case % 5 == 0 {
+            system.set_subharmonic(3);
+        }
+        let (size, count) = (2 * system.dof(), 3 + case % 20);
+        let mut starts: Vec<f64> = (0..size * count).map(|_| draw(-1.5, 1.5)).collect();
+        let on = system.mounts()[0].element.breakpoints()[0];
+        (starts[0], starts[size]) = (on, on + 1e-16);
+        starts[2 * size] *= 1e6;
+        let mut ensemble = Ensemble::new(&system, IntegratorChoice::Auto).unwrap();
+        let mut last = vec![Vec::new(); count];
+        let periods = 4;
+        let ends = ensemble.run(&system, &starts, periods, &mut |visit| {
+            last[visit.trajectory] = visit.state.to_vec();
+            together += 1;
+            Next::GoOn
+        });
+        assert_eq!(ends, vec![IntegrationEnd::Reached; count]);
+        let mut single = choose(&system, IntegratorChoice::Auto).unwrap();
+        assert!(single.flight(&system).is_some(), "{case}");
+        let span = (0.0, TAU / system.subharmonic() as f64);
+        for (k, start) in starts.chunks_exact(size).enumerate() {
+            let mut state = start.to_vec();
+            for _ in 0..periods {
+                single.advance(&system, span, &mut state, &mut ());
+            }
+            let bits = |list: &[f64]| list.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+            assert_eq!(bits(&state), bits(&last[k]), "{case}, trajectory {k}");
+        }
+    }
+    assert!(together > 5000, "{together}");
+}
+
+/// Systems that have to fly alone say so.
+#[test]
+fn what_does_not_fly_together() {
+    let alone: Vec<bool> = systems()
+        .iter()
+        .map(|(system, _)| {
+            let integrator = choose(system, IntegratorChoice::Auto).unwrap();
+            integrator.flight(system).is_none()
+        })
+        .collect();
+    assert_eq!(alone, [false, true, true, true]);
 }

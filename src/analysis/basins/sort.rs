@@ -5,9 +5,10 @@ use super::grid::Grid;
 use crate::analysis::Setting;
 use crate::analysis::flow::Motion;
 use crate::interrupt;
-use crate::solve::attractor::basins::{Fate, Patience, Settled, fate};
+use crate::solve::attractor::basins::{Fate, Patience, Settled, fate, trapped};
 use crate::solve::attractor::{Stop, Stroboscopic};
-use crate::solve::integrate::{self, IntegratorChoice};
+use crate::solve::ensemble::{Ensemble, Next, Visit};
+use crate::solve::integrate::{IntegrationEnd, IntegratorChoice};
 use crate::system::System;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -27,6 +28,8 @@ pub(super) enum Sorted {
 
 /// Starts of the first round and of the largest one.
 const ROUNDS: (usize, usize) = (8, 65_536);
+/// Starts that a thread takes at a time.
+const CHUNK: usize = 64;
 /// Step through the starts relative to their number: the golden ratio visits all parts of the grid early.
 const STEP: f64 = 0.618_033_988_749_894_9;
 
@@ -91,36 +94,79 @@ impl<'a> Sorting<'a> {
     /// Where some starts end, as far as it is known what there is.
     fn round(&self, starts: &[usize]) -> Vec<Fate> {
         let flag = interrupt::current();
-        let system = self.start.system;
-        let one = |integrator: &mut Option<_>, start: &usize| {
+        let chunk = |ensemble: &mut Option<Ensemble>, starts: &[usize]| {
             flag.scope(|| {
-                let mut state = self.start.state.to_vec();
-                self.grid.place(*start, &mut state);
-                let integrator: &mut Box<_> = match integrator {
-                    Some(integrator) => integrator,
+                let ensemble = match ensemble {
+                    Some(ensemble) => ensemble,
                     // The choice was made for this system before.
-                    None => match integrate::choose(system, self.start.choice()) {
-                        Ok(made) => integrator.insert(made),
-                        Err(_) => return Fate::Undecided,
+                    None => match Ensemble::new(self.start.system, self.start.choice()) {
+                        Ok(made) => ensemble.insert(made),
+                        Err(_) => return vec![Fate::Undecided; starts.len()],
                     },
                 };
-                let mut map = Stroboscopic {
-                    system,
-                    integrator: integrator.as_mut(),
-                };
-                let mut keep_going = |_: usize| !self.setting.control.is_interrupted();
-                let fate = fate(
-                    &mut map,
-                    &mut state,
-                    &self.known,
-                    self.patience,
-                    &mut keep_going,
-                );
-                self.note();
-                fate
+                self.chunk(ensemble, starts)
             })
         };
-        starts.par_iter().map_init(|| None, one).collect()
+        let chunks = starts.par_chunks(CHUNK).map_init(|| None, chunk);
+        chunks.flatten().collect()
+    }
+
+    /// The transients of several starts together, and what is left of each alone.
+    fn chunk(&self, ensemble: &mut Ensemble, starts: &[usize]) -> Vec<Fate> {
+        let system = self.start.system;
+        let (size, transient) = (self.size(), self.patience.transient);
+        let mut states = Vec::with_capacity(size * starts.len());
+        let mut fates: Vec<Option<Fate>> = Vec::with_capacity(starts.len());
+        for start in starts {
+            let mut state = self.start.state.to_vec();
+            self.grid.place(*start, &mut state);
+            fates.push(trapped(&self.known, &state).map(Fate::Known));
+            states.extend(state);
+        }
+        // What is trapped from the begin stays at home.
+        let travelling: Vec<usize> = (0..starts.len()).filter(|k| fates[*k].is_none()).collect();
+        let begins = travelling.iter().flat_map(|k| &states[k * size..][..size]);
+        let begins: Vec<f64> = begins.copied().collect();
+        let mut visit = |visit: Visit<'_>| {
+            let k = travelling[visit.trajectory];
+            if !visit.state.iter().all(|x| x.is_finite()) {
+                let stop = Stop::Failed(IntegrationEnd::Diverged, visit.period);
+                fates[k] = Some(Fate::Stopped(stop));
+            } else if self.setting.control.is_interrupted() {
+                fates[k] = Some(Fate::Stopped(Stop::Interrupted));
+            } else if visit.period < transient {
+                fates[k] = trapped(&self.known, visit.state).map(Fate::Known);
+            }
+            states[k * size..][..size].copy_from_slice(visit.state);
+            match fates[k] {
+                None => Next::GoOn,
+                Some(_) => Next::Stop,
+            }
+        };
+        let ends = ensemble.run(system, &begins, transient, &mut visit);
+        for (k, end) in travelling.iter().zip(ends) {
+            if end != IntegrationEnd::Reached {
+                fates[*k] = Some(Fate::Stopped(Stop::of(end, transient)));
+            }
+        }
+        let states = states.chunks_exact_mut(size);
+        let fates = fates.into_iter().zip(states).map(|(fate, state)| {
+            let fate = fate.unwrap_or_else(|| self.settled(ensemble, state));
+            self.note();
+            fate
+        });
+        fates.collect()
+    }
+
+    /// Where a state behind its transient ends.
+    fn settled(&self, ensemble: &mut Ensemble, state: &mut [f64]) -> Fate {
+        let mut map = Stroboscopic {
+            system: self.start.system,
+            integrator: ensemble.integrator(),
+        };
+        let mut keep_going = |_: usize| !self.setting.control.is_interrupted();
+        let from = (state, self.patience.transient);
+        fate(&mut map, from, &self.known, self.patience, &mut keep_going)
     }
 
     fn note(&self) {

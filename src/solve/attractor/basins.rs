@@ -63,19 +63,18 @@ const APART: f64 = 3.0;
 /// Largest distance between points of the same orbit, relative to the scale.
 const SAME: f64 = 1e-6;
 
-/// Follows a start until it ends somewhere. `state` ends as the last one.
+/// Follows a start until it ends somewhere, from the state after a number of periods of its transient. `state` ends as the last one.
 pub fn fate(
     map: &mut dyn Map,
-    state: &mut [f64],
+    (state, mut gone): (&mut [f64], usize),
     known: &[Settled],
     patience: Patience,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Fate {
-    let mut gone = 0;
-    let mut block = patience.transient;
+    let mut block = patience.transient - gone;
     loop {
         for _ in 0..block {
-            if let Some(k) = known.iter().position(|a| a.traps(state)) {
+            if let Some(k) = trapped(known, state) {
                 return Fate::Known(k);
             }
             gone += 1;
@@ -95,6 +94,11 @@ pub fn fate(
         // The record was looked at on a copy of the state: it is part of what follows.
         block = block.min(patience.limit - gone);
     }
+}
+
+/// Number of the known attractor in whose trap a state lies.
+pub fn trapped(known: &[Settled], state: &[f64]) -> Option<usize> {
+    known.iter().position(|a| a.traps(state))
 }
 
 /// One period; why it could not be followed.

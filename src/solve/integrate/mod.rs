@@ -2,10 +2,12 @@
 
 mod dopri5;
 mod exact;
+mod flight;
 
 pub use dopri5::{Dopri5, Dopri5Options};
 use exact::Law;
 pub use exact::{Exact, SeriesOptions};
+pub use flight::{Flight, Status};
 
 use super::closed_form::ClosedForm;
 use crate::error::SolveError;
@@ -190,6 +192,11 @@ pub trait Integrator {
 
     /// The most laborious call so far, if it took more than a thousand steps per period of the excitation.
     fn strain(&self) -> Option<Strain> {
+        None
+    }
+
+    /// Places for several trajectories that are advanced together, where there is a fast way to do that.
+    fn flight(&self, _system: &System) -> Option<Box<dyn Flight>> {
         None
     }
 

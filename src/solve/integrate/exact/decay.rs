@@ -1,5 +1,6 @@
 //! What the last terms of a series say: how far it reaches, and when it is long enough.
 
+use crate::numeric::roots::root_below;
 use crate::numeric::taylor::Polynomial;
 
 /// What the terms of a series are judged by, where the flow is not a closed form.
@@ -88,7 +89,7 @@ fn reach_at(list: &[Polynomial], count: usize, (negligible, pace): (f64, f64)) -
     // last (count - 1) theta^power = negligible size, with the power that gives the shorter step.
     let ratio = negligible * size(list, pace) / ((count - 1) as f64 * last);
     let power = if ratio < 1.0 { count - 3 } else { count - 2 };
-    pace * ratio.powf(1.0 / power as f64).min(MAX_REACH)
+    pace * root_below(ratio, 1.0 / power as f64).min(MAX_REACH)
 }
 
 /// The length for exact series, where the unit of time of the contact state is the scale.
@@ -111,12 +112,12 @@ pub fn reach_within(list: &[Polynomial], count: usize, control: Control) -> f64 
         |theta: f64| control.tolerance * control.size(list, theta) / ((count - 1) as f64 * last);
     let first = ratio(1.0);
     let power = if first < 1.0 { count - 3 } else { count - 2 };
-    let mut theta = first.powf(1.0 / power as f64).min(MAX_REACH);
+    let mut theta = root_below(first, 1.0 / power as f64).min(MAX_REACH);
     for _ in 0..ROUNDS {
         if theta >= 1.0 {
             break;
         }
-        let next = ratio(theta).powf(1.0 / (count - 3) as f64).min(theta);
+        let next = root_below(ratio(theta), 1.0 / (count - 3) as f64).min(theta);
         if next > CLOSE * theta {
             return next;
         }
@@ -144,6 +145,6 @@ const CLOSE: f64 = 0.9;
 /// Terms that measure the size of the motion.
 pub const SIZE_TERMS: usize = 5;
 /// The last terms are below this share of the motion; the first one left out is about a tenth of them, below rounding.
-const NEGLIGIBLE: f64 = 1e-15;
+pub(super) const NEGLIGIBLE: f64 = 1e-15;
 /// Longest step in units of time: the polynomials of a slow system would reach for ever.
-const MAX_REACH: f64 = 1e3;
+pub(super) const MAX_REACH: f64 = 1e3;

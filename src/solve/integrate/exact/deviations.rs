@@ -4,6 +4,7 @@ use super::acting::Acting;
 use super::decay::Control;
 use super::entries::Entry;
 use super::series::Series;
+use crate::numeric::roots::root_below;
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -133,7 +134,7 @@ impl Deviations {
             true => self.count - 3,
             false => self.count - 2,
         };
-        ratio.powf(1.0 / power as f64)
+        root_below(ratio, 1.0 / power as f64)
     }
 
     /// The transition matrix at theta.

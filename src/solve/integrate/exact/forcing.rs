@@ -119,15 +119,15 @@ struct Line {
 
 /// One order in every component.
 #[derive(Debug, Clone)]
-struct Term {
-    order: f64,
+pub struct Term {
+    pub order: f64,
     factor: Factor,
     /// The factor where the excitation turns evenly.
-    scale: f64,
-    cos: Vec<f64>,
-    sin: Vec<f64>,
+    pub scale: f64,
+    pub cos: Vec<f64>,
+    pub sin: Vec<f64>,
     /// w^k / k!, w: its frequency in the unit of time of the series.
-    powers: Polynomial,
+    pub powers: Polynomial,
 }
 
 /// A multiple of a table or rectangle, or of its slope, in one component.
@@ -272,6 +272,12 @@ impl Sources {
             && self.broken.is_empty()
             && self.lines.is_empty()
             && self.mean.iter().all(|m| *m == 0.0)
+    }
+
+    /// Means and harmonics where there is nothing else.
+    pub fn harmonics(&self) -> Option<(&[f64], &[Term])> {
+        let is_plain = self.broken.is_empty() && self.lines.is_empty();
+        is_plain.then_some((&self.mean, &self.terms))
     }
 
     /// Bounds the values and the slope of a component: for harmonics the sum of |order + 1| times the amplitudes.

@@ -5,7 +5,7 @@ use super::{Exact, Motion};
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
 use crate::solve::integrate::{
-    IntegrationEnd, Integrator, Observer, Singularity, Strain, Switch, SwitchKind,
+    Flight, IntegrationEnd, Integrator, Observer, Singularity, Strain, Switch, SwitchKind,
 };
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -116,6 +116,10 @@ impl Integrator for Exact {
 
     fn strain(&self) -> Option<Strain> {
         self.labour.hardest()
+    }
+
+    fn flight(&self, system: &System) -> Option<Box<dyn Flight>> {
+        self.clone().side_by_side(system)
     }
 
     fn advance(

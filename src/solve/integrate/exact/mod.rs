@@ -19,6 +19,7 @@ mod holding;
 mod impacts;
 mod impulse;
 mod integrator;
+mod lanes;
 mod laws;
 mod options;
 mod pace;
@@ -29,6 +30,7 @@ mod regions;
 mod resting;
 mod series;
 mod strain;
+mod tables;
 mod variation;
 
 use super::{IntegrationEnd, Observer, Segment};

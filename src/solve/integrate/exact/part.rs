@@ -1,10 +1,11 @@
 //! One part of a law: the region it is in, and what it watches there.
 
 use super::laws::{Law, LawPart, Piece};
-use super::regions::{ROUNDING, goes_away};
+use super::regions::ROUNDING;
 use super::series::Series;
 use crate::element::automaton::{Guard, MemoryRate, Region, RegionForce, Surface};
-use crate::numeric::bernstein::{Direction, first_passage, hull};
+use crate::numeric::bernstein::Direction;
+use crate::numeric::outline::{Gate, Outline};
 use crate::numeric::taylor::{Affine, COUNT, Polynomial};
 
 /// Quantity monitored by a guard.
@@ -61,7 +62,7 @@ pub struct Part {
     /// Force in the region with what the memory adds.
     remembered: Option<Piece>,
     /// Sum of the moduli of W in its row.
-    weight: f64,
+    pub weight: f64,
     /// Bound on its transmission error and the slope of it.
     error: f64,
 }
@@ -274,13 +275,11 @@ fn passage(
     direction: Direction,
     tolerance: f64,
 ) -> Option<f64> {
-    let (least, largest) = hull(polynomial);
-    let is_far = match direction {
-        Direction::Down => least > level - tolerance,
-        Direction::Up => largest < level + tolerance,
+    let outline = Outline::new(&polynomial.map(|c| [c]));
+    let gate = Gate {
+        level,
+        direction,
+        tolerance,
     };
-    if is_far || goes_away(polynomial, level, direction) {
-        return None;
-    }
-    first_passage(polynomial, level, direction, tolerance)
+    outline.passage(0, gate, || *polynomial)
 }

@@ -131,7 +131,7 @@ impl Series {
 }
 
 /// 1 / k.
-const RECIPROCAL: Polynomial = {
+pub(super) const RECIPROCAL: Polynomial = {
     let mut list = [0.0; COUNT];
     let mut k = 1;
     while k < COUNT {

@@ -4,7 +4,8 @@ use super::laws::{Law, LawPart, Piece};
 use super::part::{Exits, Part, Watched};
 use super::series::Series;
 use crate::element::automaton::{MemoryRate, RegionForce, Reset};
-use crate::numeric::bernstein::{Direction, first_passage, hull};
+use crate::numeric::bernstein::{Direction, first_passage};
+use crate::numeric::outline::{Gate, Outline};
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
 use std::cmp::Ordering;
@@ -191,12 +192,13 @@ impl Regions {
             for (c, power) in polynomial.iter_mut().zip(&self.powers) {
                 *c *= power;
             }
-            let (least, largest) = hull(&polynomial);
-            let borders = [(low, Direction::Down), (high, Direction::Up)];
-            for (level, direction) in borders {
-                if level.is_infinite() {
-                    continue;
-                }
+            let outline = Outline::new(&polynomial.map(|c| [c]));
+            let ([least], [largest]) = outline.hull();
+            let borders = [
+                (low, Direction::Down, least),
+                (high, Direction::Up, largest),
+            ];
+            for (level, direction, extreme) in borders {
                 if part.rebounds == Some(direction) {
                     if let Some(x) = return_to_level(&polynomial, direction) {
                         earliest(x, Watched::Level, direction);
@@ -204,17 +206,18 @@ impl Regions {
                     continue;
                 }
                 let tolerance = part.tolerance(level, size, tau);
-                let is_far = match direction {
-                    Direction::Down => least > level - tolerance,
-                    Direction::Up => largest < level + tolerance,
-                };
-                if is_far || goes_away(&polynomial, level, direction) {
+                // An infinite level is far.
+                if direction.sign() * (extreme - level) < tolerance {
                     continue;
                 }
-                let Some(x) = first_passage(&polynomial, level, direction, tolerance) else {
-                    continue;
+                let gate = Gate {
+                    level,
+                    direction,
+                    tolerance,
                 };
-                earliest(x, Watched::Level, direction);
+                if let Some(x) = outline.passage(0, gate, || polynomial) {
+                    earliest(x, Watched::Level, direction);
+                }
             }
         }
         first
@@ -395,16 +398,6 @@ pub(super) fn departs(polynomial: &Polynomial, tolerance: f64, direction: Direct
     let leaving = terms.map(|(k, c)| ((tolerance / c.abs()).powf(1.0 / k as f64), *c));
     let first = leaving.min_by(|a, b| a.0.total_cmp(&b.0));
     first.is_some_and(|(_, c)| c * direction.sign() > 0.0)
-}
-
-/// Whether a polynomial that starts on this side of a level keeps away from it: (p(x) - p(0)) / x has one sign.
-pub(super) fn goes_away(polynomial: &Polynomial, level: f64, direction: Direction) -> bool {
-    let slope: [f64; COUNT - 1] = std::array::from_fn(|k| polynomial[k + 1]);
-    let (least, largest) = hull(&slope);
-    match direction {
-        Direction::Up => polynomial[0] <= level && largest <= 0.0,
-        Direction::Down => polynomial[0] >= level && least >= 0.0,
-    }
 }
 
 /// theta^k, four at a time.

@@ -25,9 +25,9 @@ pub struct Series {
     /// h^2 kappa.
     pub(super) stiffness: Vec<Entry>,
     map: Vec<Entry>,
-    loads: Sources,
+    pub(super) loads: Sources,
     /// Transmission errors; `None` when W is the identity and there are none.
-    errors: Option<Sources>,
+    pub(super) errors: Option<Sources>,
     /// Excitation frequency for which the loads were prepared.
     frequency: f64,
     pub(super) load: Vec<Polynomial>,
@@ -41,7 +41,7 @@ pub struct Series {
     /// What each product kappa_ie W_ej adds: target in `coupled`, connection e, value.
     links: Vec<Entry>,
     /// -h^2 kappa offset of the current regions.
-    constant: Vec<f64>,
+    pub(super) constant: Vec<f64>,
     slope: Vec<f64>,
     /// Error of a step allowed where the force is not a constant multiple of the deformation, relative to the motion.
     pub(super) control: Control,
@@ -294,17 +294,15 @@ impl Series {
 
     fn instant(&self, system: &System, span: Span) -> Instant {
         let begin = system.moment_on(span.tau, span.middle);
-        let phase = begin.phase.rem_euclid(TAU);
+        let phase = within_turn(begin.phase);
         let inside = system.moment_on(span.middle, span.middle);
         let middle = match system.course() {
             None => phase + system.subharmonic() as f64 * (span.middle - span.tau),
             Some(_) => phase + (inside.phase - begin.phase),
         };
-        // A stretch that begins at the end of a turn, to rounding, is the first one of the next turn.
-        let turn = if middle >= TAU && phase > TAU - TURN {
-            TAU
-        } else {
-            0.0
+        let turn = match is_next_turn(phase, middle) {
+            true => TAU,
+            false => 0.0,
         };
         Instant {
             phase: phase - turn,
@@ -375,6 +373,21 @@ impl Series {
 fn second_derivative(c: &Polynomial, theta: f64) -> f64 {
     let terms = c.iter().enumerate().skip(2).rev();
     terms.fold(0.0, |sum, (k, c)| sum * theta + (k * (k - 1)) as f64 * c)
+}
+
+/// A phase in [0, 2 pi).
+#[inline]
+pub(super) fn within_turn(phase: f64) -> f64 {
+    match (0.0..TAU).contains(&phase) {
+        true => phase,
+        false => phase.rem_euclid(TAU),
+    }
+}
+
+/// Whether a stretch that begins at the end of a turn, to rounding, is the first one of the next turn.
+#[inline]
+pub(super) fn is_next_turn(begin: f64, middle: f64) -> bool {
+    middle >= TAU && begin > TAU - TURN
 }
 
 fn add(sum: &mut Polynomial, factor: f64, part: &Polynomial) {

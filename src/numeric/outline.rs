@@ -1,0 +1,260 @@
+//! What the first coefficients of polynomials say about their passages of a level on [0, 1], for several polynomials at a time.
+//!
+//! Most polynomials stay on their side of a level, or rise, or are convex or concave throughout. Twelve Bernstein coefficients with
+//! bounds on the other terms prove that, and then the values at both ends decide. Only the rest is left to [`first_passage`].
+
+use super::bernstein::{Direction, binomial, evaluate, first_passage, reciprocal};
+use super::roots::newton_from;
+
+/// Coefficients in Bernstein form.
+const HEAD: usize = 12;
+
+/// SHARE[j][k] = C(j, k) / C(HEAD - 1, k).
+static SHARE: [[f64; HEAD]; HEAD] = {
+    let (binomial, reciprocal) = (binomial(), reciprocal());
+    let mut table = [[0.0; HEAD]; HEAD];
+    let mut k = 0;
+    while k < HEAD {
+        let mut j = k;
+        while j < HEAD {
+            table[j][k] = binomial[k][j] * reciprocal[HEAD - 1][k];
+            j += 1;
+        }
+        k += 1;
+    }
+    table
+};
+
+/// Bernstein coefficients of the first terms of L polynomials, and bounds on the other terms.
+#[derive(Debug, Clone, Copy)]
+pub struct Outline<const L: usize> {
+    head: [[f64; L]; HEAD],
+    /// Values at 1.
+    end: [f64; L],
+    /// Bounds on the other terms; on their first derivative over HEAD - 1; on their second one over (HEAD - 1)(HEAD - 2).
+    rest: [[f64; L]; 3],
+}
+
+/// A level, the way in which it is passed, and how far beyond it a polynomial has to go.
+#[derive(Debug, Clone, Copy)]
+pub struct Gate {
+    /// The level.
+    pub level: f64,
+    /// Way.
+    pub direction: Direction,
+    /// Distance beyond the level; less is no passage.
+    pub tolerance: f64,
+}
+
+impl<const L: usize> Outline<L> {
+    /// Of polynomials: `coefficients[k][l]` belongs to x^k in the one with number l.
+    #[inline(always)]
+    pub fn new<const N: usize>(coefficients: &[[f64; L]; N]) -> Outline<L> {
+        let mut head = [coefficients[0]; HEAD];
+        for (j, b) in head.iter_mut().enumerate().skip(1) {
+            let mut sum = coefficients[0];
+            for k in 1..=j {
+                let share = SHARE[j][k];
+                for l in 0..L {
+                    sum[l] += share * coefficients[k][l];
+                }
+            }
+            *b = sum;
+        }
+        let (mut end, mut rest) = (head[HEAD - 1], [[0.0; L]; 3]);
+        let n = (HEAD - 1) as f64;
+        for (k, c) in coefficients.iter().enumerate().skip(HEAD) {
+            let order = k as f64;
+            let (first, second) = (order / n, order * (order - 1.0) / (n * (n - 1.0)));
+            for l in 0..L {
+                let size = c[l].abs();
+                end[l] += c[l];
+                rest[0][l] += size;
+                rest[1][l] += first * size;
+                rest[2][l] += second * size;
+            }
+        }
+        Outline { head, end, rest }
+    }
+
+    /// Lowest and highest values that the polynomials can have.
+    #[inline(always)]
+    pub fn hull(&self) -> ([f64; L], [f64; L]) {
+        let (mut low, mut high) = (self.head[0], self.head[0]);
+        for b in &self.head[1..] {
+            for l in 0..L {
+                low[l] = if b[l] < low[l] { b[l] } else { low[l] };
+                high[l] = if b[l] > high[l] { b[l] } else { high[l] };
+            }
+        }
+        for l in 0..L {
+            (low[l], high[l]) = (low[l] - self.rest[0][l], high[l] + self.rest[0][l]);
+        }
+        (low, high)
+    }
+
+    /// [`first_passage`] of polynomial l, decided by the outline where that is possible; its coefficients are made where they are needed.
+    pub fn passage<const N: usize>(
+        &self,
+        l: usize,
+        gate: Gate,
+        coefficients: impl FnOnce() -> [f64; N],
+    ) -> Option<f64> {
+        self.look(l, gate).resolve(gate, coefficients)
+    }
+
+    /// Whether polynomial l passes a gate.
+    ///
+    /// Where the polynomial rises, is convex or is concave throughout, what is at the ends decides.
+    #[inline(always)]
+    pub fn look(&self, l: usize, gate: Gate) -> Look {
+        let sign = gate.direction.sign();
+        let mut f: [f64; HEAD] = std::array::from_fn(|j| sign * (self.head[j][l] - gate.level));
+        // What starts beyond the level does so by rounding.
+        let over = if f[0] > 0.0 { f[0] } else { 0.0 };
+        f.iter_mut().for_each(|f| *f -= over);
+        let [rest, slopes, bends] = self.rest.map(|r| r[l]);
+        let mut stays = true;
+        for j in 1..HEAD {
+            stays &= (f[j] - f[0]) * SPREAD[j] + rest <= 0.0;
+        }
+        if stays {
+            return Look::Never;
+        }
+        let rise: [f64; HEAD - 1] = std::array::from_fn(|j| f[j + 1] - f[j]);
+        let (mut rises, mut is_convex, mut is_concave) = (true, true, true);
+        for rise in &rise {
+            rises &= *rise > slopes;
+        }
+        for j in 1..HEAD - 1 {
+            let bend = rise[j] - rise[j - 1];
+            is_convex &= bend > bends;
+            is_concave &= bend < -bends;
+        }
+        let end = sign * (self.end[l] - gate.level) - over;
+        let passes = end > gate.tolerance;
+        match (rises || is_convex, is_concave) {
+            (true, _) if !passes => return Look::Never,
+            (true, _) => {}
+            (false, true) if passes => {}
+            _ => return Look::Unclear,
+        }
+        let beyond = |j: &usize| f[*j] > gate.tolerance;
+        let at = (1..HEAD).find(beyond).unwrap_or(HEAD - 1);
+        let (below, above) = (f[at - 1] - gate.tolerance, f[at] - gate.tolerance);
+        let guess = (at as f64 - above / (above - below)) / (HEAD - 1) as f64;
+        Look::Once {
+            guess: guess.clamp(0.0, 1.0),
+            start: f[0],
+        }
+    }
+}
+
+/// What an outline says about a passage.
+#[derive(Debug, Clone, Copy)]
+pub enum Look {
+    /// There is none.
+    Never,
+    /// There is exactly one.
+    Once {
+        /// About where.
+        guess: f64,
+        /// Distance beyond the level, in the direction of the gate, with which the polynomial starts; at most 0.
+        start: f64,
+    },
+    /// The polynomial has to be looked at as a whole.
+    Unclear,
+}
+
+impl Look {
+    /// The abscissa of the passage, from the coefficients of the polynomial.
+    pub fn resolve<const N: usize>(
+        self,
+        gate: Gate,
+        coefficients: impl FnOnce() -> [f64; N],
+    ) -> Option<f64> {
+        match self {
+            Look::Never => None,
+            Look::Once { guess, start } => {
+                let sign = gate.direction.sign();
+                let mut beyond = coefficients().map(|c| sign * c);
+                beyond[0] = start;
+                let value = |x: f64| evaluate(&beyond, x);
+                Some(newton_from(value, guess, (0.0, -1.0), 1.0))
+            }
+            Look::Unclear => {
+                let (level, direction) = (gate.level, gate.direction);
+                first_passage(&coefficients(), level, direction, gate.tolerance)
+            }
+        }
+    }
+}
+
+/// (HEAD - 1) / j.
+const SPREAD: [f64; HEAD] = {
+    let mut list = [0.0; HEAD];
+    let mut j = 1;
+    while j < HEAD {
+        list[j] = (HEAD - 1) as f64 / j as f64;
+        j += 1;
+    }
+    list
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Motions as steps have them: terms that fall like those of an exponential, and starts on the level and away from it.
+    #[test]
+    fn passages_are_those_of_the_whole_polynomial() {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut draw = || random.random_range(-1.0..1.0);
+        let mut decided = [0; 3];
+        for case in 0..20_000 {
+            let theta: f64 = 3.0 + 2.9 * draw();
+            let mut power = 1.0;
+            let mut c = [0.0; 24];
+            for (k, c) in c.iter_mut().enumerate() {
+                *c = draw() * power;
+                power *= theta / (k + 1) as f64;
+            }
+            let direction = [Direction::Up, Direction::Down][case % 2];
+            let level = match case % 3 {
+                0 => c[0],
+                _ => c[0] + direction.sign() * draw().abs(),
+            };
+            let gate = Gate {
+                level,
+                direction,
+                tolerance: 1e-13,
+            };
+            let outline = Outline::new(&c.map(|c| [c]));
+            let (low, high) = outline.hull();
+            let wanted = first_passage(&c, level, direction, 1e-13);
+            let found = outline.passage(0, gate, || c);
+            let apart = match (found, wanted) {
+                (None, None) => 0.0,
+                (Some(a), Some(b)) => evaluate(&c, a).0 - evaluate(&c, b).0,
+                _ => f64::INFINITY,
+            };
+            assert!(
+                apart.abs() < 1e-12,
+                "{case}: {found:?}, not {wanted:?}: {c:?}"
+            );
+            decided[match outline.look(0, gate) {
+                Look::Never => 0,
+                Look::Once { .. } => 1,
+                Look::Unclear => 2,
+            }] += 1;
+            for x in [0.0, 0.3, 0.7, 1.0] {
+                let value = evaluate(&c, x).0;
+                let rounding = 1e-14 * (high[0] - low[0]);
+                assert!(value >= low[0] - rounding && value <= high[0] + rounding);
+            }
+        }
+        assert!(decided.iter().all(|n| *n > 1000), "{decided:?}");
+    }
+}

@@ -1,0 +1,525 @@
+//! Several trajectories in closed form: a step of each in every operation.
+//!
+//! The steps are those of [`Exact`](super::Exact) without a transition matrix, operation by operation, so that every trajectory is the same to the bit. Numbers
+//! of different trajectories stand side by side, and the processor works on as many at a time as it has room for. Roots of
+//! different trajectories are polished together as well; what is left (regions, passages that an outline does not decide) is
+//! done one after the other.
+
+use super::decay::{MAX_REACH, NEGLIGIBLE, SIZE_TERMS};
+use super::recursion::RECIPROCAL;
+use super::regions::ROUNDING;
+use super::series::{is_next_turn, within_turn};
+use crate::numeric::bernstein::{Direction, evaluate_each};
+use crate::numeric::outline::{Gate, Look, Outline};
+use crate::numeric::roots::{Newton, root_below};
+use crate::numeric::taylor::{COUNT, Polynomial};
+use crate::solve::integrate::{Flight, Status};
+use pulp::{Arch, NullaryFnOnce};
+use std::f64::consts::TAU;
+
+/// Trajectories side by side.
+const LANES: usize = 8;
+/// A number of each of them.
+type Each = [f64; LANES];
+
+/// What the trajectories have in common: a system of N coordinates, each of which is the deformation of a connection.
+#[derive(Debug, Clone)]
+pub struct Tables<const N: usize> {
+    /// Unit of time of the series in omega_c t, and in phases of the response.
+    pub unit: f64,
+    pub per_theta: f64,
+    /// A period of the excitation in phases of the response, and the phase of the excitation over that of the response.
+    pub period: f64,
+    pub turns: f64,
+    /// h Gam.
+    pub damping: [[f64; N]; N],
+    pub mean: [f64; N],
+    pub orders: Vec<Order<N>>,
+    pub lines: Vec<Line>,
+    /// By the regions of all connections.
+    pub variants: Vec<Variant<N>>,
+}
+
+/// A harmonic of the loads.
+#[derive(Debug, Clone)]
+pub struct Order<const N: usize> {
+    pub order: f64,
+    pub scale: f64,
+    pub cos: [f64; N],
+    pub sin: [f64; N],
+    /// w^k / k!.
+    pub powers: Polynomial,
+}
+
+/// A connection with regions between breakpoints.
+#[derive(Debug, Clone)]
+pub struct Line {
+    pub connection: usize,
+    /// Sum of the moduli of W in its row.
+    pub weight: f64,
+    pub breakpoints: Vec<f64>,
+    /// What its region counts in the number of a variant.
+    pub stride: usize,
+}
+
+/// The equation with every connection in a region.
+#[derive(Debug, Clone)]
+pub struct Variant<const N: usize> {
+    /// h^2 kappa diag(slope) W.
+    pub coupled: [[f64; N]; N],
+    /// -h^2 kappa offset.
+    pub constant: [f64; N],
+    /// Unit of time that suits it, in units of the series.
+    pub pace: f64,
+}
+
+/// The trajectories.
+#[derive(Debug, Clone)]
+pub struct Lanes<const N: usize> {
+    tables: Tables<N>,
+    tau: Each,
+    q: [Each; N],
+    v: [Each; N],
+    coupled: [[Each; N]; N],
+    constant: [Each; N],
+    pace: Each,
+    /// Region of every connection and its borders.
+    region: Vec<[usize; LANES]>,
+    low: Vec<Each>,
+    high: Vec<Each>,
+    /// Steps since the begin of the period.
+    steps: [usize; LANES],
+    load: [[Each; COUNT]; N],
+    motion: [[Each; COUNT]; N],
+    powers: [Each; COUNT],
+    scaled: [Each; COUNT],
+}
+
+/// Steps in a period beyond which it is left to the integrator.
+const MOST_STEPS: usize = 5_000;
+
+/// The first crossing of a trajectory on a step.
+#[derive(Clone, Copy)]
+struct Crossing {
+    theta: f64,
+    line: usize,
+    direction: Direction,
+}
+
+/// A passage whose root is sought.
+#[derive(Clone, Copy)]
+struct Pending {
+    newton: Newton,
+    direction: Direction,
+    /// First coefficient, without the level.
+    start: f64,
+}
+
+impl<const N: usize> Flight for Lanes<N> {
+    fn places(&self) -> usize {
+        LANES
+    }
+
+    fn start(&mut self, lane: usize, state: &[f64]) -> bool {
+        let (q, v) = state.split_at(N);
+        let rates = v.iter().map(|v| v.abs() * self.tables.unit);
+        let size = q.iter().map(|q| q.abs()).chain(rates).fold(0.0, f64::max);
+        for i in 0..N {
+            (self.q[i][lane], self.v[i][lane]) = (q[i], v[i]);
+        }
+        (self.tau[lane], self.steps[lane]) = (0.0, 0);
+        let mut stands = false;
+        for (line, region) in self.tables.lines.iter().zip(&mut self.region) {
+            let x = q[line.connection];
+            region[lane] = 0;
+            for level in &line.breakpoints {
+                let tolerance = line.tolerance(*level, size);
+                region[lane] += usize::from(x - level > tolerance);
+                stands |= (x - level).abs() <= tolerance;
+            }
+        }
+        self.enter(lane);
+        !stands
+    }
+
+    fn step(&mut self, status: &mut [Status]) {
+        // Whatever instructions the processor has: products and sums are the same.
+        Arch::new().dispatch(Step {
+            lanes: self,
+            status,
+        });
+    }
+
+    fn state(&self, lane: usize, out: &mut [f64]) {
+        for i in 0..N {
+            (out[i], out[N + i]) = (self.q[i][lane], self.v[i][lane]);
+        }
+    }
+}
+
+/// A step as the processor takes it.
+struct Step<'a, const N: usize> {
+    lanes: &'a mut Lanes<N>,
+    status: &'a mut [Status],
+}
+
+impl<const N: usize> NullaryFnOnce for Step<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.lanes.advance(self.status);
+    }
+}
+
+impl<const N: usize> Lanes<N> {
+    /// Empty places.
+    pub fn new(tables: Tables<N>) -> Lanes<N> {
+        let zero = [0.0; LANES];
+        let count = tables.lines.len();
+        let mut lanes = Lanes {
+            tables,
+            tau: zero,
+            q: [zero; N],
+            v: [zero; N],
+            coupled: [[zero; N]; N],
+            constant: [zero; N],
+            pace: zero,
+            region: vec![[0; LANES]; count],
+            low: vec![zero; count],
+            high: vec![zero; count],
+            steps: [0; LANES],
+            load: [[zero; COUNT]; N],
+            motion: [[zero; COUNT]; N],
+            powers: [zero; COUNT],
+            scaled: [zero; COUNT],
+        };
+        (0..LANES).for_each(|lane| lanes.enter(lane));
+        lanes
+    }
+
+    /// Takes over the equation for the regions of a lane.
+    fn enter(&mut self, lane: usize) {
+        let mut number = 0;
+        for (k, line) in self.tables.lines.iter().enumerate() {
+            let region = self.region[k][lane];
+            number += line.stride * region;
+            let below = region.checked_sub(1).map(|r| line.breakpoints[r]);
+            let above = line.breakpoints.get(region).copied();
+            self.low[k][lane] = below.unwrap_or(f64::NEG_INFINITY);
+            self.high[k][lane] = above.unwrap_or(f64::INFINITY);
+        }
+        let variant = &self.tables.variants[number];
+        for i in 0..N {
+            for j in 0..N {
+                self.coupled[i][j][lane] = variant.coupled[i][j];
+            }
+            self.constant[i][lane] = variant.constant[i];
+        }
+        self.pace[lane] = variant.pace;
+    }
+
+    /// A step of every lane.
+    #[inline(always)]
+    fn advance(&mut self, status: &mut [Status]) {
+        self.expand_loads();
+        self.recur();
+        let (step, whole) = self.lengths();
+        let crossings = self.crossings(&step);
+        let mut theta = step;
+        for l in 0..LANES {
+            theta[l] = crossings[l].map_or(theta[l], |c| c.theta);
+        }
+        for i in 0..N {
+            let slope;
+            (self.q[i], slope) = evaluate_each(&self.motion[i], &theta);
+            self.v[i] = slope.map(|s| s / self.tables.unit);
+        }
+        for (l, status) in status.iter_mut().enumerate() {
+            *status = self.close(l, theta[l], crossings[l], whole[l]);
+        }
+    }
+
+    /// What follows a step of a lane.
+    #[inline(always)]
+    fn close(&mut self, l: usize, theta: f64, crossing: Option<Crossing>, whole: bool) -> Status {
+        let (tau, end) = (self.tau[l], self.tables.period);
+        let next = match crossing {
+            None if whole => end,
+            _ => (tau + theta * self.tables.per_theta).min(end),
+        };
+        let mut is_finite = true;
+        for i in 0..N {
+            is_finite &= self.q[i][l].abs() <= f64::MAX && self.v[i][l].abs() <= f64::MAX;
+        }
+        self.steps[l] += 1;
+        if !is_finite || (crossing.is_none() && next <= tau) || self.steps[l] > MOST_STEPS {
+            return Status::Lost;
+        }
+        self.tau[l] = next;
+        if let Some(c) = crossing {
+            let region = &mut self.region[c.line][l];
+            *region = match c.direction {
+                Direction::Up => *region + 1,
+                Direction::Down => *region - 1,
+            };
+            self.enter(l);
+        }
+        match next >= end {
+            true => Status::Arrived,
+            false => Status::Flying,
+        }
+    }
+
+    /// Taylor coefficients of the loads, with what the regions add.
+    #[inline(always)]
+    fn expand_loads(&mut self) {
+        let Tables { period, turns, .. } = self.tables;
+        let phase = self.tau.map(|tau| {
+            let phase = within_turn(turns * tau);
+            let middle = phase + turns * (0.5 * (tau + period) - tau);
+            match is_next_turn(phase, middle) {
+                true => phase - TAU,
+                false => phase,
+            }
+        });
+        for (load, mean) in self.load.iter_mut().zip(self.tables.mean) {
+            *load = [[0.0; LANES]; COUNT];
+            load[0] = [mean; LANES];
+        }
+        for term in &self.tables.orders {
+            let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
+            for l in 0..LANES {
+                let (s, c) = (term.order * phase[l]).sin_cos();
+                (sin[l], cos[l]) = (term.scale * s, term.scale * c);
+            }
+            for (i, load) in self.load.iter_mut().enumerate() {
+                let (a, b) = (term.cos[i], term.sin[i]);
+                if a == 0.0 && b == 0.0 {
+                    continue;
+                }
+                let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
+                for l in 0..LANES {
+                    even[l] = a * cos[l] + b * sin[l];
+                    odd[l] = b * cos[l] - a * sin[l];
+                }
+                let pattern = [even, odd, even.map(|x| -x), odd.map(|x| -x)];
+                for (k, out) in load.iter_mut().enumerate() {
+                    let (power, wave) = (term.powers[k], &pattern[k % 4]);
+                    for l in 0..LANES {
+                        out[l] += wave[l] * power;
+                    }
+                }
+            }
+        }
+        for (load, constant) in self.load.iter_mut().zip(&self.constant) {
+            for l in 0..LANES {
+                load[0][l] += constant[l];
+            }
+        }
+    }
+
+    /// Coefficients of the motion.
+    #[inline(always)]
+    fn recur(&mut self) {
+        let unit = self.tables.unit;
+        let (mut now, mut rate) = (self.q, self.v.map(|v| v.map(|v| v * unit)));
+        for i in 0..N {
+            (self.motion[i][0], self.motion[i][1]) = (now[i], rate[i]);
+        }
+        for k in 0..COUNT - 2 {
+            let mut next = [[0.0; LANES]; N];
+            for i in 0..N {
+                let mut sum = self.load[i][k];
+                for j in 0..N {
+                    for l in 0..LANES {
+                        sum[l] -= self.coupled[i][j][l] * now[j][l];
+                    }
+                }
+                sum = sum.map(|s| s * RECIPROCAL[k + 1]);
+                for j in 0..N {
+                    let damping = self.tables.damping[i][j] * RECIPROCAL[k + 1];
+                    for l in 0..LANES {
+                        sum[l] -= damping * rate[j][l];
+                    }
+                }
+                next[i] = sum;
+                self.motion[i][k + 2] = sum.map(|s| s * RECIPROCAL[k + 2]);
+            }
+            for i in 0..N {
+                now[i] = self.motion[i][k + 1];
+            }
+            rate = next;
+        }
+    }
+
+    /// Length of every step, and whether it reaches the end of the period.
+    #[inline(always)]
+    fn lengths(&self) -> (Each, [bool; LANES]) {
+        let (mut last, mut size) = ([0.0; LANES], [f64::MIN_POSITIVE; LANES]);
+        for motion in &self.motion {
+            let mut power = [1.0; LANES];
+            for c in &motion[..SIZE_TERMS] {
+                for l in 0..LANES {
+                    size[l] = larger(size[l], power[l] * c[l].abs());
+                    power[l] *= self.pace[l];
+                }
+            }
+            for l in 0..LANES {
+                let (a, b) = (motion[COUNT - 2][l].abs(), motion[COUNT - 1][l].abs());
+                last[l] = larger(last[l], larger(a, self.pace[l] * b));
+            }
+        }
+        let (mut step, mut whole) = ([0.0; LANES], [true; LANES]);
+        for l in 0..LANES {
+            let pace = self.pace[l];
+            let power = match pace == 1.0 {
+                true => 1.0,
+                false => pace.powi(COUNT as i32 - 2),
+            };
+            let ratio = NEGLIGIBLE * size[l] / ((COUNT - 1) as f64 * (power * last[l]));
+            let degree = if ratio < 1.0 { COUNT - 3 } else { COUNT - 2 };
+            let reach = pace * root_below(ratio, 1.0 / degree as f64).min(MAX_REACH);
+            let remaining = (self.tables.period - self.tau[l]) / self.tables.per_theta;
+            whole[l] = remaining <= reach * (1.0 + 1e-12);
+            step[l] = if whole[l] { remaining } else { reach };
+        }
+        (step, whole)
+    }
+
+    /// The first crossing of every lane.
+    #[inline(always)]
+    fn crossings(&mut self, step: &Each) -> [Option<Crossing>; LANES] {
+        fill(&mut self.powers, step);
+        let mut size = [0.0; LANES];
+        for motion in &self.motion {
+            for l in 0..LANES {
+                size[l] = larger(size[l], larger(motion[0][l].abs(), motion[1][l].abs()));
+            }
+        }
+        let mut first = [None; LANES];
+        for (number, line) in self.tables.lines.iter().enumerate() {
+            let motion = &self.motion[line.connection];
+            for (k, out) in self.scaled.iter_mut().enumerate() {
+                for l in 0..LANES {
+                    out[l] = motion[k][l] * self.powers[k][l];
+                }
+            }
+            let outline = Outline::new(&self.scaled);
+            let (least, largest) = outline.hull();
+            let mut pending = [None::<Pending>; LANES];
+            for l in 0..LANES {
+                let borders = [
+                    (self.low[number][l], Direction::Down, least[l]),
+                    (self.high[number][l], Direction::Up, largest[l]),
+                ];
+                for (level, direction, extreme) in borders {
+                    let tolerance = line.tolerance(level, size[l]);
+                    // An infinite level is far.
+                    if direction.sign() * (extreme - level) < tolerance {
+                        continue;
+                    }
+                    let gate = Gate {
+                        level,
+                        direction,
+                        tolerance,
+                    };
+                    let look = outline.look(l, gate);
+                    match look {
+                        Look::Never => {}
+                        Look::Once { guess, start } if pending[l].is_none() => {
+                            pending[l] = Some(Pending {
+                                newton: Newton::new(guess, (0.0, -1.0), 1.0),
+                                direction,
+                                start: direction.sign() * start,
+                            });
+                        }
+                        Look::Once { .. } | Look::Unclear => {
+                            let polynomial = self.scaled.map(|c| c[l]);
+                            let x = look.resolve(gate, || polynomial);
+                            if let Some(x) = x {
+                                note(&mut first[l], x * step[l], number, direction);
+                            }
+                        }
+                    }
+                }
+            }
+            settle(&mut pending, &mut self.scaled);
+            for l in 0..LANES {
+                if let Some(p) = &pending[l] {
+                    note(&mut first[l], p.newton.x * step[l], number, p.direction);
+                }
+            }
+        }
+        first
+    }
+}
+
+impl Line {
+    /// Distance from a level that rounding bridges.
+    #[inline(always)]
+    fn tolerance(&self, level: f64, size: f64) -> f64 {
+        ROUNDING * (level.abs() + self.weight * size)
+    }
+}
+
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// Newton's method for all lanes at once.
+#[inline(always)]
+fn settle(pending: &mut [Option<Pending>; LANES], scaled: &mut [Each; COUNT]) {
+    let (mut x, mut sought, mut count) = ([0.5; LANES], [false; LANES], 0);
+    for l in 0..LANES {
+        if let Some(p) = &pending[l] {
+            scaled[0][l] = p.start;
+            (x[l], sought[l]) = (p.newton.x, true);
+            count += 1;
+        }
+    }
+    while count > 0 {
+        let (value, slope) = evaluate_each(scaled, &x);
+        for l in 0..LANES {
+            let Some(p) = pending[l].as_mut().filter(|_| sought[l]) else {
+                continue;
+            };
+            let sign = p.direction.sign();
+            if p.newton.is_over((sign * value[l], sign * slope[l])) {
+                sought[l] = false;
+                count -= 1;
+            }
+            x[l] = p.newton.x;
+        }
+    }
+}
+
+/// Keeps the earlier crossing.
+#[inline(always)]
+fn note(first: &mut Option<Crossing>, theta: f64, line: usize, direction: Direction) {
+    if first.is_none_or(|f| theta < f.theta) {
+        *first = Some(Crossing {
+            theta,
+            line,
+            direction,
+        });
+    }
+}
+
+/// theta^k of every lane.
+#[inline(always)]
+fn fill(powers: &mut [Each; COUNT], theta: &Each) {
+    powers[0] = [1.0; LANES];
+    powers[1] = *theta;
+    powers[2] = theta.map(|t| t * t);
+    for l in 0..LANES {
+        powers[3][l] = powers[2][l] * theta[l];
+    }
+    let factor = powers[2].map(|p| p * p);
+    for k in 4..COUNT {
+        for l in 0..LANES {
+            powers[k][l] = powers[k - 4][l] * factor[l];
+        }
+    }
+}

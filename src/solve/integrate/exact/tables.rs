@@ -1,0 +1,95 @@
+//! What trajectories side by side need of the flow.
+
+use super::Exact;
+use super::entries::dense;
+use super::lanes::{Lanes, Line, Order, Tables, Variant};
+use crate::solve::integrate::Flight;
+use crate::system::System;
+use std::f64::consts::TAU;
+
+/// Combinations of regions at most.
+const MOST_VARIANTS: usize = 4096;
+
+impl Exact {
+    /// Places for several trajectories: for up to four coordinates that are deformations of broken-line laws, without transmission
+    /// errors, memory, impacts or corners of the excitation.
+    pub(super) fn side_by_side(mut self, system: &System) -> Option<Box<dyn Flight>> {
+        let is_plain = self.name == "exact"
+            && system.course().is_none()
+            && self.series.errors.is_none()
+            && self.kinks.is_empty()
+            && !self.regions.has_automata();
+        if !is_plain {
+            return None;
+        }
+        self.prepare(system);
+        Some(match system.dof() {
+            1 => Box::new(Lanes::new(self.tables::<1>(system)?)),
+            2 => Box::new(Lanes::new(self.tables::<2>(system)?)),
+            3 => Box::new(Lanes::new(self.tables::<3>(system)?)),
+            4 => Box::new(Lanes::new(self.tables::<4>(system)?)),
+            _ => return None,
+        })
+    }
+
+    fn tables<const N: usize>(&mut self, system: &System) -> Option<Tables<N>> {
+        let (mut lines, mut count) = (Vec::new(), 1_usize);
+        for part in self.regions.parts() {
+            lines.push(Line {
+                connection: part.connection,
+                weight: part.weight,
+                breakpoints: part.law.breakpoints.clone(),
+                stride: count,
+            });
+            count = count.saturating_mul(part.law.pieces.len());
+        }
+        if count > MOST_VARIANTS {
+            return None;
+        }
+        let variants: Option<Vec<Variant<N>>> = (0..count)
+            .map(|number| self.variant(system, &lines, number))
+            .collect();
+        let variants = variants?;
+        let (mean, terms) = self.series.loads.harmonics()?;
+        let unit = self.series.unit;
+        let orders = terms.iter().map(|term| {
+            Some(Order {
+                order: term.order,
+                scale: term.scale,
+                cos: *term.cos.first_chunk()?,
+                sin: *term.sin.first_chunk()?,
+                powers: term.powers,
+            })
+        });
+        Some(Tables {
+            unit,
+            per_theta: system.omega() * unit,
+            period: TAU / system.subharmonic() as f64,
+            turns: system.subharmonic() as f64,
+            damping: dense(&self.series.damping),
+            mean: *mean.first_chunk()?,
+            orders: orders.collect::<Option<_>>()?,
+            lines,
+            variants,
+        })
+    }
+
+    /// The equation with the regions that a number stands for.
+    fn variant<const N: usize>(
+        &mut self,
+        system: &System,
+        lines: &[Line],
+        number: usize,
+    ) -> Option<Variant<N>> {
+        for (part, line) in lines.iter().enumerate() {
+            let region = number / line.stride % (line.breakpoints.len() + 1);
+            self.regions.enter(part, region);
+        }
+        self.stiffen(system, 0.0).ok()?;
+        Some(Variant {
+            coupled: dense(&self.series.coupled),
+            constant: *self.series.constant.first_chunk()?,
+            pace: self.series.pace(),
+        })
+    }
+}
