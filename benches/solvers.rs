@@ -1,5 +1,5 @@
 //! P1 (residual, branch with stability and events), P3 (exact flow), P13 (series flow), P4 (Newton step against length), P5 (analyses of trains in SI
-//! units against the same equations as `reduced`) and figure 9 inside one process: `cargo bench`.
+//! units against the same equations as `reduced`), P8 (ensembles) and figure 9 inside one process: `cargo bench`.
 //!
 //! Whole processes: `/usr/bin/time -v target/release/gearlash run benches/problems/P1.yaml --jobs 1 --quiet`.
 
@@ -7,6 +7,7 @@ use divan::Bencher;
 use gearlash::element::{Backlash, Linear};
 use gearlash::numeric::factors::Factors;
 use gearlash::numeric::periodic::{Harmonic, Periodic};
+use gearlash::solve::ensemble::{Ensemble, Next};
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::integrate::{IntegratorChoice, choose};
@@ -167,6 +168,24 @@ fn p13_thousand_periods(bencher: Bencher, law: &str) {
     bencher.bench_local(|| {
         for _ in 0..1000 {
             integrator.advance(&system, (0.0, TAU), &mut state, &mut ());
+        }
+    });
+}
+
+/// P8: 256 starts of P3, a hundred periods each, together and one at a time.
+#[divan::bench(args = ["together", "alone"], sample_count = 5)]
+fn p8_ensemble(bencher: Bencher, order: &str) {
+    let mut system = load("P3.yaml").assembly.system;
+    system.set_excitation_frequency(1.2);
+    let share = |k: usize| ((k + 1) as f64 * 0.618_033_988_749_895).fract();
+    let starts: Vec<f64> = (0..4 * 256).map(|k| 6.0 * share(k) - 3.0).collect();
+    // Fewer than three starts in a call follow one after the other.
+    let length = if order == "together" { starts.len() } else { 4 };
+    let ensemble = Ensemble::new(&system, IntegratorChoice::Exact);
+    let mut ensemble = ensemble.expect("P3 is piecewise affine");
+    bencher.bench_local(|| {
+        for starts in starts.chunks(length) {
+            ensemble.run(&system, starts, 100, &mut |_| Next::GoOn);
         }
     });
 }

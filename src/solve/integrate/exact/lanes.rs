@@ -329,25 +329,25 @@ impl<const N: usize> Lanes<N> {
         }
         for k in 0..COUNT - 2 {
             let mut next = [[0.0; LANES]; N];
-            for i in 0..N {
+            for (i, next) in next.iter_mut().enumerate() {
                 let mut sum = self.load[i][k];
-                for j in 0..N {
+                for (stiffness, now) in self.coupled[i].iter().zip(&now) {
                     for l in 0..LANES {
-                        sum[l] -= self.coupled[i][j][l] * now[j][l];
+                        sum[l] -= stiffness[l] * now[l];
                     }
                 }
                 sum = sum.map(|s| s * RECIPROCAL[k + 1]);
-                for j in 0..N {
-                    let damping = self.tables.damping[i][j] * RECIPROCAL[k + 1];
+                for (damping, rate) in self.tables.damping[i].iter().zip(&rate) {
+                    let damping = damping * RECIPROCAL[k + 1];
                     for l in 0..LANES {
-                        sum[l] -= damping * rate[j][l];
+                        sum[l] -= damping * rate[l];
                     }
                 }
-                next[i] = sum;
+                *next = sum;
                 self.motion[i][k + 2] = sum.map(|s| s * RECIPROCAL[k + 2]);
             }
-            for i in 0..N {
-                now[i] = self.motion[i][k + 1];
+            for (now, motion) in now.iter_mut().zip(&self.motion) {
+                *now = motion[k + 1];
             }
             rate = next;
         }
