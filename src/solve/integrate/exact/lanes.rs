@@ -5,15 +5,17 @@
 //! different trajectories are polished together as well; what is left (regions, passages that an outline does not decide) is
 //! done one after the other.
 
+mod crossings;
+
 use super::decay::{MAX_REACH, NEGLIGIBLE, SIZE_TERMS};
 use super::recursion::RECIPROCAL;
-use super::regions::ROUNDING;
 use super::series::{is_next_turn, within_turn};
+use super::tables::Tables;
 use crate::numeric::bernstein::{Direction, evaluate_each};
-use crate::numeric::outline::{Gate, Look, Outline};
-use crate::numeric::roots::{Newton, root_below};
-use crate::numeric::taylor::{COUNT, Polynomial};
+use crate::numeric::roots::root_below;
+use crate::numeric::taylor::COUNT;
 use crate::solve::integrate::{Flight, Status};
+use crossings::Crossing;
 use pulp::{Arch, NullaryFnOnce};
 use std::f64::consts::TAU;
 
@@ -21,57 +23,6 @@ use std::f64::consts::TAU;
 const LANES: usize = 8;
 /// A number of each of them.
 type Each = [f64; LANES];
-
-/// What the trajectories have in common: a system of N coordinates, each of which is the deformation of a connection.
-#[derive(Debug, Clone)]
-pub struct Tables<const N: usize> {
-    /// Unit of time of the series in omega_c t, and in phases of the response.
-    pub unit: f64,
-    pub per_theta: f64,
-    /// A period of the excitation in phases of the response, and the phase of the excitation over that of the response.
-    pub period: f64,
-    pub turns: f64,
-    /// h Gam.
-    pub damping: [[f64; N]; N],
-    pub mean: [f64; N],
-    pub orders: Vec<Order<N>>,
-    pub lines: Vec<Line>,
-    /// By the regions of all connections.
-    pub variants: Vec<Variant<N>>,
-}
-
-/// A harmonic of the loads.
-#[derive(Debug, Clone)]
-pub struct Order<const N: usize> {
-    pub order: f64,
-    pub scale: f64,
-    pub cos: [f64; N],
-    pub sin: [f64; N],
-    /// w^k / k!.
-    pub powers: Polynomial,
-}
-
-/// A connection with regions between breakpoints.
-#[derive(Debug, Clone)]
-pub struct Line {
-    pub connection: usize,
-    /// Sum of the moduli of W in its row.
-    pub weight: f64,
-    pub breakpoints: Vec<f64>,
-    /// What its region counts in the number of a variant.
-    pub stride: usize,
-}
-
-/// The equation with every connection in a region.
-#[derive(Debug, Clone)]
-pub struct Variant<const N: usize> {
-    /// h^2 kappa diag(slope) W.
-    pub coupled: [[f64; N]; N],
-    /// -h^2 kappa offset.
-    pub constant: [f64; N],
-    /// Unit of time that suits it, in units of the series.
-    pub pace: f64,
-}
 
 /// The trajectories.
 #[derive(Debug, Clone)]
@@ -97,23 +48,6 @@ pub struct Lanes<const N: usize> {
 
 /// Steps in a period beyond which it is left to the integrator.
 const MOST_STEPS: usize = 5_000;
-
-/// The first crossing of a trajectory on a step.
-#[derive(Clone, Copy)]
-struct Crossing {
-    theta: f64,
-    line: usize,
-    direction: Direction,
-}
-
-/// A passage whose root is sought.
-#[derive(Clone, Copy)]
-struct Pending {
-    newton: Newton,
-    direction: Direction,
-    /// First coefficient, without the level.
-    start: f64,
-}
 
 impl<const N: usize> Flight for Lanes<N> {
     fn places(&self) -> usize {
@@ -386,140 +320,9 @@ impl<const N: usize> Lanes<N> {
         }
         (step, whole)
     }
-
-    /// The first crossing of every lane.
-    #[inline(always)]
-    fn crossings(&mut self, step: &Each) -> [Option<Crossing>; LANES] {
-        fill(&mut self.powers, step);
-        let mut size = [0.0; LANES];
-        for motion in &self.motion {
-            for l in 0..LANES {
-                size[l] = larger(size[l], larger(motion[0][l].abs(), motion[1][l].abs()));
-            }
-        }
-        let mut first = [None; LANES];
-        for (number, line) in self.tables.lines.iter().enumerate() {
-            let motion = &self.motion[line.connection];
-            for (k, out) in self.scaled.iter_mut().enumerate() {
-                for l in 0..LANES {
-                    out[l] = motion[k][l] * self.powers[k][l];
-                }
-            }
-            let outline = Outline::new(&self.scaled);
-            let (least, largest) = outline.hull();
-            let mut pending = [None::<Pending>; LANES];
-            for l in 0..LANES {
-                let borders = [
-                    (self.low[number][l], Direction::Down, least[l]),
-                    (self.high[number][l], Direction::Up, largest[l]),
-                ];
-                for (level, direction, extreme) in borders {
-                    let tolerance = line.tolerance(level, size[l]);
-                    // An infinite level is far.
-                    if direction.sign() * (extreme - level) < tolerance {
-                        continue;
-                    }
-                    let gate = Gate {
-                        level,
-                        direction,
-                        tolerance,
-                    };
-                    let look = outline.look(l, gate);
-                    match look {
-                        Look::Never => {}
-                        Look::Once { guess, start } if pending[l].is_none() => {
-                            pending[l] = Some(Pending {
-                                newton: Newton::new(guess, (0.0, -1.0), 1.0),
-                                direction,
-                                start: direction.sign() * start,
-                            });
-                        }
-                        Look::Once { .. } | Look::Unclear => {
-                            let polynomial = self.scaled.map(|c| c[l]);
-                            let x = look.resolve(gate, || polynomial);
-                            if let Some(x) = x {
-                                note(&mut first[l], x * step[l], number, direction);
-                            }
-                        }
-                    }
-                }
-            }
-            settle(&mut pending, &mut self.scaled);
-            for l in 0..LANES {
-                if let Some(p) = &pending[l] {
-                    note(&mut first[l], p.newton.x * step[l], number, p.direction);
-                }
-            }
-        }
-        first
-    }
-}
-
-impl Line {
-    /// Distance from a level that rounding bridges.
-    #[inline(always)]
-    fn tolerance(&self, level: f64, size: f64) -> f64 {
-        ROUNDING * (level.abs() + self.weight * size)
-    }
 }
 
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
-}
-
-/// Newton's method for all lanes at once.
-#[inline(always)]
-fn settle(pending: &mut [Option<Pending>; LANES], scaled: &mut [Each; COUNT]) {
-    let (mut x, mut sought, mut count) = ([0.5; LANES], [false; LANES], 0);
-    for l in 0..LANES {
-        if let Some(p) = &pending[l] {
-            scaled[0][l] = p.start;
-            (x[l], sought[l]) = (p.newton.x, true);
-            count += 1;
-        }
-    }
-    while count > 0 {
-        let (value, slope) = evaluate_each(scaled, &x);
-        for l in 0..LANES {
-            let Some(p) = pending[l].as_mut().filter(|_| sought[l]) else {
-                continue;
-            };
-            let sign = p.direction.sign();
-            if p.newton.is_over((sign * value[l], sign * slope[l])) {
-                sought[l] = false;
-                count -= 1;
-            }
-            x[l] = p.newton.x;
-        }
-    }
-}
-
-/// Keeps the earlier crossing.
-#[inline(always)]
-fn note(first: &mut Option<Crossing>, theta: f64, line: usize, direction: Direction) {
-    if first.is_none_or(|f| theta < f.theta) {
-        *first = Some(Crossing {
-            theta,
-            line,
-            direction,
-        });
-    }
-}
-
-/// theta^k of every lane.
-#[inline(always)]
-fn fill(powers: &mut [Each; COUNT], theta: &Each) {
-    powers[0] = [1.0; LANES];
-    powers[1] = *theta;
-    powers[2] = theta.map(|t| t * t);
-    for l in 0..LANES {
-        powers[3][l] = powers[2][l] * theta[l];
-    }
-    let factor = powers[2].map(|p| p * p);
-    for k in 4..COUNT {
-        for l in 0..LANES {
-            powers[k][l] = powers[k - 4][l] * factor[l];
-        }
-    }
 }

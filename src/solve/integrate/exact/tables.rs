@@ -2,10 +2,71 @@
 
 use super::Exact;
 use super::entries::dense;
-use super::lanes::{Lanes, Line, Order, Tables, Variant};
+use super::lanes::Lanes;
+use super::regions::ROUNDING;
+use crate::numeric::taylor::Polynomial;
 use crate::solve::integrate::Flight;
 use crate::system::System;
 use std::f64::consts::TAU;
+
+/// What the trajectories have in common: a system of N coordinates, each of which is the deformation of a connection.
+#[derive(Debug, Clone)]
+pub struct Tables<const N: usize> {
+    /// Unit of time of the series in omega_c t, and in phases of the response.
+    pub unit: f64,
+    pub per_theta: f64,
+    /// A period of the excitation in phases of the response, and the phase of the excitation over that of the response.
+    pub period: f64,
+    pub turns: f64,
+    /// h Gam.
+    pub damping: [[f64; N]; N],
+    pub mean: [f64; N],
+    pub orders: Vec<Order<N>>,
+    pub lines: Vec<Line>,
+    /// By the regions of all connections.
+    pub variants: Vec<Variant<N>>,
+}
+
+/// A harmonic of the loads.
+#[derive(Debug, Clone)]
+pub struct Order<const N: usize> {
+    pub order: f64,
+    pub scale: f64,
+    pub cos: [f64; N],
+    pub sin: [f64; N],
+    /// w^k / k!.
+    pub powers: Polynomial,
+}
+
+/// A connection with regions between breakpoints.
+#[derive(Debug, Clone)]
+pub struct Line {
+    pub connection: usize,
+    /// Sum of the moduli of W in its row.
+    pub weight: f64,
+    pub breakpoints: Vec<f64>,
+    /// What its region counts in the number of a variant.
+    pub stride: usize,
+}
+
+/// The equation with every connection in a region.
+#[derive(Debug, Clone)]
+pub struct Variant<const N: usize> {
+    /// h^2 kappa diag(slope) W.
+    pub coupled: [[f64; N]; N],
+    /// -h^2 kappa offset.
+    pub constant: [f64; N],
+    /// Unit of time that suits it, in units of the series.
+    pub pace: f64,
+}
+
+impl Line {
+    /// Distance from a level that rounding bridges.
+    #[inline(always)]
+    pub fn tolerance(&self, level: f64, size: f64) -> f64 {
+        ROUNDING * (level.abs() + self.weight * size)
+    }
+}
 
 /// Combinations of regions at most.
 const MOST_VARIANTS: usize = 4096;
