@@ -72,9 +72,10 @@ impl Quiet {
         let outside = places[0].list.iter().filter(|mu| mu.norm() > 1.0).count();
         let mut polynomials = std::mem::take(&mut self.places);
         let pairs = polynomials.iter_mut().zip(&places[..known]);
-        let are_real = pairs
-            .map(|(p, place)| p.set(place, outside))
-            .fold(true, |a, b| a && b);
+        let mut are_real = true;
+        for (p, place) in pairs {
+            are_real &= p.set(place, outside);
+        }
         let holds = are_real
             && self.is_proved(
                 &polynomials[..known],
