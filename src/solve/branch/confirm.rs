@@ -5,6 +5,7 @@
 //! Along the branch the counts must agree with the events; where they do not, the flow's branch is followed through the interval,
 //! and what it shows is adopted.
 
+mod arms;
 mod chain;
 mod events;
 mod flow;
@@ -41,6 +42,8 @@ const SAME_ORBIT: f64 = 0.1;
 const SAME_ARM: f64 = 5.0;
 /// Share of the parameter in the arclength below which a branch is steep.
 const STEEP: f64 = 0.3;
+/// Distance of two orbits beside a point, in lengths of the steps around it, up to which they count as one.
+const BESIDE: f64 = 1e-3;
 /// Error of the multipliers at a point over the larger one at the two checked points around it.
 const SAFETY: f64 = 3.0;
 
@@ -112,6 +115,7 @@ pub fn confirm<F: Family>(
     let mut work = Confirmer {
         flow: Flow::new(shooting, options.weight, options.newton),
         stations: vec![None; states.len()],
+        barred: vec![None; states.len()],
         series,
         branch,
         recorder,
@@ -140,6 +144,8 @@ struct Confirmer<'a, F: Family> {
     states: Vec<DVector<f64>>,
     /// What the flow has there, as far as it was asked.
     stations: Vec<Option<Station>>,
+    /// Unstable multipliers at points whose orbit of the flow lies on the other arm of a fold.
+    barred: Vec<Option<usize>>,
     /// Confirmed events on the flow's own branch.
     located: Vec<chain::Located>,
     /// The bifurcations among them: where on the branch, and unstable multipliers of the flow before and after.
@@ -244,7 +250,7 @@ impl<F: Family> Confirmer<'_, F> {
 
     /// Solves a point by the flow, once.
     fn station(&mut self, k: usize) -> Result<(), SolveError> {
-        if self.stations[k].is_some() || !(self.options.keep_going)() {
+        if self.stations[k].is_some() || self.barred[k].is_some() || !(self.options.keep_going)() {
             return Ok(());
         }
         let x = self.states[k].clone();
@@ -272,14 +278,19 @@ impl<F: Family> Confirmer<'_, F> {
         let aside = gap(flow, &level);
         let (mut nearest, mut apart) = (None, aside);
         if (is_steep || aside > 0.5 * room)
-            && let Some(plane) = flow.across(x.clone(), direction)?
+            && let Some(plane) = flow.across(x.clone(), direction.clone())?
         {
             nearest = flow.at(&plane, 0.0, x.clone(), care)?;
             apart = apart.min(gap(flow, &nearest));
         }
         // Beside a fold the orbit at the same parameter may lie on the other arm.
         let is_same = aside <= SAME_ORBIT * size && aside <= SAME_ARM * apart;
-        let is_nearest_own = nearest.is_some() && (is_steep || !is_same);
+        let is_nearest_own = match (&level, &nearest) {
+            (Some(level), Some(nearest)) => {
+                !is_same || is_steep && !is_onward(flow, &(&level.x - &nearest.x), &direction, room)
+            }
+            (_, nearest) => nearest.is_some(),
+        };
         let mut station = Station {
             is_same,
             is_nearest_own,
@@ -309,7 +320,8 @@ impl<F: Family> Confirmer<'_, F> {
             if self.branch.points[k].multipliers.is_empty() {
                 continue;
             }
-            let is_open = self.is_open(k);
+            let is_open = self.is_open(k).then_some(Stability::Unknown);
+            let without_orbit = self.on_own_arm(k).or(is_open);
             let point = &mut self.branch.points[k];
             match self.stations[k].as_ref().map(Station::orbit) {
                 Some(Some(orbit)) => {
@@ -319,8 +331,7 @@ impl<F: Family> Confirmer<'_, F> {
                         _ => Stability::Unstable,
                     };
                 }
-                _ if is_open => point.stability = Stability::Unknown,
-                _ => {}
+                _ => point.stability = without_orbit.unwrap_or(point.stability),
             }
         }
     }
@@ -338,6 +349,21 @@ impl<F: Family> Confirmer<'_, F> {
             })
             .collect()
     }
+}
+
+/// Whether an orbit lies on the same arm of a fold as another one, given their difference, the direction of the branch and the length of
+/// its steps: along an arm the parameter rises with the states.
+fn is_onward<F: Family>(
+    flow: &Flow<'_, F>,
+    offset: &DVector<f64>,
+    direction: &DVector<f64>,
+    room: f64,
+) -> bool {
+    let last = offset.len() - 1;
+    let share = flow.dot(offset, direction) / flow.dot(direction, direction);
+    let expected = share * direction[last];
+    let length = flow.dot(offset, offset).sqrt();
+    length <= BESIDE * room || (offset[last] - expected).abs() <= 0.5 * expected.abs()
 }
 
 /// Distance of the multipliers from the unit circle, relative to their modulus or 1.
