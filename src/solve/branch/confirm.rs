@@ -5,7 +5,6 @@
 //! Along the branch the counts must agree with the events; where they do not, the flow's branch is followed through the interval,
 //! and what it shows is adopted.
 
-mod arms;
 mod chain;
 mod events;
 mod flow;
@@ -115,7 +114,6 @@ pub fn confirm<F: Family>(
     let mut work = Confirmer {
         flow: Flow::new(shooting, options.weight, options.newton),
         stations: vec![None; states.len()],
-        barred: vec![None; states.len()],
         series,
         branch,
         recorder,
@@ -144,8 +142,6 @@ struct Confirmer<'a, F: Family> {
     states: Vec<DVector<f64>>,
     /// What the flow has there, as far as it was asked.
     stations: Vec<Option<Station>>,
-    /// Unstable multipliers at points whose orbit of the flow lies on the other arm of a fold.
-    barred: Vec<Option<usize>>,
     /// Confirmed events on the flow's own branch.
     located: Vec<chain::Located>,
     /// The bifurcations among them: where on the branch, and unstable multipliers of the flow before and after.
@@ -250,7 +246,7 @@ impl<F: Family> Confirmer<'_, F> {
 
     /// Solves a point by the flow, once.
     fn station(&mut self, k: usize) -> Result<(), SolveError> {
-        if self.stations[k].is_some() || self.barred[k].is_some() || !(self.options.keep_going)() {
+        if self.stations[k].is_some() || !(self.options.keep_going)() {
             return Ok(());
         }
         let x = self.states[k].clone();
@@ -320,8 +316,7 @@ impl<F: Family> Confirmer<'_, F> {
             if self.branch.points[k].multipliers.is_empty() {
                 continue;
             }
-            let is_open = self.is_open(k).then_some(Stability::Unknown);
-            let without_orbit = self.on_own_arm(k).or(is_open);
+            let is_open = self.is_open(k);
             let point = &mut self.branch.points[k];
             match self.stations[k].as_ref().map(Station::orbit) {
                 Some(Some(orbit)) => {
@@ -331,7 +326,8 @@ impl<F: Family> Confirmer<'_, F> {
                         _ => Stability::Unstable,
                     };
                 }
-                _ => point.stability = without_orbit.unwrap_or(point.stability),
+                _ if is_open => point.stability = Stability::Unknown,
+                _ => {}
             }
         }
     }

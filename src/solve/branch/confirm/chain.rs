@@ -30,8 +30,6 @@ pub(super) struct Located {
     pub event: usize,
     /// State and parameter on the flow's branch.
     pub x: DVector<f64>,
-    /// Where the branch leads.
-    pub tangent: DVector<f64>,
 }
 
 impl<F: Family> Confirmer<'_, F> {
@@ -58,7 +56,6 @@ impl<F: Family> Confirmer<'_, F> {
     /// so.
     pub(super) fn explain(&mut self) -> Result<(), SolveError> {
         self.settle();
-        self.part_arms();
         for (a, b) in self.contradictions() {
             if self.is_quick() && b - a > 1 && b - a <= MOST {
                 for k in a..=b {
@@ -83,7 +80,6 @@ impl<F: Family> Confirmer<'_, F> {
                 self.explained.push((a, b));
             }
         }
-        self.part_arms();
         let explained = std::mem::take(&mut self.explained);
         self.drop_resolved(&explained);
         let mut left = self.contradictions();
@@ -103,15 +99,10 @@ impl<F: Family> Confirmer<'_, F> {
     fn settle(&mut self) {
         self.crossings.clear();
         for k in 0..self.located.len() {
-            let Located { event, x, .. } = &self.located[k];
+            let Located { event, x } = &self.located[k];
             let (event, first) = (*event, self.branch.events[*event].after_point);
             let (step, fraction) = self.position(x, first);
             let event = &mut self.branch.events[event];
-            // The arms of a fold may lie closer together than the methods apart: the series knows which points come before it.
-            let (step, fraction) = match event.kind {
-                EventKind::Fold => (event.after_point, event.fraction),
-                _ => (step, fraction),
-            };
             (event.after_point, event.fraction) = (step, fraction);
             if let (true, Some((before, after))) = (event.kind.is_bifurcation(), event.unstable) {
                 self.crossings.push(Item {

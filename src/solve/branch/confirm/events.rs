@@ -239,7 +239,6 @@ impl<F: Family> Confirmer<'_, F> {
         self.located.push(Located {
             event: found.event,
             x,
-            tangent: found.plane.tangent.clone(),
         });
         if is_bifurcation {
             self.station(step)?;

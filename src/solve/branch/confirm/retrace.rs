@@ -1,14 +1,12 @@
 //! The flow's own branch followed through an interval in which the events leave something open.
 
-use super::arms::REACH;
-use super::chain::Located;
 use super::events::SAME;
 use super::flow::FlowPoint;
 use super::{Confirmer, Station};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, BranchPoint, Recorder, TraceOptions, trace};
 use crate::solve::continuation::{ContinuationOptions, Side};
-use crate::solve::events::{BESIDE_CROSSING, BifurcationEvent, EventKind, Verdict};
+use crate::solve::events::{BESIDE_CROSSING, BifurcationEvent, Verdict};
 use crate::solve::family::Family;
 use crate::solve::orbit::Orbit;
 use crate::solve::residual::PeriodicResidual;
@@ -53,8 +51,7 @@ impl Watch {
         let along = &self.to - &self.from;
         let behind = self.dot(&(x - &self.to), &along);
         let before = self.dot(&(&self.last - &self.to), &along);
-        // From behind where the path has turned on its way.
-        (before * behind <= 0.0 && before != behind).then(|| {
+        (before < 0.0 && behind >= 0.0).then(|| {
             let share = before / (before - behind);
             let there = &self.last + (x - &self.last) * share;
             self.distance(&there, &self.to)
@@ -175,6 +172,7 @@ impl<F: Family> Confirmer<'_, F> {
             return Ok(());
         }
         let near = |e: &BifurcationEvent| (e.lambda - event.lambda).abs();
+        let alike = |e: &&mut BifurcationEvent| e.kind == event.kind;
         let same = self.branch.events.iter().filter(|e| e.kind == event.kind);
         let is_known = |e: &BifurcationEvent| {
             e.verdict == Verdict::Confirmed && near(e) <= SAME * event.lambda.abs().max(SAME)
@@ -182,8 +180,16 @@ impl<F: Family> Confirmer<'_, F> {
         if same.into_iter().any(is_known) {
             return Ok(());
         }
-        if let Some(known) = self.unconfirmed_like(&event, (a, b)) {
-            self.confirm_by(known, &event, (x, step, fraction));
+        let open = self
+            .branch
+            .events
+            .iter_mut()
+            .filter(alike)
+            .filter(|e| e.verdict != Verdict::Confirmed && (a..=b).contains(&e.after_point));
+        if let Some(known) = open.min_by(|p, q| near(p).total_cmp(&near(q))) {
+            known.verdict = Verdict::Confirmed;
+            (known.lambda, known.bracket) = (event.lambda, event.bracket);
+            (known.after_point, known.fraction) = (step, fraction);
             return Ok(());
         }
         let mut recorded = Vec::new();
@@ -201,60 +207,5 @@ impl<F: Family> Confirmer<'_, F> {
             ..event
         });
         Ok(())
-    }
-
-    /// The event of the series, not confirmed, that an event of the flow stands for. A fold is known from farther away: its arms may
-    /// lie closer together than the two methods apart.
-    fn unconfirmed_like(&self, event: &BifurcationEvent, (a, b): (usize, usize)) -> Option<usize> {
-        let span = (self.branch.points[a].lambda - self.branch.points[b].lambda).abs();
-        let near = |e: &BifurcationEvent| (e.lambda - event.lambda).abs();
-        let is_here = |e: &BifurcationEvent| {
-            let steps = a.saturating_sub(REACH)..=b + REACH;
-            let is_beside = event.kind == EventKind::Fold && near(e) <= span;
-            (a..=b).contains(&e.after_point) || is_beside && steps.contains(&e.after_point)
-        };
-        let events = self.branch.events.iter().enumerate();
-        let open = events
-            .filter(|(_, e)| e.kind == event.kind && e.verdict != Verdict::Confirmed && is_here(e));
-        let nearest = open.min_by(|p, q| near(p.1).total_cmp(&near(q.1)));
-        nearest.map(|(number, _)| number)
-    }
-
-    /// Confirms an event of the series by one of the flow's branch with its place.
-    fn confirm_by(
-        &mut self,
-        number: usize,
-        event: &BifurcationEvent,
-        (x, step, fraction): (DVector<f64>, usize, f64),
-    ) {
-        let known = &mut self.branch.events[number];
-        known.verdict = Verdict::Confirmed;
-        (known.lambda, known.bracket) = (event.lambda, event.bracket);
-        let Some(point) = event
-            .point
-            .as_ref()
-            .filter(|_| event.kind == EventKind::Fold)
-        else {
-            (known.after_point, known.fraction) = (step, fraction);
-            return;
-        };
-        // The flow's branch may have been followed backwards: from an orbit of the arm behind.
-        let first = known.after_point;
-        let last = (first + 1).min(self.states.len() - 1);
-        let tangent = point.tangent_u.clone().push(point.tangent_lambda);
-        let onwards = &self.states[last] - &self.states[first];
-        let (sign, counts) = match self.flow.dot(&onwards, &tangent) >= 0.0 {
-            true => (1.0, event.unstable),
-            false => (
-                -1.0,
-                event.unstable.map(|(before, behind)| (behind, before)),
-            ),
-        };
-        known.unstable = counts;
-        self.located.push(Located {
-            event: number,
-            x,
-            tangent: tangent * sign,
-        });
     }
 }
