@@ -405,7 +405,7 @@ fn the_order_of_a_load_does_not_change_what_resolves_it() {
 #[test]
 fn multipliers_beside_a_fold_belong_to_their_own_frequency() {
     let respond = |method: &str| {
-        let keys = "from: 2.0, to: 1.38, marks: [1.4109, 1.4254]";
+        let keys = "from: 2.0, to: 1.38, marks: [1.4109, 1.4254], confirm: all";
         let report = run(
             PAIR,
             &format!("{{type: frequency_response, method: {method}, {keys}}}"),
