@@ -8,7 +8,10 @@ from typing import Any
 from ._errors import missing
 
 # Okabe and Ito: colours that stay apart for colour-blind readers.
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+PALETTE = (
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9",
+    "#7B4F9D", "#8C6D31", "#5F6A72", "#A6192E", "#5C8A00", "#1F2A6B",
+)
 NEUTRAL = "#222222"
 # Marks of matplotlib and plotly by kind of event.
 MARKS = {

@@ -21,11 +21,12 @@ pub(super) fn stroke(scene: &mut Scene, d: String, color: &str, width: f64, dash
     })));
 }
 
-/// Round dots as strokes of no length: one path however many they are.
+/// Round dots as strokes of next to no length: one path however many they are. A path without any length would not be drawn
+/// by readers of SVG that look at its box.
 pub(super) fn dots(scene: &mut Scene, points: &[(f64, f64)], color: &str, size: f64) {
     let mut d = String::new();
     for (x, y) in points {
-        let _ = write!(d, "M{x:.2} {y:.2}h0");
+        let _ = write!(d, "M{x:.2} {y:.2}h.01");
     }
     scene.add(Primitive::GroupStart {
         transform: None,

@@ -7,6 +7,7 @@ mod synthetic;
 
 mod bad_input;
 mod cli;
+mod closed_pipes;
 mod confirm;
 mod costs;
 mod drawn_again;
