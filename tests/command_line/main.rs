@@ -14,6 +14,7 @@ mod drawn_again;
 mod ends_of_runs;
 mod error_estimates;
 mod folders;
+mod gallery;
 mod hostile_input;
 mod laws_in_models;
 mod long_trains;
