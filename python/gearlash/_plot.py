@@ -20,6 +20,14 @@ MARKS = {
     "period_doubling": ("D", "diamond"),
     "neimark_sacker": ("o", "circle"),
     "grazing": ("P", "cross-thin"),
+    "cusp": ("1", "triangle-se"),
+    "fold_flip": ("X", "hourglass"),
+    "turning_1": ("<", "triangle-left"),
+    "turning_2": (">", "triangle-right"),
+    "meets_grazing": ("p", "cross"),
+    "generalised_flip": ("h", "pentagon"),
+    "generalised_neimark_sacker": ("H", "hexagon"),
+    **{f"resonance_1_{k}": ("*", "circle-open-dot") for k in (1, 2, 3, 4)},
 }
 OTHER_MARK = ("v", "triangle-down")
 # Kinds of cells of a map: light, so that curves stay visible on them (Tol); and cells of which nothing is known.

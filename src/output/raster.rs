@@ -98,7 +98,7 @@ impl Raster {
         shown.sort_by_key(|k| std::cmp::Reverse(counts[*k]));
         let rare = shown.split_off(MOST_KINDS - 1);
         self.levels.push(Level {
-            text: format!("{} others", rare.len()),
+            text: "others".into(),
             color: OTHERS.into(),
         });
         let others = self.levels.len() - 1;
@@ -295,7 +295,7 @@ mod tests {
         let raster = Raster::new(&x, &vec![0.0; 40], &values, &[]);
         let legend = raster.legend();
         assert_eq!(legend.len(), MOST_KINDS);
-        assert_eq!(legend[MOST_KINDS - 1].text, "13 others");
+        assert_eq!(legend[MOST_KINDS - 1].text, "others");
         assert_eq!(raster.levels[raster.cells[3].unwrap()].text, "3");
     }
 }
