@@ -54,7 +54,7 @@ impl<'a> Mass<'a> {
     }
 
     /// L^-T V, from V, n_b x k.
-    pub fn from_root(&self, v: &DMatrix<f64>) -> DMatrix<f64> {
+    pub fn shapes_of(&self, v: &DMatrix<f64>) -> DMatrix<f64> {
         let mut shapes = v.clone();
         for (mut row, m) in shapes.row_iter_mut().zip(self.diagonal.iter()) {
             row /= m.sqrt();

@@ -36,7 +36,7 @@ pub fn elastic_modes(train: &Train, coupling: &Coupling) -> Result<ElasticModes,
     }
     let (squares, vectors) = symmetric_eigen(a.tr_mul(&ka)).ok_or_else(out_of_range)?;
     let (n_b, n) = (vectors.nrows(), spring_rank(train, coupling)?);
-    let shapes = mass.from_root(&vectors.columns(n_b - n, n).clone_owned());
+    let shapes = mass.shapes_of(&vectors.columns(n_b - n, n).clone_owned());
     Ok(ElasticModes {
         eigenvalues: DVector::from_iterator(n, squares.iter().skip(n_b - n).copied()),
         shapes,

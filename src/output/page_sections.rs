@@ -171,7 +171,11 @@ fn grids(table: &Table) -> Vec<Grid> {
     }
     let mut grids: Vec<Grid> = Vec::new();
     for (quantity, cells) in quantities {
-        let is_in = |grid: &Grid| cells.iter().all(|(subject, _)| grid.subjects.contains(subject));
+        let is_in = |grid: &Grid| {
+            cells
+                .iter()
+                .all(|(subject, _)| grid.subjects.contains(subject))
+        };
         let at = grids.iter().position(is_in).unwrap_or_else(|| {
             grids.push(Grid {
                 subjects: cells.iter().map(|(subject, _)| subject.clone()).collect(),
@@ -184,18 +188,24 @@ fn grids(table: &Table) -> Vec<Grid> {
             let found = cells.iter().find(|(own, _)| own == subject);
             found.map_or(String::new(), |(_, text)| text.clone())
         };
-        grid.rows.push((quantity, grid.subjects.iter().map(cell).collect()));
+        grid.rows
+            .push((quantity, grid.subjects.iter().map(cell).collect()));
     }
     grids
 }
 
 /// A number in the multiple of its unit that suits; empty for NaN.
 fn with_unit(x: f64, unit: &str) -> String {
-    let number = short(x);
+    let digits = |x: f64| {
+        let text = short(x);
+        text.strip_suffix(".0").unwrap_or(&text).to_owned()
+    };
     match units::prefixed(unit, x.abs()) {
-        _ if number.is_empty() => number,
-        Some((unit, factor)) => format!("{:.5} {unit}", x * factor),
-        None => format!("{number} {}", units::pretty(unit)).trim_end().to_owned(),
+        _ if x.is_nan() => String::new(),
+        Some((unit, factor)) => format!("{} {unit}", digits(x * factor)),
+        None => format!("{} {}", digits(x), units::pretty(unit))
+            .trim_end()
+            .to_owned(),
     }
 }
 
@@ -223,10 +233,16 @@ mod tests {
             ],
         };
         let found = grids(&table);
-        let shown: Vec<_> = found.iter().map(|g| (g.subjects.join(","), g.rows.len())).collect();
-        assert_eq!(shown, [(String::new(), 1), ("a 1,b".into(), 2), ("body".into(), 1)]);
+        let shown: Vec<_> = found
+            .iter()
+            .map(|g| (g.subjects.join(","), g.rows.len()))
+            .collect();
+        assert_eq!(
+            shown,
+            [(String::new(), 1), ("a 1,b".into(), 2), ("body".into(), 1)]
+        );
         let row = &found[1].rows[0];
-        assert_eq!(row.1, ["34.00000 \u{b5}m", "0.25 rad"]);
+        assert_eq!(row.1, ["34 \u{b5}m", "0.25 rad"]);
         assert_eq!(found[1].rows[1].1, ["", "2"]);
     }
 }

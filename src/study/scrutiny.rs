@@ -1,4 +1,5 @@
-//! The last look at a report: a column without a value says why, and numbers beyond the range of numbers are never a success.
+//! The last look at a report: a column without a value says why, numbers beyond the range of numbers are told, and a table without a
+//! single finite number is no success.
 
 use crate::report::{Report, Table, Values};
 use serde_json::{Map, Value, json};
@@ -72,8 +73,8 @@ const REASONS: &[(&[&str], &str)] = &[
 /// Columns named in one message.
 const NAMED: usize = 6;
 
-/// Notes why columns are empty, warns of those that should not be, and ends a report without a single number, or with infinite
-/// ones, early.
+/// Notes why columns are empty, warns of those that should not be and of infinite numbers, and ends a report without a finite
+/// number early.
 pub(super) fn examine(report: &mut Report) {
     let mut reasons = Map::new();
     let (mut unexplained, mut infinite) = (Vec::new(), Vec::new());
@@ -101,16 +102,23 @@ pub(super) fn examine(report: &mut Report) {
             .summary
             .insert("empty_columns".into(), Value::Object(reasons));
     }
-    if !infinite.is_empty() {
-        let message = format!(
-            "{} left the range of numbers (1.8e308): check sizes and units of the model",
-            listed(&infinite)
-        );
+    let beyond = format!(
+        "{} left the range of numbers (1.8e308): check sizes and units of the model",
+        listed(&infinite)
+    );
+    if is_hollow {
+        let nothing = "no row of the table has a value: check sizes and units of the model";
+        let message = match infinite.is_empty() {
+            true => nothing.to_owned(),
+            false => beyond,
+        };
         end(report, message);
-    } else if is_hollow {
-        let message = "no row of the table has a value: check sizes and units of the model";
-        end(report, message.into());
-    } else if !unexplained.is_empty() && report.ended_early.is_none() {
+        return;
+    }
+    if !infinite.is_empty() {
+        report.warnings.push(beyond);
+    }
+    if !unexplained.is_empty() && report.ended_early.is_none() {
         report.warnings.push(format!(
             "no row has a value of {}: it does not exist for this motion, or could not be computed",
             listed(&unexplained)
@@ -168,10 +176,10 @@ impl Look {
             }
             // The first column says where a row stands.
             measured += usize::from(k > 0);
+            empty += usize::from(k > 0 && !list.iter().any(|x| x.is_finite()));
             if list.iter().any(|x| !x.is_nan()) {
                 continue;
             }
-            empty += usize::from(k > 0);
             match reason(&column.name) {
                 Some(reason) => {
                     look.explained.insert(column.name.clone(), json!(reason));
@@ -238,10 +246,9 @@ mod tests {
         let found = report(&[("omega", &[1.0]), ("rms.m", &[f64::NAN])]);
         assert!(found.ended_early.is_some_and(|r| r.contains("no row")));
         let found = report(&[("omega", &[1.0]), ("rms.m", &[f64::INFINITY])]);
-        assert!(
-            found
-                .ended_early
-                .is_some_and(|r| r.contains("rms.m left the range"))
-        );
+        let end = found.ended_early.unwrap();
+        assert!(end.contains("rms.m left the range"), "{end}");
+        let found = report(&[("omega", &[1.0, 2.0]), ("rms.m", &[f64::INFINITY, 1.0])]);
+        assert!(found.ended_early.is_none() && found.warnings[0].contains("left the range"));
     }
 }
