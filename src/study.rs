@@ -24,6 +24,7 @@ mod record;
 mod redraw;
 mod results;
 mod run;
+mod scrutiny;
 mod shard;
 mod shelf;
 
@@ -308,6 +309,7 @@ fn finish(report: &mut Report, assembly: &Assembly) {
     warnings.append(&mut report.warnings);
     report.warnings = warnings;
     report.summary.insert("scales".into(), scales(assembly));
+    scrutiny::examine(report);
 }
 
 fn scales(assembly: &Assembly) -> Value {

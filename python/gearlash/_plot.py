@@ -8,7 +8,10 @@ from typing import Any
 from ._errors import missing
 
 # Okabe and Ito: colours that stay apart for colour-blind readers.
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+PALETTE = (
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9",
+    "#7B4F9D", "#8C6D31", "#5F6A72", "#A6192E", "#5C8A00", "#1F2A6B",
+)
 NEUTRAL = "#222222"
 # Marks of matplotlib and plotly by kind of event.
 MARKS = {
@@ -17,6 +20,14 @@ MARKS = {
     "period_doubling": ("D", "diamond"),
     "neimark_sacker": ("o", "circle"),
     "grazing": ("P", "cross-thin"),
+    "cusp": ("1", "triangle-se"),
+    "fold_flip": ("X", "hourglass"),
+    "turning_1": ("<", "triangle-left"),
+    "turning_2": (">", "triangle-right"),
+    "meets_grazing": ("p", "cross"),
+    "generalised_flip": ("h", "pentagon"),
+    "generalised_neimark_sacker": ("H", "hexagon"),
+    **{f"resonance_1_{k}": ("*", "circle-open-dot") for k in (1, 2, 3, 4)},
 }
 OTHER_MARK = ("v", "triangle-down")
 # Kinds of cells of a map: light, so that curves stay visible on them (Tol); and cells of which nothing is known.

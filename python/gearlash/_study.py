@@ -21,6 +21,9 @@ from ._table import Table
 SECONDS_PER_BUNDLE = 20.0
 MOST_PER_BUNDLE = 512
 FEWEST_BUNDLES = 64
+# A shorter bundle is not worth its way, as long as there are still enough of them for a few workers.
+LEAST_SECONDS = 2.0
+FEW_BUNDLES = 16
 # Bundles waiting per thread of the cluster, beyond the one that runs.
 WAITING = 2
 # Times that a bundle may take its worker with it.
@@ -171,8 +174,10 @@ class Study:
 
     def _bundle(self) -> int:
         """Runs per bundle; a function of the study alone, so that every cluster makes the same files."""
-        by_time = int(SECONDS_PER_BUNDLE / max(self._native.seconds, 1e-6))
-        by_number = -(-self.runs // FEWEST_BUNDLES)
+        seconds = max(self._native.seconds, 1e-6)
+        by_time = int(SECONDS_PER_BUNDLE / seconds)
+        worth = min(int(LEAST_SECONDS / seconds), -(-self.runs // FEW_BUNDLES))
+        by_number = max(-(-self.runs // FEWEST_BUNDLES), worth)
         return max(1, min(by_time, by_number, MOST_PER_BUNDLE))
 
     def __reduce__(self):

@@ -10,7 +10,7 @@ use super::poincare_map::defaults;
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
-use crate::report::{Curve, Figure, FrequencyUnit, Panel, Report, Table};
+use crate::report::{Curve, Figure, FrequencyUnit, Panel, Report, Table, Words};
 use crate::solve::attractor::{Lengths, MapSize};
 use crate::solve::integrate::IntegratorChoice;
 use schemars::JsonSchema;
@@ -376,10 +376,7 @@ impl BifurcationDiagram {
     /// Points of the first two coordinates and the largest exponent against the parameter.
     fn figure(&self, setting: &Setting<'_>, plan: &Plan, labels: &[String]) -> Figure {
         let list = columns::coordinates(setting);
-        let written = match plan.unit.as_str() {
-            "" => self.parameter.clone(),
-            unit => format!("{} [{unit}]", self.parameter),
-        };
+        let written = Words::of_number(&self.parameter, &plan.unit);
         let (x_label, x_frequency) = match plan.parameter {
             Parameter::Frequency => (
                 columns::frequency_label(setting, &written),

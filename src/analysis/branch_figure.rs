@@ -43,8 +43,7 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
             frequency_label(setting, "excitation frequency [Hz]"),
         ),
         (None, false) => ("omega", "excitation frequency \u{3c9}/\u{3c9}c".to_string()),
-        (Some(path), _) if swept.unit.is_empty() => ("parameter", path.to_string()),
-        (Some(path), _) => ("parameter", format!("{path} [{}]", swept.unit)),
+        (Some(path), _) => ("parameter", Words::of_number(path, &swept.unit)),
     };
     let curve = |table: &str, x: &str, label: String, style, only| Curve {
         table: table.into(),

@@ -104,6 +104,10 @@ impl Analysis for OperatingPoint {
         let mut report = Analysis::run(&response, setting)?;
         report.tables = joined(report.tables);
         report.figure = None;
+        // Nothing is drawn, so nothing is left out.
+        if let Some((_, rest)) = report.caption.split_once("the table has all connections.") {
+            report.caption = rest.trim().to_owned();
+        }
         report.further_figures.clear();
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         report.summary.insert("options".into(), options);

@@ -23,7 +23,7 @@ pub fn figure(table: &Table, first: Option<&Figure>) -> Option<NamedFigure> {
         let front = format!("{quantity}.");
         let columns = table.columns.iter();
         let columns: Vec<_> = columns
-            .filter(|c| c.name.starts_with(&front) && has_values(&c.values))
+            .filter(|c| c.name.starts_with(&front) && has_values(&c.values, quantity))
             .take(MOST)
             .collect();
         let curves: Vec<Curve> = (columns.iter())
@@ -57,9 +57,15 @@ pub fn figure(table: &Table, first: Option<&Figure>) -> Option<NamedFigure> {
     })
 }
 
-fn has_values(values: &Values) -> bool {
+/// Whether there is anything to see; an index this small is the rounding of forces that cancel.
+fn has_values(values: &Values, quantity: &str) -> bool {
+    let least = if quantity == "rattle_index" {
+        1e-9
+    } else {
+        0.0
+    };
     match values {
-        Values::Float(list) => list.iter().any(|x| x.is_finite() && *x != 0.0),
+        Values::Float(list) => list.iter().any(|x| x.is_finite() && x.abs() > least),
         Values::Integer(list) => list.iter().any(|x| *x != 0),
         Values::Text(_) => false,
     }

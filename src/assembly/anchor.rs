@@ -1,5 +1,6 @@
 //! From relative coordinates back to the bodies: absolute accelerations, Rook & Singh (1995), eq. (6a).
 
+use super::mass::Mass;
 use super::scaling::RigidBody;
 use super::torque::{Torque, torques};
 use super::{Assembly, Coupling, inertias};
@@ -20,6 +21,8 @@ pub struct Anchor {
     /// Names of the bodies, n_b.
     pub bodies: Vec<String>,
     inertia: DVector<f64>,
+    /// Bodies whose forces accelerate each body, with factors: itself, or all coordinates of its part.
+    partners: Vec<Vec<(usize, f64)>>,
     /// Columns of B: the connections of each body with their lever arms.
     arms: Nonzeros,
     /// Rows of C P^+, n_b x n.
@@ -67,6 +70,7 @@ impl Anchor {
         Anchor {
             bodies: train.bodies.keys().cloned().collect(),
             inertia: inertias(train),
+            partners: Mass::of(train).partners(),
             dashpots: (0..train.bodies.len()).map(of_body).collect(),
             arms,
             rates: Nonzeros::of_rows(rates),
@@ -82,6 +86,15 @@ impl Anchor {
     ///
     /// Exact for trees and loops and for any damping. Rook & Singh (1995), eq. (6a).
     pub fn actions(&self, body: usize) -> impl Iterator<Item = (f64, Action<'_>)> {
+        let scaled = |(other, share): &(usize, f64)| {
+            let share = *share;
+            let own = self.own_actions(*other);
+            own.map(move |(factor, action)| (share * factor, action))
+        };
+        self.partners[body].iter().flat_map(scaled)
+    }
+
+    fn own_actions(&self, body: usize) -> impl Iterator<Item = (f64, Action<'_>)> {
         let loads = self.loads[body]
             .iter()
             .map(|load| (1.0, Action::Load(load)));

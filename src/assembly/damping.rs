@@ -1,8 +1,9 @@
 //! Viscous damping of a train: modal, proportional to the stiffness, and dashpots parallel to the laws.
 
+use super::mass::Mass;
 use super::{Coupling, ElasticModes, mistake};
 use crate::error::Diagnostic;
-use crate::model::{Damping, ModalDamping, Train};
+use crate::model::{Damping, MatrixPart, ModalDamping, Train};
 use nalgebra::{DMatrix, DVector};
 
 /// Damping of rigid-body motion relative to all damping that counts as rounding.
@@ -47,6 +48,10 @@ pub fn body_damping(
         row *= dashpot;
     }
     let mut c = b.tr_mul(&cb);
+    for (part, rates) in damped(train) {
+        let own = b.select_rows(&part.connections);
+        c += own.tr_mul(&(rates * &own));
+    }
     if let Some(ratios) = ratios {
         let mu = momenta(train, modes);
         let mut scaled = mu.clone();
@@ -77,6 +82,10 @@ pub(super) fn rate_map(
         row *= dashpot;
     }
     let mut map = coupling.incidence.tr_mul(&cw);
+    for (part, rates) in damped(train) {
+        let own = coupling.incidence.select_rows(&part.connections);
+        map += own.tr_mul(&(rates * coupling.element_map.select_rows(&part.connections)));
+    }
     if let Some((modes, ratios)) = modal {
         let mut kw = coupling.element_map.clone();
         for (mut row, connection) in kw.row_iter_mut().zip(train.connections.values()) {
@@ -97,6 +106,12 @@ pub(super) fn rate_map(
     map
 }
 
+/// Parts given by matrices with damping of their own.
+fn damped(train: &Train) -> impl Iterator<Item = (&MatrixPart, &DMatrix<f64>)> {
+    let parts = train.parts.iter();
+    parts.filter_map(|part| Some((part, part.damping.as_ref()?)))
+}
+
 /// Coefficients that act on the deformation rate of each connection: own dashpot and share of the stiffness.
 fn local(train: &Train) -> impl Iterator<Item = f64> {
     let share = train.damping.stiffness_proportional;
@@ -105,11 +120,7 @@ fn local(train: &Train) -> impl Iterator<Item = f64> {
 
 /// M U, n_b x n.
 fn momenta(train: &Train, modes: &ElasticModes) -> DMatrix<f64> {
-    let mut mu = modes.shapes.clone();
-    for (mut row, body) in mu.row_iter_mut().zip(train.bodies.values()) {
-        row *= body.inertia;
-    }
-    mu
+    Mass::of(train).times(&modes.shapes)
 }
 
 /// Checks that no damping acts on rigid-body motion: C N = 0. Otherwise relative coordinates alone do not describe the motion.

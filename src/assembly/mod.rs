@@ -16,6 +16,7 @@ mod closure;
 mod coupling;
 mod damping;
 mod kinematics;
+mod mass;
 mod modes;
 mod reduced;
 mod scaling;

@@ -1,6 +1,7 @@
 //! Elastic modes of a train in full contact.
 
-use super::{Coupling, couple, inertias, mistake};
+use super::mass::Mass;
+use super::{Coupling, couple, mistake};
 use crate::error::Diagnostic;
 use crate::model::Train;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -18,7 +19,7 @@ pub struct ElasticModes {
     pub shapes: DMatrix<f64>,
 }
 
-/// Elastic modes of a train from the symmetric matrix M^(-1/2) B^T K B M^(-1/2).
+/// Elastic modes of a train from the symmetric matrix L^-1 B^T K B L^-T with M = L L^T.
 ///
 /// The n_b - n rigid-body modes are left out: their number is known from the coupling, so no threshold decides. Motions that
 /// meet friction only are not elastic modes either: n is the rank of the rows of springs. Eigenvalues of elastic modes below
@@ -27,18 +28,15 @@ pub struct ElasticModes {
 /// # Errors
 /// Matrices that overflow.
 pub fn elastic_modes(train: &Train, coupling: &Coupling) -> Result<ElasticModes, Vec<Diagnostic>> {
-    let root = inertias(train).map(|m| m.sqrt());
-    let mut a = coupling.incidence.clone();
-    for (mut column, root) in a.column_iter_mut().zip(root.iter()) {
-        column /= *root;
-    }
+    let mass = Mass::of(train);
+    let a = mass.over_root(&coupling.incidence);
     let mut ka = a.clone();
     for (mut row, connection) in ka.row_iter_mut().zip(train.connections.values()) {
         row *= connection.contact_stiffness();
     }
     let (squares, vectors) = symmetric_eigen(a.tr_mul(&ka)).ok_or_else(out_of_range)?;
-    let (n_b, n) = (root.len(), spring_rank(train, coupling)?);
-    let shapes = DMatrix::from_fn(n_b, n, |i, j| vectors[(i, n_b - n + j)] / root[i]);
+    let (n_b, n) = (vectors.nrows(), spring_rank(train, coupling)?);
+    let shapes = mass.shapes_of(&vectors.columns(n_b - n, n).clone_owned());
     Ok(ElasticModes {
         eigenvalues: DVector::from_iterator(n, squares.iter().skip(n_b - n).copied()),
         shapes,

@@ -1,5 +1,6 @@
 //! Characteristic values, and the nondimensional matrices and loads.
 
+use super::mass::Mass;
 use super::torque::torques;
 use super::{Coupling, ElasticModes, Scales, mistake};
 use crate::element::{Units, nondimensional};
@@ -16,8 +17,10 @@ pub(super) fn scales(train: &Train, modes: &ElasticModes) -> Result<Scales, Vec<
     let frequency = match train.scaling.frequency {
         FrequencyScale::FirstMode => modes.eigenvalues.iter().next().map_or(0.0, |x| x.sqrt()),
         FrequencyScale::FirstConnection => train.connections.values().next().map_or(0.0, |c| {
-            let share = |(body, arm): &(usize, f64)| arm * arm / train.bodies[*body].inertia;
-            (c.contact_stiffness() * c.arms.iter().map(share).sum::<f64>()).sqrt()
+            let mut row = DMatrix::zeros(1, train.bodies.len());
+            c.arms.iter().for_each(|(body, arm)| row[*body] += arm);
+            let share = Mass::of(train).divided(&row).dot(&row);
+            (c.contact_stiffness() * share).sqrt()
         }),
         FrequencyScale::Value(value) => value,
     };
@@ -77,10 +80,7 @@ pub(super) fn system(
     let w_c = scales.frequency;
     let l = &scales.displacement;
     let l_r: Vec<f64> = coupling.coordinates.iter().map(|k| l[*k]).collect();
-    let mut mobility = coupling.transform.clone();
-    for (mut column, body) in mobility.column_iter_mut().zip(train.bodies.values()) {
-        column /= body.inertia;
-    }
+    let mut mobility = Mass::of(train).divided(&coupling.transform);
     for (mut row, l) in mobility.row_iter_mut().zip(&l_r) {
         row /= *l;
     }
@@ -157,10 +157,7 @@ pub(super) struct RigidBody<'a> {
 impl<'a> RigidBody<'a> {
     pub(super) fn new(train: &Train, coupling: &'a Coupling) -> RigidBody<'a> {
         let motions = &coupling.rigid_body;
-        let mut heavy = motions.clone();
-        for (mut row, body) in heavy.row_iter_mut().zip(train.bodies.values()) {
-            row *= body.inertia;
-        }
+        let heavy = Mass::of(train).times(motions);
         let share = motions.tr_mul(&heavy).cholesky();
         RigidBody {
             motions,

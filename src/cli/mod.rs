@@ -237,7 +237,7 @@ pub fn main() -> ExitCode {
         }
     };
     result.unwrap_or_else(|error| {
-        eprintln!("{}", describe(&error));
+        complain(&describe(&error));
         ExitCode::from(BAD_INPUT)
     })
 }
@@ -315,7 +315,12 @@ fn describe(error: &Error) -> String {
 
 /// A line for standard error. Texts of a model file cannot move the cursor or change colours.
 fn say(text: &str) {
-    eprintln!("{}", shown(text));
+    complain(&shown(text));
+}
+
+/// A text for standard error. A reader that has gone is no reason to lose results.
+fn complain(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
 }
 
 /// Prints to standard output; a reader that closes the pipe early is not an error.

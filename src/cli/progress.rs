@@ -85,12 +85,14 @@ impl Terminal {
         let handler = move |signal| {
             let _ = cause.set(Cause::Signal(signal));
             flag.request();
-            eprintln!(
-                "\ninterrupted: writing finished results; a second signal (Ctrl-C) quits at once"
+            super::complain(
+                "\ninterrupted: writing finished results; a second signal (Ctrl-C) quits at once",
             );
         };
         if let Err(error) = signals::watch(handler) {
-            eprintln!("warning: signals such as Ctrl-C will end the run at once ({error})");
+            super::complain(&format!(
+                "warning: signals such as Ctrl-C will end the run at once ({error})"
+            ));
         }
     }
 
@@ -141,15 +143,15 @@ fn leave(outcome: Result<Vec<String>, Error>, status: u8) -> u8 {
     match outcome {
         Ok(names) => {
             for name in names {
-                eprintln!(
+                super::complain(&format!(
                     "warning: {name} did not end in time: finished runs of a study are in its journal, its other \
                      results are lost"
-                );
+                ));
             }
             status
         }
         Err(error) => {
-            eprintln!("{}", super::describe(&error));
+            super::complain(&super::describe(&error));
             super::BAD_INPUT
         }
     }

@@ -71,6 +71,11 @@ fn metrics(m: &Measures, mass: Option<f64>) -> [f64; 17] {
         m.force_std,
         m.force_min,
         peak,
-        peak / force_rms,
+        // Without any force there is no factor.
+        if force_rms > 0.0 {
+            peak / force_rms
+        } else {
+            f64::NAN
+        },
     ]
 }

@@ -9,6 +9,7 @@ mod geometry;
 pub mod kinematics;
 mod law;
 mod load;
+mod matrices;
 mod mean_motion;
 mod measured;
 mod names;
@@ -140,6 +141,21 @@ pub struct Train {
     pub balanced: Vec<(usize, f64)>,
     /// Revolutions of the reference (periods of the excitation frequency) in one period of everything that excites.
     pub revolutions: usize,
+    /// Coordinates that matrices couple.
+    pub parts: Vec<MatrixPart>,
+}
+
+/// Bodies whose inertias are a matrix, and the dampers of the connections that hold them together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatrixPart {
+    /// Bodies, the coordinates of the part.
+    pub bodies: Vec<usize>,
+    /// M, symmetric and positive definite; its diagonal is what the bodies have as inertia.
+    pub inertia: DMatrix<f64>,
+    /// Connections that its stiffness matrix became.
+    pub connections: Vec<usize>,
+    /// S: forces of these connections per rate of their deformations.
+    pub damping: Option<DMatrix<f64>>,
 }
 
 /// An inertia.

@@ -12,10 +12,11 @@ use std::sync::Arc;
 /// Version of the model file that this reader understands.
 pub const SCHEMA: usize = 1;
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "schema",
     "name",
     "bodies",
+    "matrices",
     "connections",
     "damping",
     "loads",

@@ -5,6 +5,7 @@ use super::drawing::centre_distances;
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar};
 use super::geometry::{Bodies, unknown_body};
 use super::load::load;
+use super::matrices::{self, Part};
 use super::mean_motion::{Rows, add_drag, balance, drag, reference};
 use super::orders::{Orders, on_common_base};
 use super::planets::refuse_mass;
@@ -24,8 +25,9 @@ pub(super) const MOST_CONNECTIONS: usize = 4096;
 const MOST_BODIES: usize = 2 * MOST_CONNECTIONS;
 
 /// Keys of the top level that make a train.
-pub(super) const KEYS: [&str; 7] = [
+pub(super) const KEYS: [&str; 8] = [
     "bodies",
+    "matrices",
     "connections",
     "damping",
     "loads",
@@ -37,11 +39,17 @@ pub(super) const KEYS: [&str; 7] = [
 /// The train of a document, and what the user must know about it.
 pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train, Vec<String>)> {
     refuse_too_many(root, mistakes)?;
-    let bodies = bodies(root, mistakes);
+    let mut bodies = bodies(root, mistakes);
+    let parts = matrices::parts(root, &mut bodies, mistakes);
     let mut held = vec![false; bodies.len()];
+    let own = parts.iter().flatten();
+    own.flat_map(Part::held).for_each(|k| held[k] = true);
     let placed = places(root, &bodies, &mut held, mistakes);
     refuse_unheld(root, &bodies, &held, mistakes);
-    let rows = placed.as_ref().and_then(|placed| rows(placed));
+    let rows = placed
+        .as_ref()
+        .zip(parts.as_ref())
+        .and_then(|(placed, parts)| rows(placed, parts));
     let mean_motion = reference(root, &bodies, rows.as_ref(), mistakes);
     let ratios = mean_motion.as_ref().map(|motion| motion.ratios.as_slice());
     let read = |orders: &mut Orders<'_>, mistakes: &mut Mistakes| {
@@ -52,7 +60,7 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
         let loads = node.map(|node| loads(node, (&bodies, &held), orders, mistakes));
         (connections, loads.unwrap_or_default())
     };
-    let ((connections, (mut loads, notes)), revolutions) =
+    let ((mut connections, (mut loads, notes)), revolutions) =
         on_common_base((&bodies, ratios), root.node, mistakes, read);
     let damping = root
         .get("damping")
@@ -72,6 +80,8 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
         add_drag(root, whole, mean_motion.as_ref(), &mut loads, mistakes);
     }
     let balanced = balance(root, &bodies, rows.as_ref(), &mut loads, mistakes);
+    let mut join = |part: &Part| part.join(connections.as_mut()?, (root.node, mistakes));
+    let parts: Option<Vec<_>> = parts?.iter().map(&mut join).collect();
     let train = Train {
         bodies: whole?,
         connections: connections?,
@@ -81,6 +91,7 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
         mean_motion,
         balanced,
         revolutions,
+        parts: parts?,
     };
     Some((train, warnings))
 }
@@ -171,15 +182,15 @@ fn places<'n>(
 }
 
 /// What the connections make of rigid motion, where all of them are right.
-fn rows<'n>(placed: &[(&'n str, Option<Placed<'n>>)]) -> Option<Rows<'n>> {
-    let row = |(_, placed): &(&str, Option<Placed<'n>>)| {
+fn rows<'n>(placed: &[(&'n str, Option<Placed<'_>>)], parts: &'n [Part]) -> Option<Rows<'n>> {
+    let row = |(name, placed): &(&'n str, Option<Placed<'_>>)| {
         let geometry = placed.as_ref()?.geometry.as_ref()?;
-        Some(geometry.row())
+        Some((*name, geometry.row()))
     };
-    Some(Rows {
-        names: placed.iter().map(|(name, _)| *name).collect(),
-        rows: placed.iter().map(row).collect::<Option<_>>()?,
-    })
+    let own: Vec<_> = placed.iter().map(row).collect::<Option<_>>()?;
+    let of_parts = parts.iter().flat_map(Part::rigid_rows);
+    let (names, rows) = own.into_iter().chain(of_parts).unzip();
+    Some(Rows { names, rows })
 }
 
 fn connections(

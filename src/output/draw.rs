@@ -21,11 +21,12 @@ pub(super) fn stroke(scene: &mut Scene, d: String, color: &str, width: f64, dash
     })));
 }
 
-/// Round dots as strokes of no length: one path however many they are.
+/// Round dots as strokes of next to no length: one path however many they are. A path without any length would not be drawn
+/// by readers of SVG that look at its box.
 pub(super) fn dots(scene: &mut Scene, points: &[(f64, f64)], color: &str, size: f64) {
     let mut d = String::new();
     for (x, y) in points {
-        let _ = write!(d, "M{x:.2} {y:.2}h0");
+        let _ = write!(d, "M{x:.2} {y:.2}h.01");
     }
     scene.add(Primitive::GroupStart {
         transform: None,
@@ -105,6 +106,23 @@ pub(super) fn marker(scene: &mut Scene, (x, y): (f64, f64), kind: &str) {
         super::groups::SEVERAL => format!(
             "M{x:.2} {:.2}l1.4 2.6l3 .4l-2.1 2.1l.5 3l-2.8 -1.4l-2.8 1.4l.5 -3l-2.1 -2.1l3 -.4Z",
             y - 4.4
+        ),
+        "cusp" => format!("M{:.2} {:.2}h7.2l-3.6 6.4Z", x - 3.6, y - 2.2),
+        "fold_flip" => format!("M{:.2} {:.2}h6.4l-6.4 6.4h6.4Z", x - 3.2, y - 3.2),
+        "turning_1" => format!("M{:.2} {y:.2}l6 -3.4v6.8Z", x - 3.8),
+        "turning_2" => format!("M{:.2} {y:.2}l-6 -3.4v6.8Z", x + 3.8),
+        "meets_grazing" => format!(
+            "M{:.2} {:.2}h2.2v2.4h2.4v2.2h-2.4v2.4h-2.2v-2.4h-2.4v-2.2h2.4Z",
+            x - 1.1,
+            y - 3.5
+        ),
+        kind if kind.starts_with("generalised") => {
+            format!("M{x:.2} {:.2}l3.7 2.7l-1.4 4.4h-4.6l-1.4 -4.4Z", y - 3.9)
+        }
+        kind if kind.starts_with("resonance") => format!(
+            "M{:.2} {y:.2}a3.4 3.4 0 1 0 6.8 0a3.4 3.4 0 1 0 -6.8 0ZM{:.2} {y:.2}a1.7 1.7 0 1 1 3.4 0a1.7 1.7 0 1 1 -3.4 0Z",
+            x - 3.4,
+            x - 1.7
         ),
         _ => format!("M{x:.2} {:.2}l3.4 -6h-6.8Z", y + 3.8),
     };

@@ -8,9 +8,12 @@ use super::panel::Frame;
 use super::series::{Drawing, Series};
 use super::shown::Shown;
 use super::svg::Sheet;
+use crate::report::Values;
 
 /// Events nearer than this in the first panel, in pixels, are one group.
 const NEAR: f64 = 11.0;
+/// Relative distance of one event found by two methods.
+const SAME: f64 = 3e-4;
 /// Groups that are listed.
 const MOST: usize = 36;
 
@@ -22,6 +25,8 @@ pub(super) struct Group {
     kinds: Vec<String>,
     /// Abscissae, in the unit of the axis.
     values: Vec<f64>,
+    /// Branches that the events lie on, each until another one has found the same event.
+    branches: Vec<Option<f64>>,
     /// Place of the first one in the first panel.
     place: (f64, f64),
 }
@@ -37,6 +42,14 @@ pub(super) fn of(panels: &[Shown<'_>], frames: &[Frame]) -> Vec<Group> {
     else {
         return groups;
     };
+    // Two methods find the same events, each on branches of its own.
+    let has_methods = panel.list.iter().any(|s| s.rank.count > 1);
+    let branches = series.table.column("branch").filter(|_| has_methods);
+    let branch = |row: usize| match branches.map(|column| &column.values) {
+        Some(Values::Float(list)) => list.get(row).copied(),
+        Some(Values::Integer(list)) => list.get(row).map(|k| *k as f64),
+        _ => None,
+    };
     let mut rows: Vec<usize> = (0..series.x.len().min(kinds.len())).collect();
     rows.sort_by(|a, b| series.x[*a].total_cmp(&series.x[*b]));
     for row in rows {
@@ -47,15 +60,12 @@ pub(super) fn of(panels: &[Shown<'_>], frames: &[Frame]) -> Vec<Group> {
         }
         let is_near = |g: &&mut Group| (g.place.0 - place.0).hypot(g.place.1 - place.1) < NEAR;
         match groups.iter_mut().rev().find(is_near) {
-            Some(group) => {
-                group.rows.push(row);
-                group.kinds.push(kinds[row].clone());
-                group.values.push(x);
-            }
+            Some(group) => group.take(row, &kinds[row], x, branch(row)),
             None => groups.push(Group {
                 rows: vec![row],
                 kinds: vec![kinds[row].clone()],
                 values: vec![x],
+                branches: vec![branch(row)],
                 place,
             }),
         }
@@ -85,6 +95,23 @@ pub(super) fn kinds(groups: &[Group]) -> Vec<&str> {
 }
 
 impl Group {
+    /// Adds an event. One that another branch has as well counts once; each event has one such twin.
+    fn take(&mut self, row: usize, kind: &str, value: f64, branch: Option<f64>) {
+        let twin = (0..self.kinds.len()).find(|k| {
+            let is_near = (self.values[*k] - value).abs() <= SAME * value.abs();
+            let is_other = self.branches[*k].is_some_and(|b| branch.is_some_and(|own| own != b));
+            self.kinds[*k] == kind && is_near && is_other
+        });
+        if let Some(k) = twin {
+            self.branches[k] = None;
+            return;
+        }
+        self.rows.push(row);
+        self.kinds.push(kind.to_owned());
+        self.values.push(value);
+        self.branches.push(branch);
+    }
+
     /// Kind whose marker represents the group.
     fn shape(&self) -> &str {
         match self.kinds.iter().all(|k| *k == self.kinds[0]) {
@@ -214,6 +241,7 @@ mod tests {
             rows: (0..kinds.len()).collect(),
             kinds: kinds.iter().map(|k| k.to_string()).collect(),
             values: values.to_vec(),
+            branches: vec![Some(0.0); kinds.len()],
             place: (0.0, 0.0),
         };
         let groups = [
@@ -226,5 +254,14 @@ mod tests {
         );
         assert_eq!(kinds(&groups), ["fold", "grazing", SEVERAL]);
         assert_eq!(digits(12345.6), "12346");
+        let mut found = group(&["fold"], &[0.5]);
+        for (kind, value, branch, count) in [
+            ("fold", 0.500_01, 3.0, 1),
+            ("fold", 0.5, 3.0, 2),
+            ("grazing", 0.5, 3.0, 3),
+        ] {
+            found.take(9, kind, value, Some(branch));
+            assert_eq!(found.kinds.len(), count, "{kind} {value}");
+        }
     }
 }

@@ -159,6 +159,12 @@ fn section(
     list(page, "Warnings", "note", &report.warnings);
     list(page, "Assumed", "soft", &report.assumed);
     plots(page, report, stride)?;
+    if let Some(table) = report
+        .main()
+        .filter(|t| t.rows() == 1 && report.figure.is_none())
+    {
+        super::page_sections::one_row(page, table);
+    }
     branches(page, report);
     if let Some(table) = report.table("events").filter(|t| t.rows() > 0) {
         events(page, report, table);

@@ -30,20 +30,15 @@ pub fn png(svg: &str) -> Result<Vec<u8>, String> {
     pixels.encode_png().map_err(|error| error.to_string())
 }
 
-/// A figure as PDF of one page, 18 cm wide. Texts are outlines: they look the same everywhere, but cannot be searched.
+/// A figure as PDF of one page, as wide as it is on paper. Texts are text, with the part of the font that they use.
 ///
 /// # Errors
 ///
 /// A message when the text is no SVG or cannot be converted.
 pub fn pdf(svg: &str) -> Result<Vec<u8>, String> {
     let page = svg2pdf::PageOptions { dpi: SVG_DPI };
-    let options = svg2pdf::ConversionOptions {
-        embed_text: false,
-        ..svg2pdf::ConversionOptions::default()
-    };
-    // Written out and read again, every text is paths.
-    let outlines = parse(svg)?.to_string(&usvg::WriteOptions::default());
-    svg2pdf::to_pdf(&parse(&outlines)?, options, page).map_err(|error| error.to_string())
+    let options = svg2pdf::ConversionOptions::default();
+    svg2pdf::to_pdf(&parse(svg)?, options, page).map_err(|error| error.to_string())
 }
 
 fn parse(svg: &str) -> Result<usvg::Tree, String> {
@@ -75,6 +70,30 @@ fn fonts() -> Arc<usvg::fontdb::Database> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_single_dot_is_drawn() {
+        let mut scene = crate::output::svg::empty(40.0, 40.0);
+        crate::output::draw::dots(&mut scene, &[(20.0, 20.0)], "#000000", 8.0);
+        let tree = parse(&crate::output::svg::document(&scene)).unwrap();
+        let mut pixels = tiny_skia::Pixmap::new(40, 40).unwrap();
+        resvg::render(
+            &tree,
+            tiny_skia::Transform::identity(),
+            &mut pixels.as_mut(),
+        );
+        let dot = pixels.pixel(20, 20).unwrap();
+        assert!(dot.alpha() == 255 && dot.red() < 10, "{dot:?}");
+    }
+
+    #[test]
+    fn texts_in_a_pdf_are_text() {
+        let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"90\" height=\"20\">\
+                   <text x=\"2\" y=\"15\" font-family=\"DejaVu Sans\">speed</text></svg>";
+        let bytes = pdf(svg).unwrap();
+        let has = |word: &[u8]| bytes.windows(word.len()).any(|w| w == word);
+        assert!(has(b"DejaVuSans") && has(b"/ToUnicode"));
+    }
 
     #[test]
     fn the_font_is_there_and_has_the_signs_of_the_axes() {

@@ -100,9 +100,9 @@ fn push_curve(list: &mut Vec<Entry>, panel: &Shown<'_>, series: &Series<'_>, lab
 
 /// Kind of an event as it is said.
 pub(super) fn kind_text(kind: &str) -> String {
-    match kind {
-        "neimark_sacker" => "Neimark-Sacker".to_string(),
-        other => other.replace('_', " "),
+    match kind.strip_prefix("resonance_") {
+        Some(ratio) => format!("resonance {}", ratio.replace('_', ":")),
+        None => readable(kind).replace("neimark sacker", "Neimark-Sacker"),
     }
 }
 

@@ -2,9 +2,11 @@
 
 use super::series::State;
 
-/// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white.
-pub(super) const PALETTE: [&str; 6] = [
-    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9",
+/// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white; then others, so that
+/// bodies, modes and orders beside many connections have colours of their own.
+pub(super) const PALETTE: [&str; 12] = [
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7B4F9D", "#8C6D31",
+    "#5F6A72", "#A6192E", "#5C8A00", "#1F2A6B",
 ];
 
 /// Colour of what belongs to no curve: events, the meaning of dashes.

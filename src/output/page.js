@@ -10,7 +10,9 @@
   const MARKS = ["", "circle-open", "square-open"];
   const SYMBOLS = {
     fold: "triangle-up", branch_point: "square", period_doubling: "diamond",
-    neimark_sacker: "circle", grazing: "cross-thin",
+    neimark_sacker: "circle", grazing: "cross-thin", cusp: "triangle-se", fold_flip: "hourglass", turning_1: "triangle-left",
+    turning_2: "triangle-right", meets_grazing: "cross", generalised_flip: "pentagon", generalised_neimark_sacker: "hexagon",
+    resonance_1_1: "circle-open-dot", resonance_1_2: "circle-open-dot", resonance_1_3: "circle-open-dot", resonance_1_4: "circle-open-dot",
   };
   const MANY_DOTS = 15000;
   const CELLS = 2000;

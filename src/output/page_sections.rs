@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use super::html::{escape, percent_encode, short};
 use super::schematic;
-use crate::report::{Comparison, Description};
+use super::units;
+use crate::report::{Comparison, Description, Table, Values, Words};
 
 /// The model: its drawing, bodies and connections with their numbers.
 pub(super) fn model(page: &mut String, model: &Description) {
@@ -123,4 +124,125 @@ pub(super) fn comparison(page: &mut String, comparison: &Comparison) {
         let _ = writeln!(page, "<p class=\"soft\">{}</p>", escape(text));
     }
     page.push_str("</section>\n");
+}
+
+/// Quantities of some connections or bodies, side by side.
+struct Grid {
+    subjects: Vec<String>,
+    /// Quantity, and a text per subject.
+    rows: Vec<(String, Vec<String>)>,
+}
+
+/// A table of one row: a line per quantity, a column per connection or body.
+pub(super) fn one_row(page: &mut String, table: &Table) {
+    for grid in grids(table) {
+        page.push_str("<div class=\"scroll\"><table><thead><tr><th></th>");
+        for subject in &grid.subjects {
+            let _ = write!(page, "<th class=\"number\">{}</th>", escape(subject));
+        }
+        page.push_str("</tr></thead><tbody>\n");
+        for (quantity, cells) in &grid.rows {
+            let _ = write!(page, "<tr><td>{}</td>", escape(quantity));
+            for cell in cells {
+                let _ = write!(page, "<td class=\"number\">{}</td>", escape(cell));
+            }
+            page.push_str("</tr>\n");
+        }
+        page.push_str("</tbody></table></div>\n");
+    }
+}
+
+fn grids(table: &Table) -> Vec<Grid> {
+    let mut quantities: Vec<(String, Vec<(String, String)>)> = Vec::new();
+    for column in &table.columns {
+        let text = match &column.values {
+            Values::Float(list) => with_unit(list[0], &column.unit),
+            Values::Integer(list) => list[0].to_string(),
+            Values::Text(list) => list[0].clone(),
+        };
+        if text.is_empty() {
+            continue;
+        }
+        let Words { quantity, subject } = Words::of(&column.name);
+        match quantities.iter_mut().find(|(known, _)| *known == quantity) {
+            Some((_, cells)) => cells.push((subject, text)),
+            None => quantities.push((quantity, vec![(subject, text)])),
+        }
+    }
+    let mut grids: Vec<Grid> = Vec::new();
+    for (quantity, cells) in quantities {
+        let is_in = |grid: &Grid| {
+            cells
+                .iter()
+                .all(|(subject, _)| grid.subjects.contains(subject))
+        };
+        let at = grids.iter().position(is_in).unwrap_or_else(|| {
+            grids.push(Grid {
+                subjects: cells.iter().map(|(subject, _)| subject.clone()).collect(),
+                rows: Vec::new(),
+            });
+            grids.len() - 1
+        });
+        let grid = &mut grids[at];
+        let cell = |subject: &String| {
+            let found = cells.iter().find(|(own, _)| own == subject);
+            found.map_or(String::new(), |(_, text)| text.clone())
+        };
+        grid.rows
+            .push((quantity, grid.subjects.iter().map(cell).collect()));
+    }
+    grids
+}
+
+/// A number in the multiple of its unit that suits; empty for NaN.
+fn with_unit(x: f64, unit: &str) -> String {
+    let digits = |x: f64| {
+        let text = short(x);
+        text.strip_suffix(".0").unwrap_or(&text).to_owned()
+    };
+    match units::prefixed(unit, x.abs()) {
+        _ if x.is_nan() => String::new(),
+        Some((unit, factor)) => format!("{} {unit}", digits(x * factor)),
+        None => format!("{} {}", digits(x), units::pretty(unit))
+            .trim_end()
+            .to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Column;
+
+    #[test]
+    fn one_row_stands_upright() {
+        let column = |name: &str, unit: &str, x: f64| Column {
+            name: name.into(),
+            unit: unit.into(),
+            values: Values::Float(vec![x]),
+        };
+        let table = Table {
+            name: String::new(),
+            columns: vec![
+                column("speed_rpm", "rpm", 800.0),
+                column("mean.a_1", "m", 3.4e-5),
+                column("mean.b", "rad", 0.25),
+                column("rms.b", "rad", f64::NAN),
+                column("impacts.b", "", 2.0),
+                column("acceleration.body", "rad/s^2", 5.0),
+            ],
+        };
+        let found = grids(&table);
+        let shown: Vec<_> = found
+            .iter()
+            .map(|g| (g.subjects.join(","), g.rows.len()))
+            .collect();
+        assert_eq!(
+            shown,
+            [(String::new(), 1), ("a 1,b".into(), 2), ("body".into(), 1)]
+        );
+        let row = &found[1].rows[0];
+        assert_eq!(row.1, ["34 \u{b5}m", "0.25 rad"]);
+        assert_eq!(found[1].rows[1].1, ["", "2"]);
+    }
 }

@@ -17,6 +17,8 @@ use super::text::{text_width, wrapped};
 
 /// Pixels between the marks on a curve.
 const BETWEEN_MARKS: f64 = 42.0;
+/// A curve through so few points shows each of them: what was computed, and what is a line between.
+const FEW_POINTS: usize = 30;
 /// More dots than these are drawn small.
 const FEW_DOTS: usize = 600;
 
@@ -192,7 +194,10 @@ fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_
     }
     let middle = frame.left + frame.width / 2.0;
     if frame.has_x_texts {
-        let style = TextStyle::level(sheet.label, TextAnchor::Middle);
+        // A long text in smaller type, rather than beyond the edge.
+        let room = frame.left.min(40.0) + frame.width;
+        let share = (room / text_width(&panel.x_label, font)).clamp(0.6, 1.0);
+        let style = TextStyle::level((font * share) as u32, TextAnchor::Middle);
         put_text(scene, (middle, below), &panel.x_label, style);
     }
     if !panel.panel.heading.is_empty() {
@@ -271,6 +276,14 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
         return;
     };
     let look = look::stroke(series.color, series.rank);
+    if look.mark == Mark::None && runs.iter().all(|run| run.state == State::Plain) {
+        let points = series.points().count();
+        if (1..=FEW_POINTS).contains(&points) {
+            let places = series.points().map(|(x, y)| frame.at(panel, x, y));
+            let places: Vec<_> = places.filter(|at| frame.holds(*at)).collect();
+            dots(scene, &places, &look.color, 4.2);
+        }
+    }
     let mut places = Vec::new();
     for state in [State::Unknown, State::Unstable, State::Stable, State::Plain] {
         let mut d = String::new();

@@ -24,6 +24,10 @@ const RAMP: [(u8, u8, u8); 9] = [
 const STEPS: usize = 48;
 /// Steps that a legend names.
 const NAMED: usize = 5;
+/// Kinds that a legend explains.
+const MOST_KINDS: usize = 12;
+/// Colour of all the others.
+const OTHERS: &str = "#9A8FA0";
 /// Colour of what nothing is known of.
 const UNKNOWN: &str = "#DDDDDD";
 
@@ -77,7 +81,29 @@ impl Raster {
             }
         }
         raster.fill();
+        if !is_continuous {
+            raster.join_rare();
+        }
         raster
+    }
+
+    /// Makes one level of the rarest kinds where there are more than a legend can explain.
+    fn join_rare(&mut self) {
+        let mut counts = vec![0_usize; self.levels.len()];
+        self.cells.iter().flatten().for_each(|k| counts[*k] += 1);
+        let mut shown: Vec<usize> = (0..counts.len()).filter(|k| counts[*k] > 0).collect();
+        if shown.len() <= MOST_KINDS {
+            return;
+        }
+        shown.sort_by_key(|k| std::cmp::Reverse(counts[*k]));
+        let rare = shown.split_off(MOST_KINDS - 1);
+        self.levels.push(Level {
+            text: "others".into(),
+            color: OTHERS.into(),
+        });
+        let others = self.levels.len() - 1;
+        let cells = self.cells.iter_mut().flatten();
+        cells.filter(|k| rare.contains(k)).for_each(|k| *k = others);
     }
 
     /// Gives places without a level that of the nearest ones.
@@ -260,5 +286,16 @@ mod tests {
         assert_eq!((of[3], of[5]), ("one", "0"));
         assert_eq!(edges(&raster.x), [-0.5, 0.5, 1.5, 2.5]);
         assert_eq!(raster.thinned(2).x.len(), 2);
+    }
+
+    #[test]
+    fn rare_kinds_are_one() {
+        let x: Vec<f64> = (0..40).map(f64::from).collect();
+        let values = Values::Integer((0..40).map(|k| if k < 20 { k % 4 } else { k }).collect());
+        let raster = Raster::new(&x, &vec![0.0; 40], &values, &[]);
+        let legend = raster.legend();
+        assert_eq!(legend.len(), MOST_KINDS);
+        assert_eq!(legend[MOST_KINDS - 1].text, "others");
+        assert_eq!(raster.levels[raster.cells[3].unwrap()].text, "3");
     }
 }

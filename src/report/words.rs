@@ -62,6 +62,18 @@ const QUANTITIES: &[(&str, &str)] = &[
     ("period", "period"),
 ];
 
+/// Steps of a path that say nothing that its other steps do not.
+const CONTAINERS: &[&str] = &[
+    "bodies",
+    "connections",
+    "loads",
+    "reduced",
+    "element",
+    "elements",
+    "damping",
+    "reference",
+];
+
 /// A column's name in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Words {
@@ -84,11 +96,51 @@ impl Words {
                     Err(_) => readable(subject),
                 },
             },
-            // A path, or a name of the user's.
+            None if name.contains('.') => Words::of_path(name),
+            // A name of the user's.
             None => Words {
                 quantity: readable(name),
                 subject: String::new(),
             },
+        }
+    }
+
+    /// Of a number of the model, by its path: the quantity and what it belongs to, each list with its place counted from 1.
+    fn of_path(path: &str) -> Words {
+        let mut parts: Vec<String> = Vec::new();
+        for step in path.split('.') {
+            match (step.parse::<usize>(), parts.last_mut()) {
+                (Ok(place), Some(list)) => {
+                    let one = list.strip_suffix('s').filter(|one| *one != "co");
+                    *list = format!("{} {}", one.unwrap_or(list), place + 1);
+                }
+                _ => parts.push(readable(step)),
+            }
+        }
+        let last = parts.pop().unwrap_or_default();
+        let is_load = parts.iter().any(|part| part == "loads");
+        let quantity = match last.as_str() {
+            "mean" | "amplitude" | "phase" if is_load => format!("{last} of the load"),
+            part if is_load && ["cos ", "sin "].iter().any(|f| part.starts_with(f)) => {
+                format!("load, {} part {}", &part[..3], &part[4..])
+            }
+            "modal ratio" => "modal damping ratio".into(),
+            "stiffness proportional" => "stiffness-proportional damping".into(),
+            _ => last,
+        };
+        parts.retain(|part| !CONTAINERS.contains(&part.as_str()));
+        Words {
+            quantity,
+            subject: parts.join(", "),
+        }
+    }
+
+    /// Text of an axis of values that are given to a number of the model, or to the excitation frequency.
+    pub fn of_number(path: &str, unit: &str) -> String {
+        match (path, unit) {
+            ("frequency", "") => "excitation frequency \u{3c9}/\u{3c9}c".into(),
+            ("frequency", unit) => format!("excitation frequency [{unit}]"),
+            _ => Words::of(path).axis(unit),
         }
     }
 
@@ -120,6 +172,17 @@ mod tests {
         assert_eq!(axis("q.mesh_1", "m"), "deformation q, mesh 1 [m]");
         assert_eq!(axis("natural_frequency.2", ""), "natural frequency, mode 2");
         assert_eq!(axis("largest_force", "N"), "largest force [N]");
-        assert_eq!(axis("bodies.a.inertia", ""), "bodies.a.inertia");
+        assert_eq!(axis("bodies.a_1.inertia", ""), "inertia, a 1");
+        assert_eq!(axis("stop.gap", "m"), "gap, stop [m]");
+        let path = "connections.clutch.element.stages.0.hysteresis";
+        assert_eq!(axis(path, "N m"), "hysteresis, clutch, stage 1 [N m]");
+        let path = "loads.A.harmonics.1.amplitude";
+        assert_eq!(
+            axis(path, "N m"),
+            "amplitude of the load, A, harmonic 2 [N m]"
+        );
+        let path = "reduced.loads.harmonics.0.cos.1";
+        assert_eq!(axis(path, ""), "load, cos part 2, harmonic 1");
+        assert_eq!(axis("damping.modal_ratio", ""), "modal damping ratio");
     }
 }

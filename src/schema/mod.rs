@@ -98,6 +98,7 @@ fn excludes(key: &str, others: &[&str]) -> Value {
 fn model() -> Value {
     let of_trains = [
         "bodies",
+        "matrices",
         "connections",
         "damping",
         "loads",
@@ -115,6 +116,7 @@ fn model() -> Value {
             "name": nullable(text("Name of the model, for titles.")),
             "extends": text("Base model file, relative to this one: maps merge, lists and single values are replaced, null removes."),
             "bodies": described("bodies", "Inertias by name."),
+            "matrices": nullable(train::matrices()),
             "connections": described("connections", "Compliant connections by name; the first independent ones are the relative coordinates."),
             "damping": nullable(described("damping", "Damping of the whole train, in addition to the dashpots of connections.")),
             "loads": nullable(described("loads", "Torques (forces on sliding masses) by body.")),

@@ -52,6 +52,35 @@ fn drag() -> Value {
     })
 }
 
+/// The `matrices` of a train.
+pub(super) fn matrices() -> Value {
+    let matrix = |about: &str| super::described("matrix", about);
+    let names = json!({ "type": "array", "items": text("Name of an angle."), "minItems": 1 });
+    let motions = named(
+        "Names with their motions.",
+        NAME,
+        json!({ "enum": ["rotation", "translation"] }),
+    );
+    let part = object(
+        "A part given by symmetric matrices over its coordinates, bare numbers in SI units.",
+        json!({
+            "coordinates": {
+                "description": "Names, which connections and loads use like those of bodies.",
+                "anyOf": [names, motions],
+            },
+            "inertia": matrix("M, positive definite."),
+            "stiffness": matrix("K, positive semidefinite."),
+            "damping": nullable(matrix("C; it damps no motion that K leaves free.")),
+        }),
+        &["coordinates", "inertia", "stiffness"],
+    );
+    named(
+        "Parts given by matrices, such as reduced finite-element models, by name.",
+        NAME,
+        part,
+    )
+}
+
 /// The `reference` of a train.
 pub(super) fn mean_motion() -> Value {
     let speed = |about: &str| quantity(about, Range::Any);

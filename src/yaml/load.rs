@@ -173,11 +173,12 @@ impl Reader {
 }
 
 /// Keys of which a model file has one at least, unless it holds nothing but anchors (`x-..`).
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "schema",
     "extends",
     "name",
     "bodies",
+    "matrices",
     "reference",
     "balance",
     "connections",

@@ -9,5 +9,6 @@ mod common;
 mod assembly_absolute;
 mod assembly_reference;
 mod assembly_topology;
+mod matrices;
 mod start_and_statics;
 mod statics_property;

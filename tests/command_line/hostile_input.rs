@@ -260,3 +260,18 @@ fn tiny_in_every_numeric_place() {
     put_everywhere("1e-308", false);
     put_everywhere("0", false);
 }
+
+#[test]
+fn orders_beyond_all_samples_are_mistakes() {
+    for (key, value) in [
+        ("orders", "[1e308]"),
+        ("orders", "[18446744073709551615]"),
+        ("spectrum_to", "18446744073709551615"),
+        ("spectrum_to", "9223372036854775808"),
+    ] {
+        let run_up = format!("type: run_up, from: 8 kHz, to: 9 kHz, duration: 1 s, {key}: {value}");
+        let text = crate::program::TRAIN.split("analyses:").next().unwrap();
+        let place = Place::with(&format!("{text}analyses: {{it: {{{run_up}}}}}\n"));
+        place.run(&["check", "m.yaml"]).ends_with(2);
+    }
+}

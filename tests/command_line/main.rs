@@ -7,12 +7,14 @@ mod synthetic;
 
 mod bad_input;
 mod cli;
+mod closed_pipes;
 mod confirm;
 mod costs;
 mod drawn_again;
 mod ends_of_runs;
 mod error_estimates;
 mod folders;
+mod gallery;
 mod hostile_input;
 mod laws_in_models;
 mod long_trains;

@@ -5,6 +5,7 @@ mod program;
 
 mod architecture;
 mod circles;
+mod input_fuzz;
 mod kinematics;
 mod load_tables;
 mod loader_fuzz;

@@ -62,6 +62,7 @@ pub fn train(inertia: &[f64], connections: Vec<Connection>) -> Train {
         mean_motion: None,
         balanced: Vec::new(),
         revolutions: 1,
+        parts: Vec::new(),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::assembly::Assembly;
 use crate::error::{Diagnostic, SolveError};
 use crate::model::Model;
 use crate::quantity::Quantity;
+use crate::report::Words;
 use crate::solve::curve::Plane;
 use crate::system::System;
 
@@ -40,10 +41,7 @@ impl Axis {
 
     /// Text of an axis.
     pub fn label(&self) -> String {
-        match self.unit.as_str() {
-            "" => self.written.clone(),
-            unit => format!("{} [{unit}]", self.written),
-        }
+        Words::of_number(&self.written, &self.unit)
     }
 
     /// A native value in words.

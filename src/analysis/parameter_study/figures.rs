@@ -3,7 +3,7 @@
 use super::statistics::{self, FEWEST};
 use super::{Axis, ParameterStudy};
 use crate::report::{
-    Column, Curve, CurveStyle, Figure, NamedFigure, Panel, Table, Values, readable,
+    Column, Curve, CurveStyle, Figure, NamedFigure, Panel, Table, Values, Words, readable,
 };
 
 /// Figures of a study, and the additional tables for them.
@@ -18,6 +18,8 @@ pub(super) struct Drawing {
 const MOST_PANELS: usize = 4;
 /// Columns after the collected quantities.
 const ENDING: usize = 3;
+/// Room beside the values of a cumulative share, over their span.
+const MARGIN: f64 = 0.03;
 /// Correlations of fewer runs say little.
 const FEWEST_FOR_RANKS: usize = 12;
 
@@ -127,7 +129,10 @@ fn distribution(quantities: &[&Column]) -> NamedFigure {
     for quantity in quantities {
         let own = Some(quantity.name.as_str());
         let list = statistics::sorted(quantity);
-        let percentile = |p: f64| short(statistics::quantile(&list, p));
+        let percentile = |p: f64| short(statistics::quantile(&list, p), &quantity.unit);
+        // The last step of the cumulative share stands inside the frame.
+        let (low, high) = (list[0], list[list.len() - 1]);
+        let room = MARGIN * (high - low).max(1e-9 * low.abs().max(high.abs()));
         let bars = CurveStyle::Bars {
             width: "width".into(),
         };
@@ -147,7 +152,8 @@ fn distribution(quantities: &[&Column]) -> NamedFigure {
                 percentile(0.5),
                 percentile(0.95)
             ),
-            y_range: Some((0.0, 1.0)),
+            x_range: (room > 0.0).then_some((low - room, high + room)),
+            y_range: Some((0.0, 1.02)),
             curves: vec![curve("cumulative", "value", "share", CurveStyle::Line, own)],
             ..Panel::default()
         });
@@ -193,15 +199,44 @@ fn sensitivity(quantities: &[&Column], correlations: &Table) -> Option<NamedFigu
 }
 
 fn labelled(column: &Column) -> String {
-    match column.unit.as_str() {
-        "" => readable(&column.name),
-        unit => format!("{} [{unit}]", readable(&column.name)),
-    }
+    Words::of(&column.name).axis(&column.unit)
 }
 
-/// Three significant digits.
-fn short(x: f64) -> String {
-    let text = format!("{x:.2e}");
-    text.parse::<f64>()
-        .map_or(text, |rounded| rounded.to_string())
+/// Three significant digits with the unit, in the multiple of it that suits: `34.1 µm`.
+fn short(x: f64, unit: &str) -> String {
+    const PREFIXES: [(&str, f64); 7] = [
+        ("M", 1e6),
+        ("k", 1e3),
+        ("", 1.0),
+        ("m", 1e-3),
+        ("\u{b5}", 1e-6),
+        ("n", 1e-9),
+        ("p", 1e-12),
+    ];
+    let takes_prefix = ["m", "rad", "N", "N m", "J", "s", "W", "Hz", "N/m"].contains(&unit);
+    let fits = |(_, size): &&(&str, f64)| x.abs() >= 0.9995 * size;
+    let plain = ("", 1.0);
+    let (prefix, size) = match takes_prefix {
+        true => *PREFIXES.iter().find(fits).unwrap_or(&plain),
+        false => plain,
+    };
+    let text = format!("{:.2e}", x / size);
+    let rounded = text
+        .parse::<f64>()
+        .map_or(text, |rounded| rounded.to_string());
+    format!("{rounded} {prefix}{unit}").trim_end().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn percentiles_have_units_that_suit() {
+        assert_eq!(short(3.4123e-5, "m"), "34.1 \u{b5}m");
+        assert_eq!(short(12_049.0, "N"), "12 kN");
+        assert_eq!(short(0.0, "m"), "0 m");
+        assert_eq!(short(2.0, ""), "2");
+        assert_eq!(short(3.0e4, "rad/s"), "30000 rad/s");
+    }
 }

@@ -53,7 +53,8 @@ impl Wanted {
                 faults.push(Fault::new(format!("measures.{k}"), message));
             }
             for column in own {
-                if columns.iter().all(|(place, _)| *place != column.0) {
+                // Two measures have a column of the same name and meaning.
+                if columns.iter().all(|(_, h)| h.name != column.1.name) {
                     columns.push(column);
                 }
             }

@@ -192,7 +192,9 @@ fn figure(
         table: "curves".into(),
         x: "x".into(),
         y: "y".into(),
-        label: kind.replace('_', " "),
+        label: kind
+            .replace("neimark_sacker", "Neimark-Sacker")
+            .replace('_', " "),
         style: CurveStyle::Line,
         only: Some(("curve".into(), number.clone())),
     };

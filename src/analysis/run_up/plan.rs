@@ -72,7 +72,9 @@ impl Plan {
             return Err(faults);
         };
         let highest = orders.iter().copied().fold(1.0, f64::max);
-        let suited = ((PER_WAVE * highest).ceil() as usize).next_power_of_two();
+        // An order beyond what samples can resolve is refused below.
+        let wanted = (PER_WAVE * highest).ceil().min(SAMPLES as f64) as usize;
+        let suited = wanted.next_power_of_two();
         let samples = run_up
             .samples_per_revolution
             .unwrap_or(suited.clamp(FEWEST_SAMPLES, SAMPLES));
@@ -93,7 +95,7 @@ impl Plan {
             (true, Some(to)) => to,
             (true, None) => highest.ceil() as usize,
         };
-        if 2 * spectrum >= samples {
+        if spectrum >= samples.div_ceil(2) {
             let message =
                 format!("{spectrum} must be below half of {samples}, the samples per revolution");
             faults.push(Fault::new("spectrum_to", message));

@@ -171,7 +171,7 @@ fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Fig
     let rms = names
         .iter()
         .map(|name| line(format!("rms.{name}"), name.clone()));
-    let unit = setting.units().displacement("r.m.s. deformation", 0).axis();
+    let unit = setting.units().displacement("rms", 0).axis();
     let mut panels = vec![
         panel(unit, rms.collect()),
         panel(
