@@ -271,6 +271,9 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
         return;
     };
     let look = look::stroke(series.color, series.rank);
+    // On cells of any colour a curve has white edges.
+    let is_cells = |s: &Series<'_>| matches!(s.drawing, Drawing::Cells(_));
+    let has_cells = panel.list.iter().any(is_cells);
     let mut places = Vec::new();
     for state in [State::Unknown, State::Unstable, State::Stable, State::Plain] {
         let mut d = String::new();
@@ -281,6 +284,9 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
             }
         }
         let (width, dashes) = look::state_stroke(look.width, state);
+        if has_cells {
+            stroke(scene, d.clone(), "#ffffff", width + 2.4, None);
+        }
         stroke(scene, d, &look.color, width, dashes);
     }
     places.retain(|at| frame.holds(*at));

@@ -11,7 +11,7 @@ use super::floquet;
 use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer, Strain, choose};
 use super::jumps;
 use super::orbit::Orbit;
-use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
+use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey, slips};
 use super::segment_orbit::SegmentOrbit;
 use super::uninterrupted;
 use crate::error::SolveError;
@@ -319,12 +319,14 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
         let system = self.family.at(lambda)?;
         let extrema = orbit.extrema(system);
         let orbit = Orbit::Segments(orbit);
+        let slips = slips(system, &extrema);
         Ok(Survey {
             orbit,
             extrema,
             breakpoints: system.breakpoints(),
             multipliers,
             neutral,
+            slips,
         })
     }
 }

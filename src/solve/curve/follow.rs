@@ -222,6 +222,11 @@ impl Walker<'_> {
                     (None, None) => ended(end),
                 });
             }
+            if reverses(path)
+                && let Some(end) = self.touch(problem, TOUCHING.1)?
+            {
+                return Ok(end);
+            }
             let last = path.point().clone();
             let spot = problem.spot(&last.u, last.lambda);
             let Some(next) = problem.nature(&spot)? else {
@@ -411,6 +416,15 @@ fn at(
     let spot = problem.spot(&found.u, found.lambda);
     let nature = problem.nature(&spot)?;
     Ok(nature.map(|nature| point(&spot, &nature, mark)))
+}
+
+/// Whether the last step went back where the path had come from: it had met the end of the curve.
+fn reverses(path: &Continuation) -> bool {
+    let (from, to) = (path.origin(), path.point());
+    let ahead = from.tangent_u.dot(&to.tangent_u) + from.tangent_lambda * to.tangent_lambda;
+    let along =
+        from.tangent_u.dot(&(&to.u - &from.u)) + from.tangent_lambda * (to.lambda - from.lambda);
+    ahead < 0.0 || along < 0.0
 }
 
 fn ended(end: PathEnd) -> CurveEnd {

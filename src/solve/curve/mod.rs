@@ -15,6 +15,7 @@ mod defining;
 mod follow;
 mod nature;
 mod normal_form;
+mod relocate;
 mod seek;
 mod shots;
 
