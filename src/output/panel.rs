@@ -13,7 +13,7 @@ use super::look::{self, FAINT, Mark, NEUTRAL, tint};
 use super::series::{Drawing, Series, State};
 use super::shown::Shown;
 use super::svg::{LINE_HEIGHT, Sheet};
-use super::text::{text_width, wrapped};
+use super::text::{cut_front, text_width, wrapped};
 
 /// Pixels between the marks on a curve.
 const BETWEEN_MARKS: f64 = 42.0;
@@ -193,7 +193,8 @@ fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_
     let middle = frame.left + frame.width / 2.0;
     if frame.has_x_texts {
         let style = TextStyle::level(sheet.label, TextAnchor::Middle);
-        put_text(scene, (middle, below), &panel.x_label, style);
+        let label = cut_front(&panel.x_label, font, frame.width + 40.0);
+        put_text(scene, (middle, below), &label, style);
     }
     if !panel.panel.heading.is_empty() {
         let at = match panel.y.exponent {

@@ -221,7 +221,7 @@ impl<F: Family> Residual for Shooting<F> {
         // What is remembered and never changed is data: u keeps it.
         for row in floquet::kept(&self.phi, self.motion) {
             for c in 0..u.len() {
-                jacobian.column(c)[row] = if c == row { 1.0 } else { 0.0 };
+                jacobian.column(c)[row] = if c == row { -1.0 } else { 0.0 };
             }
             out.r[row] = 0.0;
         }

@@ -208,7 +208,10 @@ impl Walker<'_> {
                 Advance::End(end) => Some(end),
             };
             if let Some(end) = end {
-                let is_lost = matches!(end, PathEnd::StepTooSmall { .. } | PathEnd::Creeping);
+                let is_lost = matches!(
+                    end,
+                    PathEnd::StepTooSmall { .. } | PathEnd::Creeping | PathEnd::Looped
+                );
                 let touch = match is_lost {
                     true => self.touch(problem, TOUCHING.1)?,
                     false => None,

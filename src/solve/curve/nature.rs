@@ -24,7 +24,7 @@ pub(super) struct Nature {
 }
 
 /// Distance, in sizes, by which a touching is undone before multipliers are taken: they have a square root on the other side.
-const AWAY: f64 = 1e-9;
+const AWAY: f64 = 1e-11;
 /// Phase and rate (in sizes) within which a passage is the touching itself.
 const TOUCHING: (f64, f64) = (1e-2, 1e-4);
 

@@ -28,6 +28,8 @@ const NEWTON: NewtonOptions = NewtonOptions {
     max_iterations: 20,
     min_damping: 1.0 / 64.0,
 };
+/// Distance from a touching, in sizes, of the states from which orbits beside it are sought.
+const CLEAR: f64 = 1e-3;
 /// Steps by which a touching is approached from its untouched side.
 const SECANTS: usize = 12;
 /// Distance of an extremum from its breakpoint, in sizes, at which the approach is over.
@@ -160,7 +162,9 @@ impl Defining<'_> {
         (connection, breakpoint, tau): (usize, usize, f64),
     ) -> Result<Option<f64>, SolveError> {
         let p = [spot.p[0] + away, spot.p[1]];
-        let Some((u, _)) = closed(&mut self.shots, p, &spot.u)? else {
+        // From the touching orbit itself the corrector may come to what a stop throws back.
+        let clear = self.untouched(spot, CLEAR)?;
+        let Some((u, _)) = closed(&mut self.shots, p, &clear.u)? else {
             return Ok(None);
         };
         let list = super::seek::extrema(&mut self.shots, (p, &u))?;
