@@ -22,12 +22,16 @@ pub struct Initial {
     /// the nearest consistent ones.
     pub memory: Option<Vec<Quantity>>,
     /// Folder of results of another run, relative to the working directory: the state is that of a point in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub results: Option<PathBuf>,
     /// Analysis of those results.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub analysis: Option<String>,
     /// Branch, curve, attractor or run of that point; 0 when absent.
-    pub branch: i64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branch: Option<i64>,
     /// Number of that point.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub point: Option<i64>,
 }
 
@@ -104,7 +108,7 @@ impl Initial {
         let wanted = Wanted {
             folder,
             analysis,
-            branch: self.branch,
+            branch: self.branch.unwrap_or(0),
             point,
         };
         Some(wanted.read().and_then(|row| row.state(setting)))

@@ -58,8 +58,8 @@ pub struct BifurcationCurve {
     /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
-    /// Which points are located again along a branch in the first parameter alone: every tenth (`events`, the default), all, every k-th, or
-    /// none.
+    /// Points to locate again on a branch in the first parameter alone: every tenth (`events`, the default), `all`,
+    /// every k-th, or `none`.
     #[serde(default)]
     pub confirm: Option<Confirm>,
 }
