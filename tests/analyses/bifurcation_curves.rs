@@ -124,7 +124,8 @@ reduced:
     let closed = |w: f64| 0.2 * ((1.5 - w * w).powi(2) + (0.1 * w).powi(2)).sqrt();
     let analysis = format!(
         "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.6, 2], [0.01, 0.5]], \
-         start: {{kind: grazing, connection: m, at: {{frequency: 0.8, {QA}: 0.172}}}}}}"
+         start: {{kind: grazing, connection: m, at: {{frequency: 0.8, {QA}: {}}}}}}}",
+        closed(0.8) + 1e-3
     );
     let report = run(held, &analysis);
     let list = points(&report);

@@ -154,7 +154,8 @@ impl Defining<'_> {
         system.acceleration(tau, &state, &mut scratch, &mut acceleration);
         let row = system.element_map().row(connection).into_owned();
         let rise: f64 = (0..dof).map(|i| row[i] * acceleration[i]).sum();
-        let gradient: Vec<f64> = (0..n)
+        // What is remembered is data.
+        let gradient: Vec<f64> = (0..2 * dof)
             .map(|j| (0..dof).map(|i| row[i] * phi[(i, j)]).sum())
             .collect();
         let square: f64 = gradient.iter().map(|g| g * g).sum();
