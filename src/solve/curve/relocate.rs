@@ -67,7 +67,8 @@ impl Defining<'_> {
             };
             let ends = (value(-1.0), value(1.0));
             let (Ok(a), Ok(b)) = ends else { continue };
-            if !(a * b < 0.0) {
+            let is_bracketed = a * b < 0.0;
+            if !is_bracketed {
                 continue;
             }
             return match roots::bracketed(value, (-1.0, a), (1.0, b), WIDTH) {
@@ -108,7 +109,8 @@ impl Defining<'_> {
             };
             let ends = (value(-1.0), value(1.0));
             let (Ok(a), Ok(b)) = ends else { continue };
-            if !(a * b < 0.0) {
+            let is_bracketed = a * b < 0.0;
+            if !is_bracketed {
                 continue;
             }
             return match roots::bracketed(value, (-1.0, a), (1.0, b), WIDTH) {

@@ -213,7 +213,7 @@ impl<'a> Shots<'a> {
         if begin > 0.0 && !self.map(p, (0.0, begin), (&mut *state, Some(&mut *phi)))? {
             return Ok(false);
         }
-        if !(begin < tau) {
+        if begin >= tau {
             return Ok(true);
         }
         let Slot { system, free, .. } = &mut self.slots[slot];

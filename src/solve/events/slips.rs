@@ -13,7 +13,8 @@ impl Step<'_> {
             let Some((_, at_b)) = b.survey.slips.get(number) else {
                 continue;
             };
-            if !(at_a * at_b < 0.0) {
+            let changes = at_a * at_b < 0.0;
+            if !changes {
                 continue;
             }
             let width = b.fraction - a.fraction;
