@@ -96,10 +96,23 @@ fn confirmed(event: &BifurcationEvent) -> f64 {
     }
 }
 
-/// Name of the connection that grazes; empty for bifurcations.
+/// Kinds of events, as tables have them.
+pub const EVENTS: [&str; 7] = [
+    "fold",
+    "branch_point",
+    "period_doubling",
+    "neimark_sacker",
+    "grazing",
+    "slip_onset",
+    "unresolved",
+];
+
+/// Name of the connection that grazes or begins to slip; empty for bifurcations.
 fn touched(setting: &Setting<'_>, event: &BifurcationEvent) -> String {
     match event.kind {
-        EventKind::Grazing { connection, .. } => setting.assembly.connections[connection].clone(),
+        EventKind::Grazing { connection, .. } | EventKind::SlipOnset { connection } => {
+            setting.assembly.connections[connection].clone()
+        }
         _ => String::new(),
     }
 }

@@ -1,10 +1,12 @@
 //! Initial states as a user writes them.
 
+use super::saved::Wanted;
 use super::{Fault, Setting, columns, flow};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::system::System;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// State at phase 0: relative coordinates r and their rates. Bare numbers are in the units of the report (nondimensional r and
 /// dr/dT, or SI); quantities with a unit are converted.
@@ -19,6 +21,18 @@ pub struct Initial {
     /// default: the memory left by the static equilibrium. Values inconsistent with the deformation are replaced by
     /// the nearest consistent ones.
     pub memory: Option<Vec<Quantity>>,
+    /// Folder of results of another run, relative to the working directory: the state is that of a point in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub results: Option<PathBuf>,
+    /// Analysis of those results.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub analysis: Option<String>,
+    /// Branch, curve, attractor or run of that point; 0 when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branch: Option<i64>,
+    /// Number of that point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point: Option<i64>,
 }
 
 /// Positions or rates.
@@ -33,6 +47,9 @@ impl Initial {
     /// Errors in it; `key` is its own.
     pub fn check(&self, setting: &Setting<'_>, key: &str) -> Vec<Fault> {
         let mut faults = Vec::new();
+        if let Some(Err(message)) = self.saved(setting) {
+            faults.push(Fault::new(format!("{key}.results"), message));
+        }
         for (name, list, kind) in [
             ("q", &self.q, Kind::Position),
             ("v", &self.v, Kind::Rate),
@@ -62,7 +79,10 @@ impl Initial {
             return Err(fault);
         }
         let n = system.dof();
-        let (mut state, mut warning) = flow::rest(system);
+        let (mut state, mut warning) = match self.saved(setting) {
+            Some(Ok(state)) => (state, None),
+            _ => flow::rest(system),
+        };
         if let Some(Ok(q)) = self.q.as_ref().map(|l| numbers(setting, l, Kind::Position)) {
             state[..n].copy_from_slice(&q);
             warning = None;
@@ -74,6 +94,24 @@ impl Initial {
             state[2 * n..].copy_from_slice(&z);
         }
         Ok((state, warning))
+    }
+
+    /// The state of a point of other results; `None` where none is named.
+    fn saved(&self, setting: &Setting<'_>) -> Option<Result<Vec<f64>, String>> {
+        let parts = (&self.results, &self.analysis, self.point);
+        let (Some(folder), Some(analysis), Some(point)) = parts else {
+            let is_absent = parts == (&None, &None, None);
+            let message =
+                "a saved point is a folder of `results`, an `analysis` in it and a `point`";
+            return (!is_absent).then(|| Err(message.into()));
+        };
+        let wanted = Wanted {
+            folder,
+            analysis,
+            branch: self.branch.unwrap_or(0),
+            point,
+        };
+        Some(wanted.read().and_then(|row| row.state(setting)))
     }
 
     /// The numbers alone, nondimensional: half widths of a box. What is absent is zero.

@@ -40,6 +40,7 @@ pub use basins::Basins;
 pub use bifurcation_curve::BifurcationCurve;
 pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
 pub use effective_frequencies::EffectiveFrequencies;
+pub use event_table::EVENTS;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use modes::{Modes, frequencies_at_rest};

@@ -105,9 +105,6 @@ impl Saved {
                 )
             })
         };
-        columns::coordinates(setting)
-            .into_iter()
-            .map(value)
-            .collect()
+        columns::states(setting).into_iter().map(value).collect()
     }
 }

@@ -280,6 +280,11 @@ impl Element for Clutch {
         self.sliders().count()
     }
 
+    fn slip_excess(&self, low: f64, high: f64) -> Vec<f64> {
+        let excess = |s: Slider| s.seen(high) - s.seen(low) - 2.0 * s.reach;
+        self.sliders().map(excess).collect()
+    }
+
     fn project(&self, q: f64, memory: &mut [f64]) {
         for (slider, z) in self.sliders().zip(memory) {
             let seen = slider.seen(q);

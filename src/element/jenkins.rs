@@ -124,6 +124,10 @@ impl Element for Jenkins {
         1
     }
 
+    fn slip_excess(&self, low: f64, high: f64) -> Vec<f64> {
+        vec![high - low - 2.0 * self.slip_force]
+    }
+
     fn project(&self, q: f64, memory: &mut [f64]) {
         memory[0] = memory[0].clamp(q - self.slip_force, q + self.slip_force);
     }

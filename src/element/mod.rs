@@ -280,6 +280,17 @@ pub trait Element: std::fmt::Debug + Send + Sync {
     /// A boxed copy.
     fn clone_box(&self) -> Box<dyn Element>;
 
+    /// By how much the span of what each slider follows exceeds what it can hold without slipping, in an oscillation between two
+    /// deformations; negative where it sticks all the time. Empty for laws without sliders.
+    fn slip_excess(&self, _low: f64, _high: f64) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Whether the law has neither breakpoints nor a memory: no extremum of its deformation means anything.
+    fn is_featureless(&self) -> bool {
+        self.memory_count() == 0 && self.breakpoints().is_empty()
+    }
+
     /// Displacements at which f or a partial is not smooth, ascending. Read again after every parameter change.
     fn breakpoints(&self) -> Vec<f64> {
         Vec::new()

@@ -13,7 +13,7 @@ use super::look::{self, FAINT, Mark, NEUTRAL, tint};
 use super::series::{Drawing, Series, State};
 use super::shown::Shown;
 use super::svg::{LINE_HEIGHT, Sheet};
-use super::text::{text_width, wrapped};
+use super::text::{cut_front, text_width, wrapped};
 
 /// Pixels between the marks on a curve.
 const BETWEEN_MARKS: f64 = 42.0;
@@ -194,11 +194,12 @@ fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_
     }
     let middle = frame.left + frame.width / 2.0;
     if frame.has_x_texts {
-        // A long text in smaller type, rather than beyond the edge.
+        // A long text in smaller type, and its end alone where that does not help.
         let room = frame.left.min(40.0) + frame.width;
         let share = (room / text_width(&panel.x_label, font)).clamp(0.6, 1.0);
         let style = TextStyle::level((font * share) as u32, TextAnchor::Middle);
-        put_text(scene, (middle, below), &panel.x_label, style);
+        let label = cut_front(&panel.x_label, font * share, room);
+        put_text(scene, (middle, below), &label, style);
     }
     if !panel.panel.heading.is_empty() {
         let at = match panel.y.exponent {
@@ -284,6 +285,9 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
             dots(scene, &places, &look.color, 4.2);
         }
     }
+    // On cells of any colour a curve has white edges.
+    let is_cells = |s: &Series<'_>| matches!(s.drawing, Drawing::Cells(_));
+    let has_cells = panel.list.iter().any(is_cells);
     let mut places = Vec::new();
     for state in [State::Unknown, State::Unstable, State::Stable, State::Plain] {
         let mut d = String::new();
@@ -294,6 +298,9 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
             }
         }
         let (width, dashes) = look::state_stroke(look.width, state);
+        if has_cells {
+            stroke(scene, d.clone(), "#ffffff", width + 2.4, None);
+        }
         stroke(scene, d, &look.color, width, dashes);
     }
     places.retain(|at| frame.holds(*at));

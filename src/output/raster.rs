@@ -1,6 +1,6 @@
 //! A table over two columns as coloured cells.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
 use crate::report::Values;
 
@@ -208,23 +208,36 @@ fn kinds(values: &Values, names: &[(String, String)]) -> (Vec<Level>, Vec<Option
         Values::Integer(numbers) => numbers.iter().map(i64::to_string).collect(),
         Values::Float(numbers) => numbers.iter().map(f64::to_string).collect(),
     };
-    let mut known: Vec<(String, String)> = names.to_vec();
-    let mut list = Vec::with_capacity(words.len());
-    for word in words {
-        let place = known.iter().position(|(own, _)| *own == word);
-        list.push(Some(place.unwrap_or_else(|| {
-            known.push((word.clone(), word));
-            known.len() - 1
-        })));
-    }
-    let level = |(k, (_, text)): (usize, &(String, String))| Level {
-        text: text.clone(),
-        color: match text.as_str() {
-            "undecided" => UNKNOWN.into(),
-            _ => KINDS[k % KINDS.len()].into(),
-        },
+    let (mut levels, mut places) = (Vec::<Level>::new(), HashMap::<String, usize>::new());
+    let mut colors = KINDS.iter().cycle();
+    let mut place = |text: &str, levels: &mut Vec<Level>| {
+        let known = levels.iter().position(|level| level.text == text);
+        known.unwrap_or_else(|| {
+            let color = match text {
+                "undecided" => UNKNOWN,
+                _ => colors.next().copied().unwrap_or(UNKNOWN),
+            };
+            levels.push(Level {
+                text: text.into(),
+                color: color.into(),
+            });
+            levels.len() - 1
+        })
     };
-    (known.iter().enumerate().map(level).collect(), list)
+    for (word, text) in names {
+        let level = place(text, &mut levels);
+        places.insert(word.clone(), level);
+    }
+    let list = words.into_iter().map(|word| {
+        let known = places.get(&word).copied();
+        Some(known.unwrap_or_else(|| {
+            let level = place(&word, &mut levels);
+            places.insert(word, level);
+            level
+        }))
+    });
+    let list = list.collect();
+    (levels, list)
 }
 
 /// Numbers: steps between the least and the largest.

@@ -78,6 +78,21 @@ pub(super) fn cut(text: &str, font: f64, room: f64) -> String {
     out + "\u{2026}"
 }
 
+/// A text whose beginning is left out where there is no room: of a path, the last parts say what it is.
+pub(super) fn cut_front(text: &str, font: f64, room: f64) -> String {
+    let mut rest = text;
+    while text_width(rest, font) > room - font {
+        match rest.char_indices().nth(1) {
+            Some((next, _)) if text_width(text, font) > room => rest = &rest[next..],
+            _ => break,
+        }
+    }
+    match rest.len() == text.len() {
+        true => text.to_string(),
+        false => format!("\u{2026}{rest}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,5 +116,11 @@ mod tests {
         assert!(lines.len() > 3 && lines.concat().len() == 100);
         assert!(cut(&"x".repeat(100), 10.0, 100.0).ends_with('…'));
         assert!(wrapped("", 10.0, 100.0).is_empty());
+        let front = cut_front("connections.clutch.stages.0.hysteresis [N m]", 10.0, 150.0);
+        assert!(
+            front.starts_with('…') && front.ends_with("hysteresis [N m]"),
+            "{front}"
+        );
+        assert_eq!(cut_front("time", 10.0, 100.0), "time");
     }
 }

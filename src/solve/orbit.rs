@@ -210,9 +210,9 @@ impl FourierOrbit {
         }
     }
 
-    /// Extrema of every deformation whose law has breakpoints; an empty list for the others.
+    /// Extrema of every deformation whose law has breakpoints or a memory; an empty list for the others.
     pub fn extrema(&self, system: &System) -> Vec<Vec<(f64, f64)>> {
-        let one = |(k, mount): (usize, &Mount)| match mount.element.breakpoints().is_empty() {
+        let one = |(k, mount): (usize, &Mount)| match mount.element.is_featureless() {
             true => Vec::new(),
             false => self.deformation(system, k).extrema(),
         };

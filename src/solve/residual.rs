@@ -128,7 +128,7 @@ pub struct Survey {
     /// The orbit.
     pub orbit: Orbit,
     /// Extrema (tau, deformation) in the order of time, the first one repeated a period later; one list per connection, empty
-    /// for a law without breakpoints and where nothing moves.
+    /// for a law without breakpoints or memory and where nothing moves.
     pub extrema: Vec<Vec<(f64, f64)>>,
     /// Breakpoints of every law at this parameter.
     pub breakpoints: Vec<Vec<f64>>,
@@ -137,6 +137,22 @@ pub struct Survey {
     /// Number of further multipliers that are 1 by construction: memories that do not change on this orbit. The list has a 0 for
     /// each, so that its length does not change where a slider begins to slip.
     pub neutral: usize,
+    /// Connection of every slider, and by how much the span of what it follows exceeds what it can hold without slipping.
+    pub slips: Vec<(usize, f64)>,
+}
+
+/// Every slider of a system with its excess, from the extrema of deformations; none where nothing moves.
+pub fn slips(system: &System, extrema: &[Vec<(f64, f64)>]) -> Vec<(usize, f64)> {
+    let mut list = Vec::new();
+    for (connection, (mount, extrema)) in system.mounts().iter().zip(extrema).enumerate() {
+        let values = extrema.iter().map(|(_, x)| *x);
+        // NaN where nothing moves.
+        let low = values.clone().fold(f64::NAN, f64::min);
+        let high = values.fold(f64::NAN, f64::max);
+        let own = mount.element.slip_excess(low, high);
+        list.extend(own.into_iter().map(|excess| (connection, excess)));
+    }
+    list
 }
 
 /// A residual whose zeros are periodic orbits, with the data for stability and post-processing.

@@ -160,12 +160,12 @@ impl SegmentOrbit {
         }
     }
 
-    /// Extrema (tau, deformation) of every connection whose law has breakpoints, in the order of time, the first one repeated a
+    /// Extrema (tau, deformation) of every connection whose law has breakpoints or a memory, in the order of time, the first one repeated a
     /// period later; an empty list for the others and where nothing moves.
     pub fn extrema(&self, system: &System) -> Vec<Vec<(f64, f64)>> {
         let mounts = system.mounts().iter().enumerate();
         mounts
-            .map(|(k, mount)| match mount.element.breakpoints().is_empty() {
+            .map(|(k, mount)| match mount.element.is_featureless() {
                 true => Vec::new(),
                 false => self.extrema_of(system, k),
             })

@@ -11,7 +11,7 @@ use super::floquet;
 use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer, Strain, choose};
 use super::jumps;
 use super::orbit::Orbit;
-use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
+use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey, slips};
 use super::segment_orbit::SegmentOrbit;
 use super::uninterrupted;
 use crate::error::SolveError;
@@ -233,7 +233,7 @@ impl<F: Family> Residual for Shooting<F> {
         // What is remembered and never changed is data: u keeps it.
         for row in floquet::kept(&self.phi, self.motion) {
             for c in 0..u.len() {
-                jacobian.column(c)[row] = if c == row { 1.0 } else { 0.0 };
+                jacobian.column(c)[row] = if c == row { -1.0 } else { 0.0 };
             }
             out.r[row] = 0.0;
         }
@@ -363,12 +363,14 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
         let system = self.family.at(lambda)?;
         let extrema = orbit.extrema(system);
         let orbit = Orbit::Segments(orbit);
+        let slips = slips(system, &extrema);
         Ok(Survey {
             orbit,
             extrema,
             breakpoints: system.breakpoints(),
             multipliers,
             neutral,
+            slips,
         })
     }
 }

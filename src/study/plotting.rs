@@ -1,19 +1,13 @@
 //! What analyses are asked to draw: checked before they run, handed to their reports.
 
+use crate::analysis::EVENTS;
 use crate::analysis::Fault;
 use crate::assembly::Assembly;
 use crate::error::did_you_mean;
 use crate::report::{Column, Plot, Report, Table, Values};
 use serde_json::Value;
 
-/// Kinds of events, and methods, that figures know.
-const EVENTS: [&str; 5] = [
-    "fold",
-    "branch_point",
-    "period_doubling",
-    "neimark_sacker",
-    "grazing",
-];
+/// Methods that figures know.
 const METHODS: [&str; 3] = ["galerkin", "shooting", "integration"];
 
 /// What is wrong with `plot:`: columns that the tables do not have, unknown connections, ranges that are none.

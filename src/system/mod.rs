@@ -392,6 +392,14 @@ impl System {
         copy
     }
 
+    /// The same system with one law replaced.
+    pub fn with_law(&self, connection: usize, law: Box<dyn Element>) -> System {
+        let mut copy = self.clone();
+        copy.mounts[connection].element = law;
+        copy.index();
+        copy
+    }
+
     /// The system with laws without memory: each on first loading.
     pub fn at_first_loading(&self) -> System {
         let mut copy = self.clone();

@@ -73,7 +73,113 @@ fn folds_meet_at_a_cusp() {
         (0.653340123068, 0.143772163829),
         (1e-5, 1e-5),
     );
-    assert_eq!(events(&report, "meets_grazing").len(), 1);
+    assert_eq!(events(&report, "meets_grazing").len(), 2);
+    let confirmed = floats(main_table(&report), "confirmed");
+    assert!(confirmed.contains(&1.0) && !confirmed.contains(&0.0));
+}
+
+/// From the other end: the same marks, cusps and ends.
+#[test]
+fn a_curve_started_at_both_ends_gives_the_same_points() {
+    let from = |w: f64, qa: f64| {
+        let analysis = format!(
+            "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.4, 2], [0.02, 1.2]], marks: [0.61, 0.473, 0.3, 0.11], \
+             start: {{kind: fold, at: {{frequency: {w}, {QA}: {qa}}}}}}}"
+        );
+        run(ONE, &analysis)
+    };
+    let (one, other) = (from(0.489395515049, 0.61), from(0.94, 0.076));
+    let marked = |report: &Report| {
+        let marks = floats(main_table(report), "mark");
+        let all = points(report).into_iter().zip(marks);
+        let mut list: Vec<(f64, f64)> = all.filter(|(_, m)| *m == 1.0).map(|(p, _)| p).collect();
+        list.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
+        list
+    };
+    let (a, b) = (marked(&one), marked(&other));
+    assert!(a.len() >= 5 && a.len() == b.len(), "{a:?} {b:?}");
+    for (p, q) in a.iter().zip(&b) {
+        assert!((p.0 - q.0).abs() < 1e-9 && p.1 == q.1, "{p:?} {q:?}");
+    }
+    for kind in ["cusp", "meets_grazing"] {
+        let (a, b) = (events(&one, kind), events(&other, kind));
+        assert_eq!(a.len(), b.len(), "{kind}: {a:?} {b:?}");
+        let near = if kind == "cusp" { 1e-8 } else { 1e-4 };
+        a.iter().for_each(|p| has(&b, *p, (near, near)));
+    }
+}
+
+/// Beside a spring k = 0.5 whose slider never slips the mesh stays in contact, mean 1.8/1.5, up to an amplitude of 0.2.
+#[test]
+fn grazings_beside_a_slider_that_holds_have_a_closed_form() {
+    let held = "
+schema: 1
+reduced:
+  stiffness: [[1.0, 0.5]]
+  damping: {matrix: [[0.1]]}
+  elements: {m: {type: backlash, half_gap: 1.0}, s: {type: jenkins, slip_force: 10}}
+  element_map: [[1], [1]]
+  loads: {mean: [0.8], harmonics: [{order: 1, cos: [0.2], sin: [0]}]}
+";
+    let closed = |w: f64| 0.2 * ((1.5 - w * w).powi(2) + (0.1 * w).powi(2)).sqrt();
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.6, 2], [0.01, 0.5]], \
+         start: {{kind: grazing, connection: m, at: {{frequency: 0.8, {QA}: {}}}}}}}",
+        closed(0.8) + 1e-3
+    );
+    let report = run(held, &analysis);
+    let list = points(&report);
+    assert!(list.len() > 20, "{:?}", report.ended_early);
+    for (w, qa) in &list {
+        assert!((qa - closed(*w)).abs() < 1e-9, "{w} {qa} {}", closed(*w));
+    }
+    let confirmed = floats(main_table(&report), "confirmed");
+    assert!(confirmed.contains(&1.0) && !confirmed.contains(&0.0));
+}
+
+/// Behind the touching of a stop the motion is another one; the curve is that of the motion before it.
+#[test]
+fn grazings_of_a_stop_have_a_closed_form() {
+    for restitution in [0.7, 0.2] {
+        let stop = format!(
+            "
+schema: 1
+reduced:
+  stiffness: [[1.0, 1.0]]
+  damping: {{matrix: [[0.1]]}}
+  elements: {{m: {{type: linear}}, s: {{type: rigid_stop, gap: 1, side: positive, restitution: {restitution}}}}}
+  element_map: [[1], [1]]
+  loads: {{mean: [0.2], harmonics: [{{order: 1, cos: [0.6], sin: [0]}}]}}
+"
+        );
+        let closed = |w: f64| 0.8 * ((1.0 - w * w).powi(2) + (0.1 * w).powi(2)).sqrt();
+        let analysis = format!(
+            "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.7, 2], [0.02, 1.2]], \
+             start: {{kind: grazing, connection: s, at: {{frequency: 1.5, {QA}: 1.0}}}}}}"
+        );
+        let report = run(&stop, &analysis);
+        let list = points(&report);
+        assert!(list.len() > 20, "{:?}", report.ended_early);
+        for (w, qa) in &list {
+            assert!((qa - closed(*w)).abs() < 1e-9, "{w} {qa} {}", closed(*w));
+        }
+    }
+}
+
+/// The frequency of a grazing curve that leaves the range downwards tends to 0, and its periods to infinity.
+#[test]
+fn a_curve_ends_before_its_periods_grow_without_bound() {
+    let analysis = format!(
+        "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.4, 2], [0.02, 1.2]], \
+         start: {{kind: grazing, at: {{frequency: 0.499661707279, {QA}: 0.376}}}}}}"
+    );
+    let report = run(ONE, &analysis);
+    assert_eq!(report.ended_early, None);
+    has(
+        &points(&report),
+        (0.4, 0.5 * (0.84_f64.powi(2) + 0.04_f64.powi(2)).sqrt()),
+        (1e-12, 1e-10),
+    );
 }
 
 #[test]

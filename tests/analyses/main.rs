@@ -34,6 +34,7 @@ mod reproduction_rook_singh;
 mod response_integration;
 mod run_ups;
 mod scaling_invariance;
+mod sliders;
 mod stability;
 mod tables;
 mod time_domain;

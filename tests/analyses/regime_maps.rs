@@ -56,3 +56,27 @@ fn mistakes_are_named() {
     );
     assert!(one.contains("a map has two"), "{one}");
 }
+
+/// 20 periods beside a doubling decide nothing; the motions go on until the cells between equal neighbours have a label.
+#[test]
+fn cells_remain_undecided_only_where_neighbours_differ() {
+    let report = run(
+        PAIR,
+        &format!(
+            "{{type: regime_map, parameters: {{frequency: {{from: 1.9, to: 1.96, points: 13}}, {QA}: {{from: 0.25, to: 0.252, points: 2}}}}, \
+             transient: 20, periods: 20, extend: 1, refine: 0, seeds: [rest], measures: []}}"
+        ),
+    );
+    let table = main_table(&report);
+    let (omega, labels) = (floats(table, "frequency"), texts(table, "label"));
+    for k in 1..omega.len() - 1 {
+        if labels[k] == "undecided" && omega[k - 1] < omega[k] && omega[k] < omega[k + 1] {
+            let around = [&labels[k - 1], &labels[k + 1]];
+            assert!(around[0] != around[1], "{} {around:?}", omega[k]);
+        }
+    }
+    assert!(
+        labels.iter().filter(|l| *l == "undecided").count() < 4,
+        "{labels:?}"
+    );
+}

@@ -6,6 +6,7 @@ mod start;
 mod trace;
 
 use super::cost::{Cost, Period};
+use super::response::Confirm;
 use super::{Analysis, Fault, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
@@ -57,6 +58,10 @@ pub struct BifurcationCurve {
     /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
+    /// Points to locate again on a branch in the first parameter alone: every tenth (`events`, the default), `all`,
+    /// every k-th, or `none`.
+    #[serde(default)]
+    pub confirm: Option<Confirm>,
 }
 
 mod defaults {
@@ -70,7 +75,7 @@ mod defaults {
         1e-7
     }
     pub fn max_step() -> f64 {
-        0.05
+        0.025
     }
     pub fn max_points() -> usize {
         5000
@@ -136,6 +141,21 @@ pub enum Kind {
     NeimarkSacker,
     /// An extremum of a deformation on a breakpoint.
     Grazing,
+}
+
+/// Every how many points one is confirmed, unless asked otherwise.
+const TENTH: usize = 10;
+
+impl BifurcationCurve {
+    /// Every how many points one is confirmed.
+    fn confirm_stride(&self) -> Option<usize> {
+        match self.confirm {
+            Some(Confirm::None) => None,
+            Some(Confirm::All) => Some(1),
+            Some(Confirm::Every(stride)) => Some(stride),
+            Some(Confirm::Events) | None => Some(TENTH),
+        }
+    }
 }
 
 impl OneOrMany {

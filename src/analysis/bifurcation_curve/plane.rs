@@ -88,6 +88,8 @@ pub(in crate::analysis) struct Axes {
     pub at: f64,
 }
 
+/// Lowest frequency beyond the range, in lowest ones of the range.
+const SLOWEST: f64 = 0.5;
 /// Share of the range by which a number is moved to see whether it changes anything.
 const NUDGE: f64 = 1e-3 * std::f64::consts::SQRT_2;
 
@@ -302,8 +304,12 @@ fn no_system(list: Vec<Diagnostic>) -> SolveError {
 impl Plane for Grounds<'_> {
     fn system(&mut self, p: [f64; 2]) -> Result<System, SolveError> {
         let frequency = self.reference_frequency(p);
-        if frequency <= 0.0 || frequency.is_nan() {
-            let reason = format!("the frequency would be {frequency}");
+        // A curve that leaves the range downwards would meet ever longer periods.
+        let least = SLOWEST * self.axes.slowest();
+        if frequency < least || frequency.is_nan() {
+            let reason = format!(
+                "the frequency would be {frequency}, below half of the lowest one of the range"
+            );
             return Err(SolveError::NoSystem { reason });
         }
         let values = [self.native(0, p[0]), self.native(1, p[1])];

@@ -4,7 +4,7 @@ use super::BifurcationCurve;
 use super::plane::{Axes, Axis};
 use super::trace::{Piece, Traced};
 use crate::analysis::Setting;
-use crate::analysis::columns::{coordinates, float, frequency_axis, integer, text};
+use crate::analysis::columns::{float, frequency_axis, integer, states, text};
 use crate::analysis::parameter::Parameter;
 use crate::report::{Column, Curve, CurveStyle, Figure, FrequencyUnit, Panel, Report, Table};
 use crate::solve::curve::{Codimension, CurveEvent, CurveKind, CurvePoint};
@@ -32,6 +32,7 @@ pub(super) fn assemble(
         tables: tables(setting, (axes, marks), curves),
         figure: Some(figure(setting, axes, curves)),
         ended_early: ended_early(curves),
+        warnings: refuted(curves),
         ..Report::default()
     };
     let options = serde_json::to_value(keys).unwrap_or(Value::Null);
@@ -39,6 +40,8 @@ pub(super) fn assemble(
         json!({
             "kind": curve.kind.map(CurveKind::word),
             "pieces": curve.pieces.len(),
+            "confirmed": verdicts(curve, true),
+            "refuted": verdicts(curve, false),
             "points": curve.pieces.iter().map(|p| p.points.len()).sum::<usize>(),
             "integrator": curve.integrator,
             "ends": curve.ends.iter().map(|end| json!({"reason": end.reason(), "message": end.message()})).collect::<Vec<_>>(),
@@ -52,6 +55,26 @@ pub(super) fn assemble(
         report.summary.insert(key.into(), value);
     }
     report
+}
+
+/// Points of a curve with a verdict.
+fn verdicts(curve: &Traced, verdict: bool) -> usize {
+    let all = curve.pieces.iter().flat_map(|piece| &piece.confirmed);
+    all.filter(|own| **own == Some(verdict)).count()
+}
+
+/// Curves with points that a branch in the first parameter does not meet.
+fn refuted(curves: &[Traced]) -> Vec<String> {
+    let one = |(k, curve): (usize, &Traced)| {
+        let (good, bad) = (verdicts(curve, true), verdicts(curve, false));
+        (bad > 0).then(|| {
+            format!(
+                "start {k}: {bad} of {} points that were located again along a branch lie elsewhere; see the column `confirmed`",
+                good + bad
+            )
+        })
+    };
+    curves.iter().enumerate().filter_map(one).collect()
 }
 
 /// What is missing, if anything is.
@@ -124,8 +147,11 @@ fn points(
         &of(&|p| p.spot.p[0]),
         &of(&|p| p.spot.p[1]),
     ));
-    let states = coordinates(setting).into_iter().enumerate();
-    columns.extend(states.map(|(i, heading)| heading.column(of(&|p| p.spot.u[i]))));
+    let list = states(setting).into_iter().enumerate();
+    columns.extend(list.map(|(i, heading)| heading.column(of(&|p| p.spot.u[i]))));
+    let verdicts = pieces.iter().flat_map(|(_, _, piece)| &piece.confirmed);
+    let verdicts = verdicts.map(|verdict| verdict.map_or(f64::NAN, |is| f64::from(u8::from(is))));
+    columns.push(float("confirmed", "", verdicts.collect()));
     Table {
         name: String::new(),
         columns,
@@ -190,8 +216,8 @@ fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &Piec
             rows.iter().map(|r| meaning(r.3).to_string()).collect(),
         ),
     ];
-    let states = coordinates(setting).into_iter().enumerate();
-    columns.extend(states.map(|(i, heading)| heading.column(rows.iter().map(|r| r.3.spot.u[i]))));
+    let list = states(setting).into_iter().enumerate();
+    columns.extend(list.map(|(i, heading)| heading.column(rows.iter().map(|r| r.3.spot.u[i]))));
     Table {
         name: "events".into(),
         columns,

@@ -218,9 +218,12 @@ pub(super) fn first<'a>(
     let (rest, _) = flow::rest(&system);
     let levels = system.breakpoints().into_iter().flatten();
     let reach = 2.0 * levels.fold(0.5_f64, |m, b| m.max(b.abs()));
+    // What connections remember stays what the static equilibrium leaves.
+    let moves = |k: usize| if k < 2 * system.dof() { reach } else { 0.0 };
+    let widths = (0..rest.len()).map(moves).collect();
     let guesses = Guesses {
         states,
-        spread: (rest.clone(), vec![reach; rest.len()]),
+        spread: (rest.clone(), widths),
         count: STATES,
     };
     let wanted = match begin.kind {

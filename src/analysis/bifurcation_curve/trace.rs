@@ -3,7 +3,7 @@
 use super::plane::Axes;
 use super::{BifurcationCurve, start};
 use crate::analysis::Setting;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::interrupt;
 use crate::solve::continuation::Side;
 use crate::solve::curve::{
@@ -15,6 +15,8 @@ use rayon::prelude::*;
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     pub points: Vec<CurvePoint>,
+    /// Of the points that were located again: whether that led to the same place.
+    pub confirmed: Vec<Option<bool>>,
     /// Events with the number of points before them.
     pub events: Vec<(usize, CurveEvent)>,
 }
@@ -44,7 +46,7 @@ pub(super) fn all(
             || match start::first(keys, setting, (axes, marks), (&key, begin)) {
                 Ok(Ok(first)) => both_ways(keys, setting, (axes, marks), first),
                 Ok(Err(reason)) => Ok(lost(format!("{key}: {reason}"))),
-                Err(Error::Solve(crate::error::SolveError::Interrupted)) => {
+                Err(Error::Solve(SolveError::Interrupted)) => {
                     Ok(lost(format!("{key}: interrupted")))
                 }
                 Err(error) => Err(error),
@@ -96,14 +98,44 @@ fn both_ways(
     }
     let ends = arms.iter().map(|arm| arm.end.clone()).collect();
     let kind = Some(problem.kind);
+    let mut pieces = pieces(arms);
+    if let Some(stride) = keys.confirm_stride() {
+        confirm(&mut problem, &mut pieces, stride, &mut keep_going)?;
+    }
     let integrator = problem.into_shots().integrator();
     Ok(Traced {
         kind,
-        pieces: pieces(arms),
+        pieces,
         ends,
         failure: None,
         integrator,
     })
+}
+
+/// Difference, in ranges, between the two places of a confirmed point.
+const SAME: f64 = 1e-7;
+
+/// Locates every so many points again along a branch in the first parameter.
+fn confirm(
+    problem: &mut Defining<'_>,
+    pieces: &mut [Piece],
+    stride: usize,
+    keep_going: &mut dyn FnMut(usize) -> bool,
+) -> Result<(), Error> {
+    for piece in pieces {
+        let count = piece.points.len();
+        for (k, point) in piece.points.iter().enumerate().step_by(stride) {
+            if !keep_going(count) {
+                return Ok(());
+            }
+            let found = match problem.relocated(&point.spot) {
+                Err(SolveError::Interrupted) => return Ok(()),
+                found => found.map_err(Error::Solve)?,
+            };
+            piece.confirmed[k] = found.map(|share| (share - point.spot.p[0]).abs() < SAME);
+        }
+    }
+    Ok(())
 }
 
 /// Both arms as one curve, cut where it leaves the ranges.
@@ -123,6 +155,7 @@ fn pieces(mut arms: Vec<Arm>) -> Vec<Piece> {
     }
     let mut whole = Piece {
         points: backward.points,
+        confirmed: Vec::new(),
         events: backward.events,
     };
     if let Some(arm) = forward {
@@ -141,23 +174,26 @@ fn cut(whole: Piece) -> Vec<Piece> {
     let mut events = whole.events.into_iter().peekable();
     let mut is_open = false;
     for (k, point) in whole.points.into_iter().enumerate() {
-        // Events before this point belong to the piece that leads to it.
-        while let Some((_, event)) = events.next_if(|(place, _)| *place <= k) {
-            keep(&mut pieces, is_open, event);
-        }
-        if !point.is_inside() {
-            is_open = false;
-            continue;
-        }
-        if !is_open {
+        // Events before this point belong to the piece that leads to it, or to the one that begins with it.
+        let is_inside = point.is_inside();
+        if is_inside && !is_open {
             pieces.push(Piece {
                 points: Vec::new(),
+                confirmed: Vec::new(),
                 events: Vec::new(),
             });
             is_open = true;
         }
+        while let Some((_, event)) = events.next_if(|(place, _)| *place <= k) {
+            keep(&mut pieces, is_open, event);
+        }
+        if !is_inside {
+            is_open = false;
+            continue;
+        }
         if let Some(piece) = pieces.last_mut() {
             piece.points.push(point);
+            piece.confirmed.push(None);
         }
     }
     for (_, event) in events {

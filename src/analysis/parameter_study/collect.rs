@@ -1,6 +1,7 @@
 //! One cell from a table of a run.
 
 use super::settings::Given;
+use crate::analysis::EVENTS;
 use crate::analysis::{Fault, Setting};
 use crate::error::did_you_mean;
 use crate::quantity::Quantity;
@@ -62,15 +63,6 @@ pub enum Reduce {
     At(Quantity),
 }
 
-/// Kinds of events: a misspelt one would never be found.
-const EVENTS: [&str; 6] = [
-    "fold",
-    "branch_point",
-    "period_doubling",
-    "neimark_sacker",
-    "grazing",
-    "unresolved",
-];
 /// What the rows of a table go by, the first that it has.
 const ABSCISSAE: [&str; 8] = [
     "frequency_hz",

@@ -8,7 +8,7 @@ use crate::analysis::{Setting, flow};
 use crate::interrupt;
 use crate::measure::Solved;
 use crate::postprocess::measures::Meter;
-use crate::solve::attractor::{Label, Stop, Stroboscopic, attractor};
+use crate::solve::attractor::{Label, MapSize, Stop, Stroboscopic, attractor};
 use crate::solve::curve::Plane;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -25,6 +25,9 @@ pub(super) struct Cell {
     /// Reason of the missing result.
     pub failure: Option<String>,
 }
+
+/// Times that an undecided motion goes on, each four times as long as the one before.
+const ROUNDS: usize = 2;
 
 /// Place of a cell on the finest grid.
 pub(super) type Place = (usize, usize);
@@ -85,6 +88,55 @@ impl<'a> Field<'a> {
             let rows: Vec<Vec<Place>> = new.into_iter().map(|place| vec![place]).collect();
             self.complete(&rows);
         }
+        for round in 1..=ROUNDS {
+            if self.setting.control.is_interrupted() {
+                return;
+            }
+            self.decide(round);
+        }
+    }
+
+    /// Goes on with the motions of undecided cells beside which the others agree, for longer with every round.
+    fn decide(&mut self, round: usize) {
+        let is_open = |((seed, place), cell): &(&(usize, Place), &Cell)| {
+            let is_undecided = cell.label == Label::Undecided && cell.failure.is_none();
+            is_undecided && !self.is_contested(*seed, *place)
+        };
+        let open = self.cells.iter().filter(is_open);
+        let open: Vec<((usize, Place), Vec<f64>)> =
+            open.map(|(key, cell)| (*key, cell.end.clone())).collect();
+        let size = self.keys.size();
+        let longer = MapSize {
+            transient: size.transient << (2 * round),
+            periods: size.periods << round,
+            ..size
+        };
+        let flag = interrupt::current();
+        let one = |((seed, place), end): ((usize, Place), Vec<f64>)| {
+            flag.scope(|| {
+                let mut grounds = Grounds::new(self.setting, self.axes.clone(), 1);
+                let cell = self.cell(&mut grounds, place, Some(end), longer)?;
+                Some(((seed, place), cell))
+            })
+        };
+        let found: Vec<_> = open.into_par_iter().filter_map(one).collect();
+        self.cells.extend(found);
+    }
+
+    /// Whether the decided cells nearest to a place have different labels.
+    fn is_contested(&self, seed: usize, (i, j): Place) -> bool {
+        let furthest = self.stride(0) as isize;
+        let label = |(a, b): (isize, isize)| {
+            let along = (1..=furthest).map(|k| (i as isize + k * a, j as isize + k * b));
+            let mut places = along
+                .filter_map(|(x, y)| Some((usize::try_from(x).ok()?, usize::try_from(y).ok()?)));
+            let cell = places.find_map(|place| self.cells.get(&(seed, place)))?;
+            (cell.label != Label::Undecided).then_some(cell.label)
+        };
+        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(label);
+        let mut labels = around.into_iter().flatten();
+        let first = labels.next();
+        labels.any(|label| Some(label) != first)
     }
 
     /// Places of a level next to which two known neighbours differ.
@@ -154,7 +206,7 @@ impl<'a> Field<'a> {
                     Seed::Rest => None,
                     _ => carried.take().or_else(|| self.nearest(number, place)),
                 };
-                let Some(cell) = self.cell(&mut grounds, place, start) else {
+                let Some(cell) = self.cell(&mut grounds, place, start, self.keys.size()) else {
                     return list;
                 };
                 if cell.failure.is_none() {
@@ -189,6 +241,7 @@ impl<'a> Field<'a> {
         grounds: &mut Grounds<'_>,
         place: Place,
         start: Option<Vec<f64>>,
+        size: MapSize,
     ) -> Option<Cell> {
         let (setting, keys) = (self.setting, self.keys);
         let p = [self.share(0, place.0), self.share(1, place.1)];
@@ -215,7 +268,7 @@ impl<'a> Field<'a> {
         };
         let mut keep_going = |_: usize| !setting.control.is_interrupted();
         let labels = keys.label_keys().options();
-        let found = attractor(&mut map, &mut state, keys.size(), labels, &mut keep_going);
+        let found = attractor(&mut map, &mut state, size, labels, &mut keep_going);
         match found.record.stop {
             Some(Stop::Interrupted) => return None,
             Some(stop) => return lost(flow::tell(stop, setting)),

@@ -6,7 +6,8 @@ use crate::analysis::parameter::Parameter;
 use crate::analysis::read::parts;
 use crate::analysis::{Analysis, Setting};
 use crate::error::{Error, did_you_mean};
-use crate::report::{Table, Values};
+use crate::report::{Report, Table, Values};
+use std::collections::HashMap;
 
 /// The curve analysis of that name, and whether its parameters are those of the map in the other order.
 pub(super) fn check(
@@ -56,7 +57,15 @@ pub(super) fn check(
     }
 }
 
-/// Curves that are drawn over the map: their table, number and kind of each, and what is missing.
+/// What the curves of a report are called in its figure, by their numbers.
+fn labels(report: &Report) -> HashMap<String, String> {
+    let panels = report.figure.iter().flat_map(|figure| &figure.panels);
+    let curves = panels.flat_map(|panel| &panel.curves);
+    let own = curves.filter_map(|curve| Some((curve.only.clone()?.1, curve.label.clone())));
+    own.collect()
+}
+
+/// Curves that are drawn over the map: their table, number and label of each, and what is missing.
 pub(super) type Overlay = (Table, Vec<(String, String)>, Vec<String>);
 
 /// Curves with their kinds, in the parameters of the map: `curve, kind, parameter_1, parameter_2`; reasons why some are not whole.
@@ -81,6 +90,7 @@ pub(super) fn tables(
         let Some(table) = report.table("") else {
             continue;
         };
+        let labels = labels(&report);
         let columns = ["curve", "kind", "parameter_1", "parameter_2"].map(|c| table.column(c));
         let [Some(curve), Some(kind), Some(first), Some(second)] =
             columns.map(|c| c.map(|c| &c.values))
@@ -99,7 +109,9 @@ pub(super) fn tables(
         let mut before = None;
         for row in 0..curve.len() {
             if before != Some(curve[row]) {
-                list.push((list.len().to_string(), kind[row].clone()));
+                let label = labels.get(&curve[row].to_string());
+                let label = label.cloned().unwrap_or_else(|| kind[row].clone());
+                list.push((list.len().to_string(), label));
             }
             before = Some(curve[row]);
             numbers.push(list.len() as i64 - 1);

@@ -10,6 +10,7 @@ use crate::analysis::columns::{float, integer, text};
 use crate::analysis::parameter::Parameter;
 use crate::quantity::Quantity;
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values};
+use crate::solve::attractor::Label;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 
@@ -44,7 +45,7 @@ pub(super) fn assemble(
     }
     let is_interrupted = setting.control.is_interrupted();
     let mut report = Report {
-        figure: Some(figure(keys, axes, wanted, &list, &units)),
+        figure: Some(figure(keys, axes, wanted, &list, (&units, longest(field)))),
         tables,
         warnings,
         ended_early: is_interrupted
@@ -153,27 +154,41 @@ fn with_users_units(mut table: Table, units: &Units) -> Table {
     table
 }
 
+/// The longest period among the labels.
+fn longest(field: &Field<'_>) -> usize {
+    let period = |cell: &Cell| match cell.label {
+        Label::Period(n) => n,
+        _ => 1,
+    };
+    field.cells.values().map(period).max().unwrap_or(1)
+}
+
+/// Labels with what a legend says of them: long periods are one kind, so that no two kinds have one colour.
+fn kinds(longest: usize) -> Vec<(String, String)> {
+    let own = |n: usize| (format!("period {n}"), format!("period {n}"));
+    let mut list: Vec<(String, String)> = (1..=4).map(own).collect();
+    let words = ["quasi-periodic", "chaotic", "undecided"];
+    list.extend(words.map(|word| (word.to_string(), word.to_string())));
+    let together = |n: usize| match n {
+        5..=8 => "period 5 to 8",
+        _ => "longer period",
+    };
+    list.extend((5..=longest.max(9)).map(|n| (format!("period {n}"), together(n).to_string())));
+    list
+}
+
 /// A panel per seed, or one of the drawn measure per seed, with the curves over it.
 fn figure(
     keys: &RegimeMap,
     axes: &Axes,
     wanted: &Wanted,
     curves: &[(String, String)],
-    units: &Units,
+    (units, longest): (&Units, usize),
 ) -> Figure {
     let axis = |axis: &Axis, unit: &str| match unit {
         "" => axis.written.clone(),
         unit => format!("{} [{unit}]", axis.written),
     };
-    let names = [
-        "period 1",
-        "period 2",
-        "period 3",
-        "period 4",
-        "quasi-periodic",
-        "chaotic",
-        "undecided",
-    ];
     let cells = |seed: usize| Curve {
         table: String::new(),
         x: "x".into(),
@@ -182,19 +197,17 @@ fn figure(
         style: CurveStyle::Cells {
             value: wanted.drawn.clone().unwrap_or_else(|| "label".into()),
             names: match wanted.drawn {
-                None => names.map(|n| (n.to_string(), n.to_string())).to_vec(),
+                None => kinds(longest),
                 Some(_) => Vec::new(),
             },
         },
         only: Some(("seed".into(), seed.to_string())),
     };
-    let line = |(number, kind): &(String, String)| Curve {
+    let line = |(number, label): &(String, String)| Curve {
         table: "curves".into(),
         x: "x".into(),
         y: "y".into(),
-        label: kind
-            .replace("neimark_sacker", "Neimark-Sacker")
-            .replace('_', " "),
+        label: label.clone(),
         style: CurveStyle::Line,
         only: Some(("curve".into(), number.clone())),
     };

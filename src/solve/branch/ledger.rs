@@ -91,7 +91,7 @@ pub(super) fn unexplained(
         }
         let takes = |e: &BifurcationEvent| match e.kind {
             EventKind::Fold | EventKind::BranchPoint => missing.abs() == 1,
-            EventKind::Grazing { .. } => may_break,
+            EventKind::Grazing { .. } | EventKind::SlipOnset { .. } => may_break,
             _ => false,
         };
         let expected = (before as i64 + sum).max(0) as usize;

@@ -14,15 +14,9 @@ use std::f64::consts::TAU;
 /// equal there.
 const STEP: f64 = 4e-6;
 
-/// Distances from a touching, in sizes, at which derivatives are taken; farther than the steps of the differences reach.
-const APART: [f64; 2] = [6e-5, 1.2e-4];
-
-/// Largest difference between Phi at a touching and Phi extrapolated to it, relative to its entries: beyond it another passage of a
-/// breakpoint lies in between.
-const AGREEING: f64 = 1e-3;
-
-/// Phi with the slopes of P in both parameters.
-type Side = (DMatrix<f64>, [DVector<f64>; 2]);
+/// Distance from a touching, in sizes, within which images are those of the flow that does not touch, extended: the square of it is
+/// what the extension is wrong by.
+const APART: f64 = 1e-7;
 
 /// A place on or near a curve.
 #[derive(Debug, Clone)]
@@ -126,18 +120,43 @@ impl<'a> Defining<'a> {
         self.shots.map(p, (0.0, TAU), into)
     }
 
+    /// The same as if the touching of a grazing curve did nothing: the flow beside it, which is smooth, extended by its transition matrix.
+    /// The flow that touches has a square root, and behind a stop another motion.
+    fn shoot_beside(&mut self, spot: &Spot, beside: &Spot) -> Result<bool, SolveError> {
+        let is_whole = self.shoot(&beside.u, beside.p)?;
+        if is_whole && beside.u != spot.u {
+            for (j, (u, other)) in spot.u.iter().zip(&beside.u).enumerate() {
+                for (i, x) in self.state.iter_mut().enumerate() {
+                    *x += self.phi[(i, j)] * (u - other);
+                }
+            }
+        }
+        Ok(is_whole)
+    }
+
     /// P(u) - u (+ extra b for a branch point) and the conditions; NaN where there is no image.
     fn residual(&mut self, spot: &Spot, out: &mut [f64]) -> Result<(), SolveError> {
         out.fill(f64::NAN);
         let n = spot.u.len();
-        if !self.shoot(&spot.u, spot.p)? {
+        let beside = match self.kind {
+            CurveKind::Grazing { .. } => Some(self.untouched(spot, APART)?),
+            _ => None,
+        };
+        let is_whole = match &beside {
+            Some(beside) => self.shoot_beside(spot, beside)?,
+            None => self.shoot(&spot.u, spot.p)?,
+        };
+        if !is_whole {
             return Ok(());
         }
         for (r, (image, u)) in out.iter_mut().zip(self.state.iter().zip(&spot.u)) {
             *r = (image - u) / self.size;
         }
         match self.kind {
-            CurveKind::Grazing { .. } => self.touch(spot, None, &mut out[n..]),
+            CurveKind::Grazing { .. } => {
+                let beside = beside.unwrap_or_else(|| spot.clone());
+                self.touch((spot, &beside), None, &mut out[n..])
+            }
             _ => self.events(spot, out),
         }
     }
@@ -184,10 +203,11 @@ impl<'a> Defining<'a> {
         Ok((b - a) / (2.0 * STEP))
     }
 
-    /// Deformation over its breakpoint and its rate at tau of a grazing, with their derivatives to u and tau.
+    /// Deformation over its breakpoint and its rate at tau of a grazing, with their derivatives to u and tau: those of the flow beside
+    /// the touching, extended.
     fn touch(
         &mut self,
-        spot: &Spot,
+        (spot, beside): (&Spot, &Spot),
         partials: Option<&mut DMatrix<f64>>,
         out: &mut [f64],
     ) -> Result<(), SolveError> {
@@ -200,14 +220,18 @@ impl<'a> Defining<'a> {
         };
         let n = spot.u.len();
         let tau = spot.extra.rem_euclid(TAU);
-        let mut state = spot.u.clone();
-        let mut phi = DMatrix::identity(n, n);
-        let variation = partials.is_some().then_some(&mut phi);
-        if tau > 0.0 && !(self.shots).map(spot.p, (0.0, tau), (&mut state, variation))? {
+        let (mut state, mut phi) = (beside.u.clone(), DMatrix::identity(n, n));
+        let into = (state.as_mut_slice(), &mut phi);
+        if !self.shots.approach(spot.p, (connection, tau), into)? {
             return Ok(());
         }
+        for (j, (u, other)) in spot.u.iter().zip(&beside.u).enumerate() {
+            for (i, x) in state.iter_mut().enumerate() {
+                *x += phi[(i, j)] * (u - other);
+            }
+        }
         let system = self.shots.system(spot.p)?;
-        let (dof, mut scratch) = (n / 2, system.scratch());
+        let (dof, mut scratch) = (system.dof(), system.scratch());
         let mut acceleration = vec![0.0; dof];
         system.acceleration(tau, &state, &mut scratch, &mut acceleration);
         let levels = system.mounts()[connection].element.breakpoints();
@@ -234,25 +258,6 @@ impl<'a> Defining<'a> {
         partials[(0, n)] = out[1] / system.omega();
         partials[(1, n)] = (rise / system.omega() - bend) / self.size;
         Ok(())
-    }
-
-    /// Phi and the slopes of P in both parameters as they are on the untouched side of a grazing, extrapolated from two distances: on
-    /// the other side they have a square root. `None` where there is no image.
-    fn one_sided(&mut self, spot: &Spot) -> Result<Option<Side>, SolveError> {
-        let mut sides = Vec::with_capacity(2);
-        for away in APART {
-            let moved = self.untouched(spot, away)?;
-            if !self.shoot(&moved.u, moved.p)? {
-                return Ok(None);
-            }
-            let phi = self.phi.clone();
-            sides.push((phi, [self.slope(&moved, 0)?, self.slope(&moved, 1)?]));
-        }
-        let ((phi_b, [first_b, second_b]), (phi_a, [first_a, second_a])) =
-            (sides.swap_remove(1), sides.swap_remove(0));
-        let slopes = [first_a * 2.0 - first_b, second_a * 2.0 - second_b];
-        let is_known = slopes.iter().all(|s| s.iter().all(|x| x.is_finite()));
-        Ok(is_known.then(|| (phi_a * 2.0 - phi_b, slopes)))
     }
 
     /// Residuals on both sides of an unknown, or of p2 behind the last one, over twice the step.
@@ -344,20 +349,14 @@ impl Defining<'_> {
         self.residual(&spot, &mut values)?;
         out.r.copy_from_slice(&values);
         out.magnitude = 1.0;
-        let mut phi = self.phi.clone();
+        let phi = self.phi.clone();
         let is_grazing = matches!(self.kind, CurveKind::Grazing { .. });
-        let mut slopes = None;
-        if is_grazing
-            && let Some(side) = self.one_sided(&spot)?
-            && (&side.0 - &phi).amax() <= AGREEING * phi.amax()
-        {
-            (phi, slopes) = (side.0, Some(side.1));
-        }
         let mut sides = [vec![0.0; dim], vec![0.0; dim]];
         let mut partials = DMatrix::zeros(2, n + 1);
         if is_grazing {
             let mut again = [0.0; 2];
-            self.touch(&spot, Some(&mut partials), &mut again)?;
+            let beside = self.untouched(&spot, APART)?;
+            self.touch((&spot, &beside), Some(&mut partials), &mut again)?;
         }
         let columns = dim + usize::from(out.has_parameter);
         for k in 0..columns {
@@ -373,12 +372,6 @@ impl Defining<'_> {
             if k < n {
                 for i in 0..n {
                     column[i] = phi[(i, k)] - f64::from(i == k);
-                }
-            }
-            if let (Some(slopes), true) = (&slopes, k == n || k > n + 1) {
-                let which = usize::from(k > n);
-                for i in 0..n {
-                    column[i] = slopes[which][i] / self.size;
                 }
             }
             if is_known {

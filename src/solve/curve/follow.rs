@@ -3,6 +3,7 @@
 use super::CurveKind;
 use super::codimension::{self, Codimension, CurveEvent};
 use super::defining::{Defining, Spot};
+use super::end::CurveEnd;
 use super::nature::Nature;
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -37,66 +38,6 @@ pub struct CurvePoint {
     pub criticality: f64,
     /// Number of the mark that it was solved at.
     pub mark: Option<usize>,
-}
-
-/// Reason of the end of a curve.
-#[derive(Debug, Clone, PartialEq)]
-pub enum CurveEnd {
-    /// It left the ranges and did not come back within the margin.
-    LeftRange,
-    /// It came back to its first point.
-    Closed,
-    /// A Neimark-Sacker curve at which the pair became real: 1:1 or 1:2.
-    Resonance(u8),
-    /// An extremum of this connection touches a breakpoint: behind it the multipliers have infinite slope, and the condition of
-    /// a smooth bifurcation is not met.
-    MeetsGrazing(usize),
-    /// The path follower ended.
-    Path(PathEnd),
-    /// The model ends.
-    NoModel(String),
-}
-
-impl CurveEnd {
-    /// One word for files.
-    pub fn reason(&self) -> &'static str {
-        match self {
-            CurveEnd::LeftRange => "range_reached",
-            CurveEnd::Closed => "closed",
-            CurveEnd::Resonance(1) => "resonance_1_1",
-            CurveEnd::Resonance(_) => "resonance_1_2",
-            CurveEnd::MeetsGrazing(_) => "meets_grazing",
-            CurveEnd::Path(end) => end.reason(),
-            CurveEnd::NoModel(_) => "no_model",
-        }
-    }
-
-    /// A sentence for people.
-    pub fn message(&self) -> String {
-        match self {
-            CurveEnd::LeftRange => "the curve left the ranges".into(),
-            CurveEnd::Closed => "the curve closed on itself".into(),
-            CurveEnd::Resonance(n) => format!(
-                "the pair of multipliers became real at the 1:{n} resonance; beyond it the orbit is a neutral saddle"
-            ),
-            CurveEnd::MeetsGrazing(_) => {
-                "the curve meets a grazing, beyond which the multipliers have infinite slope".into()
-            }
-            CurveEnd::Path(end) => end.message(),
-            CurveEnd::NoModel(reason) => format!("the model ends: {reason}"),
-        }
-    }
-
-    /// Whether nothing is missing.
-    pub fn is_complete(&self) -> bool {
-        matches!(
-            self,
-            CurveEnd::LeftRange
-                | CurveEnd::Closed
-                | CurveEnd::Resonance(_)
-                | CurveEnd::MeetsGrazing(_)
-        )
-    }
 }
 
 /// A part of a curve, one way from its start, points and events in the order of the path.
@@ -208,7 +149,10 @@ impl Walker<'_> {
                 Advance::End(end) => Some(end),
             };
             if let Some(end) = end {
-                let is_lost = matches!(end, PathEnd::StepTooSmall { .. } | PathEnd::Creeping);
+                let is_lost = matches!(
+                    end,
+                    PathEnd::StepTooSmall { .. } | PathEnd::Creeping | PathEnd::Looped
+                );
                 let touch = match is_lost {
                     true => self.touch(problem, TOUCHING.1)?,
                     false => None,
@@ -221,6 +165,11 @@ impl Walker<'_> {
                     (None, Some(reason)) => CurveEnd::NoModel(reason),
                     (None, None) => ended(end),
                 });
+            }
+            if reverses(path)
+                && let Some(end) = self.touch(problem, TOUCHING.1)?
+            {
+                return Ok(end);
             }
             let last = path.point().clone();
             let spot = problem.spot(&last.u, last.lambda);
@@ -411,6 +360,15 @@ fn at(
     let spot = problem.spot(&found.u, found.lambda);
     let nature = problem.nature(&spot)?;
     Ok(nature.map(|nature| point(&spot, &nature, mark)))
+}
+
+/// Whether the last step went back where the path had come from: it had met the end of the curve.
+fn reverses(path: &Continuation) -> bool {
+    let (from, to) = (path.origin(), path.point());
+    let ahead = from.tangent_u.dot(&to.tangent_u) + from.tangent_lambda * to.tangent_lambda;
+    let along =
+        from.tangent_u.dot(&(&to.u - &from.u)) + from.tangent_lambda * (to.lambda - from.lambda);
+    ahead < 0.0 || along < 0.0
 }
 
 fn ended(end: PathEnd) -> CurveEnd {

@@ -12,15 +12,18 @@
 mod codimension;
 mod conditions;
 mod defining;
+mod end;
 mod follow;
 mod nature;
 mod normal_form;
+mod relocate;
 mod seek;
 mod shots;
 
 pub use codimension::{Codimension, CurveEvent};
 pub use defining::{Defining, Spot};
-pub use follow::{Arm, CurveEnd, CurveOptions, CurvePoint, follow};
+pub use end::CurveEnd;
+pub use follow::{Arm, CurveOptions, CurvePoint, follow};
 pub use seek::{Guess, Guesses, NoStart, seek};
 pub use shots::{Plane, Shots};
 

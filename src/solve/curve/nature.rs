@@ -24,7 +24,7 @@ pub(super) struct Nature {
 }
 
 /// Distance, in sizes, by which a touching is undone before multipliers are taken: they have a square root on the other side.
-const AWAY: f64 = 1e-9;
+const AWAY: f64 = 1e-11;
 /// Phase and rate (in sizes) within which a passage is the touching itself.
 const TOUCHING: (f64, f64) = (1e-2, 1e-4);
 
@@ -131,7 +131,8 @@ impl Defining<'_> {
         })
     }
 
-    /// A spot at which the contact condition fails by a number of sizes: the state moved, against the gradient of the touched deformation.
+    /// A spot at which the extremum stays clear of its breakpoint by at least a number of sizes: the state moved, against the gradient of the
+    /// touched deformation.
     pub(super) fn untouched(&mut self, spot: &Spot, away: f64) -> Result<Spot, SolveError> {
         let CurveKind::Grazing {
             connection,
@@ -143,24 +144,33 @@ impl Defining<'_> {
         let n = spot.u.len();
         let tau = spot.extra.rem_euclid(TAU);
         let (mut state, mut phi) = (spot.u.clone(), DMatrix::identity(n, n));
-        let into = (state.as_mut_slice(), Some(&mut phi));
-        if tau > 0.0 && !self.shots.map(spot.p, (0.0, tau), into)? {
+        let into = (state.as_mut_slice(), &mut phi);
+        if !self.shots.approach(spot.p, (connection, tau), into)? {
             return Ok(spot.clone());
         }
         let system = self.shots.system(spot.p)?;
-        let (dof, mut scratch) = (n / 2, system.scratch());
+        let (dof, mut scratch) = (system.dof(), system.scratch());
         let mut acceleration = vec![0.0; dof];
         system.acceleration(tau, &state, &mut scratch, &mut acceleration);
         let row = system.element_map().row(connection).into_owned();
         let rise: f64 = (0..dof).map(|i| row[i] * acceleration[i]).sum();
-        let gradient: Vec<f64> = (0..n)
+        // What is remembered is data.
+        let gradient: Vec<f64> = (0..2 * dof)
             .map(|j| (0..dof).map(|i| row[i] * phi[(i, j)]).sum())
             .collect();
         let square: f64 = gradient.iter().map(|g| g * g).sum();
         let level = system.mounts()[connection].element.breakpoints()[breakpoint];
-        // A maximum is kept below the breakpoint, a minimum above.
-        let gap = level - scratch.deformation[connection] - away * self.size * -rise.signum();
+        let (x, rate) = (scratch.deformation[connection], scratch.rate[connection]);
+        // The extremum itself lies beside tau where the rate is not 0. A maximum is kept below the breakpoint, a minimum above.
+        let extremum = match rate * rate < self.size * rise.abs() {
+            true => x - rate * rate / (2.0 * rise),
+            false => x,
+        };
+        let gap = level - extremum - away * self.size * -rise.signum();
         let mut moved = spot.clone();
+        if gap * rise < 0.0 {
+            return Ok(moved);
+        }
         for (u, g) in moved.u.iter_mut().zip(&gradient) {
             *u += g * gap / square.max(f64::MIN_POSITIVE);
         }

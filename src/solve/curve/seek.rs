@@ -52,6 +52,8 @@ pub enum NoStart {
 const NEAR: f64 = 0.02;
 /// Distance below which no better one is looked for.
 const EXACT: f64 = 1e-8;
+/// Guesses tried after the best event so far, in search of a nearer one.
+const FURTHER: usize = 24;
 /// Periods after which a random motion is a guess.
 const PERIODS: [usize; 6] = [0, 1, 2, 4, 8, 60];
 /// Orbits nearer than this, relative to their size, are one.
@@ -64,10 +66,22 @@ const SEED: u64 = 2;
 const EXTREMA: usize = 3;
 
 /// u -> P(u) - u at a place.
-struct Closing<'s, 'a> {
+pub(super) struct Closing<'s, 'a> {
     shots: &'s mut Shots<'a>,
     p: [f64; 2],
     phi: DMatrix<f64>,
+}
+
+impl<'s, 'a> Closing<'s, 'a> {
+    /// At a place.
+    pub(super) fn new(shots: &'s mut Shots<'a>, p: [f64; 2]) -> Closing<'s, 'a> {
+        let n = shots.size();
+        Closing {
+            shots,
+            p,
+            phi: DMatrix::identity(n, n),
+        }
+    }
 }
 
 impl Residual for Closing<'_, '_> {
@@ -115,7 +129,12 @@ pub fn seek<'a>(
     let mut orbits: Vec<Vec<f64>> = Vec::new();
     let (mut best, mut nearest): (Option<(CurveKind, Spot)>, Option<[f64; 2]>) = (None, None);
     let gap = |spot: &Spot| (spot.p[0] - p[0]).abs();
+    let mut tries = 0;
     for state in Spread::new(guesses) {
+        tries += 1;
+        if best.is_some() && tries > FURTHER {
+            break;
+        }
         let Some(u) = orbit(&mut shots, p, state)? else {
             continue;
         };
@@ -133,10 +152,11 @@ pub fn seek<'a>(
             }
             let is_better = best.as_ref().is_none_or(|(_, b)| gap(&found) < gap(b));
             if gap(&found) < NEAR && is_better {
-                best = Some((kind, found));
+                (best, tries) = (Some((kind, found)), 0);
             }
         }
-        if best.as_ref().is_some_and(|(_, spot)| gap(spot) < EXACT) {
+        let is_exact = best.as_ref().is_some_and(|(_, spot)| gap(spot) < EXACT);
+        if is_exact {
             break;
         }
     }
@@ -178,7 +198,10 @@ impl Iterator for Spread<'_> {
         }
         let (centre, widths) = &self.guesses.spread;
         let mut state = centre.clone();
-        scatter(SEED, k / PERIODS.len(), widths, &mut state);
+        // The first one is the centre itself.
+        if k >= PERIODS.len() {
+            scatter(SEED, k / PERIODS.len() - 1, widths, &mut state);
+        }
         Some((state, PERIODS[k % PERIODS.len()]))
     }
 }
@@ -194,12 +217,7 @@ fn orbit(
             return Ok(None);
         }
     }
-    let n = state.len();
-    let mut problem = Closing {
-        shots,
-        p,
-        phi: DMatrix::identity(n, n),
-    };
+    let mut problem = Closing::new(shots, p);
     let options = NewtonOptions {
         tolerance: 1e-9,
         step_tolerance: 1e-8,
@@ -257,21 +275,35 @@ fn touches(
     Ok(nearest.map(|(_, kind, tau)| (kind, spot(tau))).collect())
 }
 
+/// Extrema of a deformation, each with its phase, and the breakpoints of its law.
+type Extrema = (Vec<(f64, f64)>, Vec<f64>);
+
+/// Extrema of all deformations, connection by connection; `None` where there is no image.
+pub(super) fn extrema(
+    shots: &mut Shots<'_>,
+    (p, u): ([f64; 2], &[f64]),
+) -> Result<Option<Vec<Extrema>>, SolveError> {
+    let system = shots.system(p)?.clone();
+    let mut orbit = SegmentOrbit::new(system.omega(), system.subharmonic(), system.dof());
+    let mut state = u.to_vec();
+    if !shots.observed(p, (0.0, TAU), (&mut state, None), &mut orbit)? {
+        return Ok(None);
+    }
+    let all = orbit.extrema(&system).into_iter();
+    Ok(Some(all.zip(system.breakpoints()).collect()))
+}
+
 /// Distances of all extrema from breakpoints, the least first, each with its grazing and its phase.
 fn gaps(
     shots: &mut Shots<'_>,
     connection: Option<usize>,
     (p, u): ([f64; 2], &[f64]),
 ) -> Result<Vec<(f64, CurveKind, f64)>, SolveError> {
-    let system = shots.system(p)?.clone();
-    let mut orbit = SegmentOrbit::new(system.omega(), system.subharmonic(), system.dof());
-    let mut state = u.to_vec();
-    if !shots.observed(p, (0.0, TAU), (&mut state, None), &mut orbit)? {
+    let Some(all) = extrema(shots, (p, u))? else {
         return Ok(Vec::new());
-    }
+    };
     let mut list: Vec<(f64, CurveKind, f64)> = Vec::new();
-    let (extrema, levels) = (orbit.extrema(&system), system.breakpoints());
-    for (own, (extrema, levels)) in extrema.iter().zip(&levels).enumerate() {
+    for (own, (extrema, levels)) in all.iter().enumerate() {
         if connection.is_some_and(|wanted| wanted != own) {
             continue;
         }

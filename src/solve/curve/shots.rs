@@ -1,10 +1,11 @@
 //! The flow at places of a plane of two parameters.
 
+use crate::element::PiecewiseLinear;
 use crate::error::SolveError;
 use crate::solve::integrate::{
     IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, choose,
 };
-use crate::solve::{jumps, uninterrupted};
+use crate::solve::{floquet, jumps, uninterrupted};
 use crate::system::System;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -31,7 +32,19 @@ struct Slot {
     key: [f64; 2],
     system: System,
     integrator: Box<dyn Integrator + Send>,
+    /// The same without the law of one connection.
+    free: Option<Free>,
 }
+
+/// A flow without the law of one connection.
+struct Free {
+    connection: usize,
+    system: System,
+    integrator: Box<dyn Integrator + Send>,
+}
+
+/// Phase before a touching of a stop within which the stop is left out: what lies beyond its level there is the motion without it.
+const WITHOUT: f64 = 0.1;
 
 /// Maps over the response period.
 pub struct Shots<'a> {
@@ -40,6 +53,8 @@ pub struct Shots<'a> {
     slots: Vec<Slot>,
     next: usize,
     size: usize,
+    /// Coordinates and rates: what is behind them in the state is remembered.
+    motion: usize,
 }
 
 /// Passages of breakpoints in a period: connection, breakpoint counted from below, phase, rate.
@@ -77,13 +92,14 @@ impl<'a> Shots<'a> {
     ) -> Result<Shots<'a>, SolveError> {
         let system = plane.system(place)?;
         jumps::refuse_hidden(&system)?;
-        let size = 2 * system.dof();
+        let (size, motion) = (system.state_size(), 2 * system.dof());
         let mut shots = Shots {
             plane,
             choice,
             slots: Vec::new(),
             next: 0,
             size,
+            motion,
         };
         shots.slot(place)?;
         Ok(shots)
@@ -110,6 +126,7 @@ impl<'a> Shots<'a> {
     }
 
     /// P(u) over a part of the response period into `state`, which holds u, and Phi into `phi`; false where there is no image.
+    /// A number that is remembered and never changes in a whole period is data: its row of Phi is 0, not 1.
     ///
     /// # Errors
     /// There is no system at this place, or an interruption.
@@ -154,6 +171,7 @@ impl<'a> Shots<'a> {
         observer: &mut dyn Observer,
     ) -> Result<bool, SolveError> {
         let slot = self.slot(p)?;
+        let motion = self.motion;
         let Slot {
             system, integrator, ..
         } = &mut self.slots[slot];
@@ -161,10 +179,68 @@ impl<'a> Shots<'a> {
             None => integrator.advance(system, span, state, observer),
             Some(phi) => {
                 phi.fill_with_identity();
-                integrator.advance_with_variation(system, span, state, phi, observer)
+                let end = integrator.advance_with_variation(system, span, state, phi, observer);
+                if span.1 - span.0 >= TAU {
+                    let kept: Vec<usize> = floquet::kept(phi, motion).collect();
+                    kept.into_iter().for_each(|row| phi[(row, row)] = 0.0);
+                }
+                end
             }
         };
         uninterrupted()?;
+        Ok(end == IntegrationEnd::Reached && state.iter().all(|x| x.is_finite()))
+    }
+
+    /// The state at a phase at which a connection touches a breakpoint, or nearly does, with its transition matrix from phase 0. A stop is
+    /// left out just before: beyond its level the motion is that without it, smooth, and not the one that it throws back.
+    ///
+    /// # Errors
+    /// As above.
+    pub fn approach(
+        &mut self,
+        p: [f64; 2],
+        (connection, tau): (usize, f64),
+        (state, phi): (&mut [f64], &mut DMatrix<f64>),
+    ) -> Result<bool, SolveError> {
+        let slot = self.slot(p)?;
+        let law = &self.slots[slot].system.mounts()[connection].element;
+        let is_stop = law.least_impact().is_some();
+        let begin = match is_stop {
+            true => (tau - WITHOUT).max(0.0),
+            false => tau,
+        };
+        phi.fill_with_identity();
+        if begin > 0.0 && !self.map(p, (0.0, begin), (&mut *state, Some(&mut *phi)))? {
+            return Ok(false);
+        }
+        if begin >= tau {
+            return Ok(true);
+        }
+        let Slot { system, free, .. } = &mut self.slots[slot];
+        if free.as_ref().is_none_or(|f| f.connection != connection) {
+            let open = PiecewiseLinear {
+                breakpoints: Vec::new(),
+                slopes: vec![0.0],
+            };
+            let system = system.with_law(connection, Box::new(open));
+            let integrator = choose(&system, self.choice)?;
+            *free = Some(Free {
+                connection,
+                system,
+                integrator,
+            });
+        }
+        let Some(Free {
+            system, integrator, ..
+        }) = free
+        else {
+            return Ok(false);
+        };
+        let mut last = DMatrix::identity(phi.nrows(), phi.ncols());
+        let span = (begin, tau);
+        let end = integrator.advance_with_variation(system, span, state, &mut last, &mut ());
+        uninterrupted()?;
+        *phi = last * &*phi;
         Ok(end == IntegrationEnd::Reached && state.iter().all(|x| x.is_finite()))
     }
 
@@ -183,6 +259,7 @@ impl<'a> Shots<'a> {
                     key,
                     system,
                     integrator,
+                    free: None,
                 };
                 if self.slots.len() < KEPT {
                     self.slots.push(slot);
@@ -197,6 +274,9 @@ impl<'a> Shots<'a> {
         };
         let frequency = self.plane.reference_frequency(p);
         self.slots[k].system.set_reference_frequency(frequency);
+        if let Some(free) = &mut self.slots[k].free {
+            free.system.set_reference_frequency(frequency);
+        }
         Ok(k)
     }
 }

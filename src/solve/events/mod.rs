@@ -11,6 +11,7 @@ mod polynomial;
 pub mod quiet;
 mod settle;
 mod sharpen;
+mod slips;
 mod spectrum;
 mod step;
 mod touch;
@@ -42,6 +43,11 @@ pub enum EventKind {
         /// Breakpoint of its law, counted from below.
         breakpoint: usize,
     },
+    /// The span of what a slider follows grows to what it can hold: on one side it sticks all the time.
+    SlipOnset {
+        /// Connection.
+        connection: usize,
+    },
     /// The number of multipliers outside the unit circle changes, and no located event explains it.
     Unresolved,
 }
@@ -55,13 +61,17 @@ impl EventKind {
             EventKind::PeriodDoubling => "period_doubling",
             EventKind::NeimarkSacker => "neimark_sacker",
             EventKind::Grazing { .. } => "grazing",
+            EventKind::SlipOnset { .. } => "slip_onset",
             EventKind::Unresolved => "unresolved",
         }
     }
 
-    /// Whether stability or the number of solutions changes; a grazing changes neither.
+    /// Whether stability or the number of solutions changes; a grazing and an onset of slip change neither.
     pub fn is_bifurcation(self) -> bool {
-        !matches!(self, EventKind::Grazing { .. })
+        !matches!(
+            self,
+            EventKind::Grazing { .. } | EventKind::SlipOnset { .. }
+        )
     }
 }
 

@@ -81,7 +81,9 @@ impl<'a> Step<'a> {
             self.turnings(a, b)?;
         }
         let marks = self.solve_marks((a, b), marks)?;
-        let knots = self.grazings(before.last(), &a.look, &b.look)?;
+        let mut knots = self.grazings(before.last(), &a.look, &b.look)?;
+        knots.extend(self.slips(&a.look, &b.look)?);
+        knots.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
         let mut owed = Vec::new();
         if self.extent == Extent::Stability && !ends {
             let solved: Vec<Look> = marks.iter().map(|m| m.look.clone()).collect();

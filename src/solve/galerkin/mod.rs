@@ -22,7 +22,7 @@ mod switching;
 use super::family::Family;
 use super::floquet::Floquet;
 use super::orbit::{FourierOrbit, Orbit};
-use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey};
+use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey, slips};
 use super::uninterrupted;
 use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
@@ -305,12 +305,14 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         };
         uninterrupted()?;
         let orbit = Orbit::Fourier(orbit);
+        let slips = slips(system, &extrema);
         Ok(Survey {
             orbit,
             extrema,
             breakpoints: system.breakpoints(),
             multipliers,
             neutral,
+            slips,
         })
     }
 }

@@ -42,6 +42,10 @@ impl<F: Family> Confirmer<'_, F> {
             if !(self.options.keep_going)() || self.branch.events[event].point.is_none() {
                 continue;
             }
+            // At an onset of slip the flow has one-sided branches, on one of which the memory is data: it has nothing to locate.
+            if matches!(self.branch.events[event].kind, EventKind::SlipOnset { .. }) {
+                continue;
+            }
             self.branch.events[event].verdict = Verdict::Refuted;
             if let Some(mut one) = self.locate(event)? {
                 self.sharpen(&mut one)?;

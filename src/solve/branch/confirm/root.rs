@@ -52,7 +52,7 @@ impl Test {
         match event.kind {
             EventKind::Fold | EventKind::BranchPoint => Some(real(1.0)),
             EventKind::PeriodDoubling => Some(real(-1.0)),
-            EventKind::Unresolved => None,
+            EventKind::Unresolved | EventKind::SlipOnset { .. } => None,
             EventKind::NeimarkSacker => {
                 let upper = survey.multipliers.iter().filter(|mu| is_upper(mu));
                 let gap = |mu: &Complex<f64>| (mu.norm() - 1.0).abs();
