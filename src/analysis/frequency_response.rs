@@ -18,8 +18,8 @@ response_keys! {
 }
 
 impl FrequencyResponse {
-    fn settings(&self) -> BranchSettings {
-        let mut settings = branch_settings!(self);
+    fn settings(&self, setting: &Setting<'_>) -> BranchSettings {
+        let mut settings = branch_settings!(self).for_model(setting);
         if let Some(at) = &self.at {
             (settings.from, settings.to) = (Some(at.clone()), Some(at.clone()));
         }
@@ -43,7 +43,7 @@ impl FrequencyResponse {
 #[typetag::serde(name = "frequency_response")]
 impl Analysis for FrequencyResponse {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let settings = self.settings();
+        let settings = self.settings(setting);
         if let Some(fault) = self.check_at(&settings) {
             return vec![fault];
         }
@@ -56,12 +56,12 @@ impl Analysis for FrequencyResponse {
     }
 
     fn cost(&self, setting: &Setting<'_>) -> Cost {
-        let cost = |(range, slowest)| self.settings().cost(setting, range, slowest);
+        let cost = |(range, slowest)| self.settings(setting).cost(setting, range, slowest);
         self.range(setting).map_or(Cost::default(), cost)
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
-        let settings = self.settings();
+        let settings = self.settings(setting);
         let swept = Swept::frequency(setting, &settings)
             .map_err(|fault| columns::refused(setting, fault))?;
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
@@ -72,14 +72,14 @@ impl Analysis for FrequencyResponse {
         &self,
         setting: &Setting<'_>,
     ) -> Result<Option<Vec<response::EventState>>, Error> {
-        let settings = self.settings();
+        let settings = self.settings(setting);
         let swept = Swept::frequency(setting, &settings)
             .map_err(|fault| columns::refused(setting, fault))?;
         response::event_states(&settings, &swept).map(Some)
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
-        let settings = self.settings();
+        let settings = self.settings(setting);
         let swept = Swept::frequency(setting, &settings);
         swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
     }
@@ -88,7 +88,7 @@ impl Analysis for FrequencyResponse {
 impl FrequencyResponse {
     /// Both ends, and the lower one.
     fn range(&self, setting: &Setting<'_>) -> Option<((f64, f64), f64)> {
-        let settings = self.settings();
+        let settings = self.settings(setting);
         let (from, to) = settings.ends().ok()?;
         let (from, to) = (setting.frequency(from).ok()?, setting.frequency(to).ok()?);
         Some(((from, to), from.min(to)))

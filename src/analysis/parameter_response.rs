@@ -27,7 +27,7 @@ const NUDGE: f64 = 1e-3 * std::f64::consts::SQRT_2;
 #[typetag::serde(name = "parameter_response")]
 impl Analysis for ParameterResponse {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let settings = branch_settings!(self);
+        let settings = branch_settings!(self).for_model(setting);
         let mut faults = Vec::new();
         if let Err(message) = setting.frequency(&self.at) {
             faults.push(Fault::new("at", message));
@@ -51,13 +51,15 @@ impl Analysis for ParameterResponse {
         let at = setting.frequency(&self.at);
         // lambda is the share of the way.
         at.map_or(Cost::default(), |at| {
-            branch_settings!(self).cost(setting, (0.0, 1.0), at)
+            branch_settings!(self)
+                .for_model(setting)
+                .cost(setting, (0.0, 1.0), at)
         })
     }
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let refused = |fault| columns::refused(setting, fault);
-        let settings = branch_settings!(self);
+        let settings = branch_settings!(self).for_model(setting);
         let at = setting.frequency(&self.at);
         let at = at.map_err(|message| refused(Fault::new("at", message)))?;
         let knob = self.knob(setting).map_err(refused)?;
@@ -75,7 +77,7 @@ impl Analysis for ParameterResponse {
         setting: &Setting<'_>,
     ) -> Result<Option<Vec<response::EventState>>, Error> {
         let refused = |fault| columns::refused(setting, fault);
-        let settings = branch_settings!(self);
+        let settings = branch_settings!(self).for_model(setting);
         let at = setting.frequency(&self.at);
         let at = at.map_err(|message| refused(Fault::new("at", message)))?;
         let knob = self.knob(setting).map_err(refused)?;
@@ -84,7 +86,7 @@ impl Analysis for ParameterResponse {
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
-        let settings = branch_settings!(self);
+        let settings = branch_settings!(self).for_model(setting);
         let Ok(knob) = self.knob(setting) else {
             return Vec::new();
         };

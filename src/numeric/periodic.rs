@@ -1,5 +1,6 @@
 //! Periodic functions of one phase: loads, stiffness variation, transmission error.
 
+use super::fraction::gcd;
 use serde::{Deserialize, Serialize};
 
 /// One harmonic: `cos` cos(order phase) + `sin` sin(order phase).
@@ -58,6 +59,20 @@ pub enum Periodic {
 const TAU: f64 = std::f64::consts::TAU;
 
 impl Periodic {
+    /// Greatest common divisor of the orders; 0 where nothing varies.
+    pub fn common_order(&self) -> usize {
+        match self {
+            _ if self.is_constant() => 0,
+            Periodic::Fourier { harmonics, .. } => {
+                let moving = harmonics.iter().filter(|h| h.cos != 0.0 || h.sin != 0.0);
+                moving.fold(0, |common, h| gcd(common, h.order))
+            }
+            Periodic::Table { base_order, .. }
+            | Periodic::Uneven { base_order, .. }
+            | Periodic::Rectangular { base_order, .. } => *base_order,
+        }
+    }
+
     /// Value at a phase.
     pub fn value(&self, phase: f64) -> f64 {
         match self {

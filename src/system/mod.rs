@@ -19,6 +19,7 @@ pub use mount::Mount;
 use crate::element::Element;
 use crate::error::SolveError;
 use crate::numeric::broken_line::BrokenLine;
+use crate::numeric::fraction::gcd;
 use crate::numeric::growth::Growth;
 use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
@@ -225,6 +226,21 @@ impl System {
     /// Revolutions of the reference shaft in one period of everything that excites: 1 over the base order.
     pub fn revolutions(&self) -> usize {
         self.revolutions
+    }
+
+    /// Greatest common divisor of the orders of everything that excites; 1 without excitation.
+    pub fn common_order(&self) -> usize {
+        let loads = self.loads.iter().map(|load| &load.series);
+        let varied = self
+            .mounts
+            .iter()
+            .filter_map(|m| m.stiffness_variation.as_ref());
+        let wrong = self
+            .mounts
+            .iter()
+            .filter_map(|m| m.transmission_error.as_ref());
+        let orders = loads.chain(varied).chain(wrong).map(Periodic::common_order);
+        orders.fold(0, gcd).max(1)
     }
 
     /// Frequency of the reference shaft over omega_c: the excitation frequency of the user.

@@ -1,8 +1,8 @@
 //! How many harmonics: a number, or as many as a tolerance asks for.
 
 use super::{BranchSettings, Quadrature};
-use crate::analysis::Fault;
 use crate::analysis::response::crossings::MOST_HARMONICS;
+use crate::analysis::{Fault, Setting};
 use crate::solve::galerkin::GalerkinOptions;
 use crate::solve::galerkin::adaptive::Resolution;
 use schemars::JsonSchema;
@@ -14,6 +14,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Harmonics {
+    /// 12, times the greatest common divisor of all excitation orders.
+    #[schemars(skip)]
+    Usual,
     /// The same number everywhere.
     Count(usize),
     /// Adapted to a tolerance.
@@ -52,14 +55,20 @@ const DOUBLINGS: u32 = 6;
 
 impl Default for Harmonics {
     fn default() -> Self {
-        Harmonics::Count(USUAL)
+        Harmonics::Usual
     }
 }
 
 impl Harmonics {
+    /// Whether no number is given.
+    pub(in crate::analysis) fn is_usual(&self) -> bool {
+        *self == Harmonics::Usual
+    }
+
     /// The number that a branch begins with.
     pub(super) fn first(self) -> usize {
         match self {
+            Harmonics::Usual => USUAL,
             Harmonics::Count(count) => count,
             Harmonics::Chosen(Chosen { least, most, .. }) => USUAL.min(most).max(least),
         }
@@ -68,6 +77,7 @@ impl Harmonics {
     /// The largest number.
     pub(super) fn most(self) -> usize {
         match self {
+            Harmonics::Usual => USUAL,
             Harmonics::Count(count) => count,
             Harmonics::Chosen(chosen) => chosen.most,
         }
@@ -82,7 +92,7 @@ impl Harmonics {
     fn samples(self, harmonics: usize, subharmonic: usize) -> usize {
         let least = GalerkinOptions::default_samples(harmonics, subharmonic);
         match self {
-            Harmonics::Count(_) => least,
+            Harmonics::Usual | Harmonics::Count(_) => least,
             Harmonics::Chosen(Chosen { tolerance, .. }) => {
                 let period = (ALIASING / tolerance).sqrt().ceil();
                 // Of a tolerance that was checked: at most 2^15 a period.
@@ -129,6 +139,19 @@ impl<'de> Visitor<'de> for WrittenHarmonics {
 }
 
 impl BranchSettings {
+    /// The settings for one model: harmonics that nobody gave count in the lowest frequency of everything that excites it, so
+    /// that a load of order 2 is resolved as well as one of order 1 at twice the frequency.
+    pub(in crate::analysis) fn for_model(mut self, setting: &Setting<'_>) -> BranchSettings {
+        if self.harmonics.is_usual() {
+            let system = &setting.assembly.system;
+            let most = MOST_HARMONICS / self.subharmonic.max(1) / system.revolutions();
+            let own =
+                (system.common_order() / system.revolutions()).clamp(1, (most / USUAL).max(1));
+            self.harmonics = Harmonics::Count(USUAL * own);
+        }
+        self
+    }
+
     /// The limits of the size, where it is chosen along the branch.
     pub(super) fn resolution(&self) -> Option<Resolution> {
         let Harmonics::Chosen(Chosen {
@@ -186,6 +209,7 @@ impl BranchSettings {
             }
         };
         match self.harmonics {
+            Harmonics::Usual => limit("harmonics", USUAL),
             Harmonics::Count(count) => limit("harmonics", count),
             Harmonics::Chosen(chosen) => {
                 limit("harmonics.least", chosen.least);

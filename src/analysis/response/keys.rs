@@ -35,8 +35,9 @@ macro_rules! response_keys {
             /// Local error of the series flow, relative to the motion; default 1e-12.
             #[serde(default)]
             pub flow_tolerance: Option<f64>,
-            /// Number of harmonics of the excitation frequency, or limits for an adaptive number.
-            #[serde(default)]
+            /// Number of harmonics of the excitation frequency, or limits for an adaptive number; default 12 times the greatest common
+            /// divisor of all excitation orders.
+            #[serde(default, skip_serializing_if = "crate::analysis::response::Harmonics::is_usual")]
             pub harmonics: crate::analysis::response::Harmonics,
             /// Samples per response period, a power of two.
             #[serde(default)]
