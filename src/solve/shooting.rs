@@ -33,9 +33,20 @@ pub struct Shooting<F: Family> {
     allowance: usize,
     /// Width of the latest difference in the parameter, in widths of the family's.
     width: f64,
+    /// The latest difference quotient.
+    quotient: Option<Quotient>,
     phi: DMatrix<f64>,
     /// Coordinates and rates: 2n.
     motion: usize,
+}
+
+/// A difference quotient of the map in the parameter, and where it holds.
+struct Quotient {
+    u: DVector<f64>,
+    lambda: f64,
+    value: DVector<f64>,
+    /// Half the width of the difference: the map is straight within it.
+    reach: f64,
 }
 
 /// Map of the flow over nu excitation periods.
@@ -72,6 +83,7 @@ impl<F: Family> Shooting<F> {
             centre: state.clone(),
             allowance: usize::MAX,
             width: 1.0,
+            quotient: None,
             motion,
             state,
             phi,
@@ -228,10 +240,42 @@ impl<F: Family> Residual for Shooting<F> {
         if !out.has_parameter {
             return Ok(());
         }
+        if let Some(known) = self
+            .quotient
+            .as_ref()
+            .filter(|q| q.holds(u, lambda, &self.phi))
+        {
+            out.dr_dlambda.copy_from(&known.value);
+            return Ok(());
+        }
         self.centre.copy_from_slice(&self.state);
-        self.difference(u.as_slice(), lambda, &mut out.dr_dlambda)
+        self.difference(u.as_slice(), lambda, &mut out.dr_dlambda)?;
+        let (low, high) = self.family.neighbours(lambda);
+        self.quotient = Some(Quotient {
+            u: u.clone(),
+            lambda,
+            value: out.dr_dlambda.clone(),
+            reach: 0.5 * self.width * (high - low),
+        });
+        Ok(())
     }
 }
+
+impl Quotient {
+    /// Whether a place is so near that the map has hardly moved: by less than it does within the difference.
+    fn holds(&self, u: &DVector<f64>, lambda: f64, phi: &DMatrix<f64>) -> bool {
+        let moved = u
+            .iter()
+            .zip(&self.u)
+            .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        let straight = NEAR * self.reach;
+        (lambda - self.lambda).abs() <= straight
+            && moved * phi.amax().max(1.0) <= straight * self.value.amax()
+    }
+}
+
+/// Share of a difference by which the map may move and keep its derivative.
+const NEAR: f64 = 1e-2;
 
 /// Share of the change of an image that its second difference may have: beyond it the difference quotient is not a derivative.
 const BENT: f64 = 1e-2;

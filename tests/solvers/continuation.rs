@@ -279,3 +279,27 @@ fn a_path_that_comes_back_onto_itself_ends() {
     let round = points.iter().filter(|p| p.u[0] > 1.9).count();
     assert!(round > 5, "{round}");
 }
+
+/// A steep map of u - 0.3 sin(lambda), whose corrector converges from within about 1e-5, and whose derivative by lambda is off by a
+/// hundredth, as difference quotients over long unstable periods are.
+fn steep(u: f64, lambda: f64) -> [f64; 3] {
+    const STEEP: f64 = 1e5;
+    let (gap, rise) = (u - 0.3 * lambda.sin(), -0.3 * lambda.cos());
+    let slope = STEEP + 2.0 * STEEP * STEEP * gap;
+    [
+        STEEP * gap + STEEP * STEEP * gap * gap,
+        slope,
+        1.01 * slope * rise,
+    ]
+}
+
+#[test]
+fn points_tell_where_the_path_leads_if_tangents_are_poor() {
+    let (points, end) = follow(&mut Scalar(steep), 0.0, options(0.0, 1.0));
+    assert_eq!(end, PathEnd::RangeReached);
+    // Along the tangents, off by 2.7e-3, steps would have to stay below 0.004.
+    assert!(points.len() < 220, "{}", points.len());
+    for p in &points {
+        assert!((p.u[0] - 0.3 * p.lambda.sin()).abs() < 1e-12);
+    }
+}

@@ -1,6 +1,7 @@
 //! Step control: where the next point is expected, whether it is the right one, how long the step after it is.
 
 use super::{Continuation, PathPoint};
+use crate::numeric::interpolation;
 use crate::solve::newton::SETTLED;
 use nalgebra::DVector;
 
@@ -17,6 +18,8 @@ const TURN_AIM: f64 = 0.15;
 const SHORTEST: f64 = 0.5;
 /// Shortest last step, in lengths of the next one, that tells how the path bends.
 const SHORTEST_BEND: f64 = 0.1;
+/// Distance of a point from the end of the tangent, in lengths of the step, below which the tangent is good enough.
+const BESIDE_TANGENT: f64 = 5e-4;
 /// Steps below this share of the first one may turn as they like: the path has a corner there.
 const CORNER_STEP: f64 = 1e-3;
 
@@ -43,8 +46,12 @@ impl Continuation {
     }
 
     /// Where the path is expected a step on from the present point: along the parabola that the last two tangents make, or along
-    /// the tangent where the last step turned too far, or was too short, to tell how the path bends.
+    /// the tangent where the last step turned too far, or was too short, to tell how the path bends. Where tangents are not to be
+    /// trusted, along the parabola through the last three points.
     pub(super) fn predict(&self, step: f64) -> (DVector<f64>, f64) {
+        if let Some(expected) = self.through_points(step) {
+            return expected;
+        }
         let (from, base) = (&self.origin, &self.point);
         let is_bend_known =
             self.stride > SHORTEST_BEND * step && self.turn(from, base) < 2.0 * TURN_AIM;
@@ -57,6 +64,37 @@ impl Continuation {
             &base.u + &base.tangent_u * along - &from.tangent_u * bend,
             base.lambda + base.tangent_lambda * along - from.tangent_lambda * bend,
         )
+    }
+
+    /// The point a step on of the parabola through the last three points, where the last one lies farther beside the tangent of the
+    /// one before than the path turns: over long periods of unstable orbits tangents have few digits, and points have all.
+    ///
+    /// ```text
+    /// x(s),    s = <t, x - x_2>,    t: tangent at the last point x_2, whichever way it points
+    /// ```
+    fn through_points(&self, step: f64) -> Option<(DVector<f64>, f64)> {
+        let (first, from, base) = (self.before.as_ref()?, &self.origin, &self.point);
+        let beside = self.shift(from, base, self.stride);
+        let turn = self.turn(from, base);
+        if !(beside > BESIDE_TANGENT.max(turn) && turn < TURN_AIM) {
+            return None;
+        }
+        let nodes = [first, from, base].map(|point| {
+            let (u, lambda) = (&point.u - &base.u, point.lambda - base.lambda);
+            self.dot(&base.tangent_u, base.tangent_lambda, &u, lambda)
+        });
+        let is_apart = |k: usize| nodes[k + 1] - nodes[k] > SHORTEST_BEND * step;
+        if !(is_apart(0) && is_apart(1)) {
+            return None;
+        }
+        let mut shares = [0.0; 3];
+        interpolation::weights(&nodes, step, &mut shares);
+        let (mut u, mut lambda) = (DVector::zeros(base.u.len()), 0.0);
+        for (share, point) in shares.iter().zip([first, from, base]) {
+            u.axpy(*share, &point.u, 1.0);
+            lambda += share * point.lambda;
+        }
+        Some((u, lambda))
     }
 
     /// Whether the path goes on at a corrected point.

@@ -14,9 +14,9 @@ const STRAIGHT: f64 = 1e-6;
 /// Shortest vertical step, in arclength: in shorter ones any path looks straight.
 const SHORTEST: f64 = 1e-3;
 /// Points from one look at the progress to the next.
-const WINDOW: usize = 200;
+const WINDOW: usize = 100;
 /// Least progress in between, in longest steps: a path that needs shorter ones for so long cannot be followed.
-const LEAST: f64 = 1.0;
+const LEAST: f64 = 0.5;
 
 impl Continuation {
     /// Whether the points since the last look brought hardly any progress.

@@ -52,6 +52,8 @@ pub struct Continuation {
     newton: Newton,
     inner: Linearisation,
     inner_u: DVector<f64>,
+    /// The point before `origin`, where the path leads on from there without a corner.
+    before: Option<PathPoint>,
     origin: PathPoint,
     point: PathPoint,
     /// Arclength from `origin` to `point` along the tangent at `origin`.
@@ -95,6 +97,7 @@ impl Continuation {
             point: origin.clone(),
             first: origin.clone(),
             trail: Vec::new(),
+            before: None,
             origin,
             stride: 0.0,
             step: options.step,
@@ -150,7 +153,8 @@ impl Continuation {
                 // Where a longer step has just failed, the next one is no longer than this.
                 let lengthening = if is_first_try { 2.0 } else { 1.0 };
                 self.adapt(&next, turn, lengthening);
-                (self.origin, self.point) = (base, next);
+                self.before = Some(std::mem::replace(&mut self.origin, base));
+                self.point = next;
                 break;
             }
             self.rejections += 1;
@@ -160,12 +164,14 @@ impl Continuation {
                 if let Some((corner, next, step)) = self.turn_corner(problem, &base)? {
                     (self.stride, self.step) = (step, step);
                     self.vertical = [false; 2];
+                    self.before = None;
                     (self.origin, self.point) = (corner, next);
                     break;
                 }
                 if is_crossing {
                     self.stride = self.step;
                     self.vertical = [false; 2];
+                    self.before = None;
                     (self.origin, self.point) = (base, next);
                     break;
                 }

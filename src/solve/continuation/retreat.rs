@@ -8,6 +8,7 @@ const SHARE: f64 = 0.25;
 /// A step that was taken back.
 #[derive(Debug)]
 pub struct Taken {
+    before: Option<PathPoint>,
     point: PathPoint,
     origin: PathPoint,
     stride: f64,
@@ -27,6 +28,7 @@ impl Continuation {
         self.points -= 1;
         self.rejections += 1;
         Some(Taken {
+            before: self.before.take(),
             point: std::mem::replace(&mut self.point, self.origin.clone()),
             origin: self.origin.clone(),
             stride: self.stride,
@@ -39,6 +41,7 @@ impl Continuation {
     /// Takes the step after all.
     pub fn restore(&mut self, taken: Taken) {
         (self.point, self.origin) = (taken.point, taken.origin);
+        self.before = taken.before;
         (self.stride, self.step, self.end) = (taken.stride, taken.step, taken.end);
         self.vertical = taken.vertical;
         self.points += 1;

@@ -7,6 +7,7 @@ use super::{EventKind, Look, Step};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::residual::{Extent, Survey};
+use std::rc::Rc;
 
 /// Halvings of a stretch in which the extrema move too far for one look.
 const MAX_HALVINGS: usize = 6;
@@ -108,7 +109,7 @@ impl Step<'_> {
                 || matched.single_above != [0, 0]
                 || third.is_some_and(|t| matched.may_touch(&heights(t)));
             if is_doubtful {
-                let m = self.look(0.5 * (a.fraction + b.fraction), Extent::Motion)?;
+                let m = self.look_for_touch(0.5 * (a.fraction + b.fraction))?;
                 self.scan_touches(watch, (a, &m), Some(b), depth + 1, knots)?;
                 return self.scan_touches(watch, (&m, b), Some(a), depth + 1, knots);
             }
@@ -118,6 +119,16 @@ impl Step<'_> {
             self.locate_touch(watch, (a, b), pair, ends, knots)?;
         }
         Ok(())
+    }
+
+    /// A look that all extrema share.
+    fn look_for_touch(&mut self, fraction: f64) -> Result<Rc<Look>, SolveError> {
+        if let Some(known) = self.touches.iter().find(|look| look.fraction == fraction) {
+            return Ok(known.clone());
+        }
+        let look = Rc::new(self.look(fraction, Extent::Motion)?);
+        self.touches.push(look.clone());
+        Ok(look)
     }
 
     fn locate_touch(

@@ -4,6 +4,7 @@ use super::{BifurcationEvent, EventKind, Look, Probe, Resolution};
 use crate::error::SolveError;
 use crate::solve::continuation::{Continuation, PathPoint};
 use crate::solve::residual::{Extent, PeriodicResidual};
+use std::rc::Rc;
 
 /// Looks at interpolated places that one step is worth.
 const MAX_LOOKS: usize = 2000;
@@ -26,6 +27,8 @@ pub struct Step<'a> {
     pub(super) after_point: usize,
     pub(super) looks_left: usize,
     pub(super) found: Vec<BifurcationEvent>,
+    /// Looks for extrema that touch a breakpoint.
+    pub(super) touches: Vec<Rc<Look>>,
 }
 
 /// Result of a step.
@@ -55,6 +58,7 @@ impl<'a> Step<'a> {
             after_point,
             looks_left: MAX_LOOKS,
             found: Vec::new(),
+            touches: Vec::new(),
         }
     }
 
