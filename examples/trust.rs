@@ -1,15 +1,17 @@
-//! Events, multipliers and error estimates against exact values from independent programs; prints the table of `docs/trust.md`.
+//! What the program says against what it can be compared with; prints the tables of `docs/trust.md`.
 //!
 //! ```text
-//! cargo run --release --example trust
+//! cargo run --release --example trust              events, multipliers and errors against independent programs
+//! cargo run --release --example trust -- models    default runs of the shipped models against shooting in small steps
+//! cargo run --release --example trust -- errors    error estimates against true errors
 //! ```
 //!
-//! What to look at: the last two columns, digits of the series alone and digits of what is reported.
+//! What to look at: digits of the series alone and of what is reported; missing events; shares of estimates within a factor.
 
 use gearlash::error::Error;
+use gearlash::model::Model;
 use gearlash::report::{Report, Table, Values};
-use gearlash::study::{RunSettings, Study};
-use std::sync::atomic::AtomicBool;
+use gearlash::serde_json::{Value, json};
 
 /// x'' + 0.1 x' + x + 1e4 max(x - 1, 0) = 0.5 cos wt.
 const STIFF_STOP: &str = "\
@@ -43,12 +45,21 @@ analyses:
 ";
 
 fn main() -> Result<(), Error> {
+    match std::env::args().nth(1).as_deref() {
+        Some("models") => models(),
+        Some("errors") => errors(),
+        _ => cases(),
+    }
+}
+
+/// Against exact values.
+fn cases() -> Result<(), Error> {
     println!(
         "| Case | Quantity | Exact | Series alone | Reported | Digits, series | Digits, reported |"
     );
     println!("|---|---|--:|--:|--:|--:|--:|");
-    let with_flow = run(STIFF_STOP, "stop")?;
-    let alone = run(&without_flow(STIFF_STOP), "stop-alone")?;
+    let with_flow = run(STIFF_STOP)?;
+    let alone = run(&without_flow(STIFF_STOP))?;
     let case = "stop 1e4 times stiffer, 40 harmonics";
     event(case, &with_flow, ("period_doubling", 0.9813869647));
     for (omega, modulus) in [(0.9, 1.5434516), (1.0, 0.7304027)] {
@@ -65,7 +76,7 @@ fn main() -> Result<(), Error> {
         let name = format!("error of {name} at {omega}");
         line(case, &name, error, estimate(&alone), estimate(&with_flow));
     }
-    let soft = run(SOFT_STOP, "soft")?;
+    let soft = run(SOFT_STOP)?;
     let case = "two masses, stop 100 times stiffer, 40 harmonics";
     for wanted in [
         ("period_doubling", 0.7555861593561),
@@ -82,20 +93,208 @@ fn without_flow(model: &str) -> String {
     model.replace("from: 0.4", "confirm: none, from: 0.4")
 }
 
-fn run(model: &str, name: &str) -> Result<Report, Error> {
-    let folder = std::env::temp_dir().join("gearlash-trust");
-    let file = folder.join(format!("{name}.yaml"));
-    std::fs::create_dir_all(&folder)
-        .and_then(|()| std::fs::write(&file, model))
-        .expect("the folder of temporary files can be written to");
-    let study = Study::load(&file, &[], &[])?;
-    let settings = RunSettings {
-        out: folder.join(name),
-        figures: Vec::new(),
-        jobs: 1,
+fn run(model: &str) -> Result<Report, Error> {
+    Model::from_yaml(model)?.run("a")
+}
+
+/// A response by the Galerkin method among the models of `models/`.
+struct Response {
+    name: String,
+    analysis: String,
+    tree: Value,
+}
+
+impl Response {
+    /// All of them.
+    fn shipped() -> Result<Vec<Response>, Error> {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let entries = std::fs::read_dir(folder).expect("the models are shipped");
+        let mut files: Vec<_> = entries
+            .filter_map(|entry| Some(entry.ok()?.path()))
+            .collect();
+        files.retain(|file| file.extension().is_some_and(|e| e == "yaml"));
+        files.sort();
+        let mut list = Vec::new();
+        for file in files {
+            let model = Model::load(&file)?;
+            let (tree, stem) = (model.to_tree(), file.file_stem().unwrap_or_default());
+            for analysis in model.analyses() {
+                let settings = &tree["analyses"][&analysis];
+                let kind = settings["type"].as_str().unwrap_or_default();
+                let method = settings["method"].as_str().unwrap_or("galerkin");
+                if matches!(kind, "frequency_response" | "parameter_response")
+                    && method == "galerkin"
+                {
+                    let name = format!("{} {analysis}", stem.to_string_lossy());
+                    let tree = tree.clone();
+                    list.push(Response {
+                        name,
+                        analysis,
+                        tree,
+                    });
+                }
+            }
+        }
+        Ok(list)
+    }
+
+    /// With other settings; `null` takes a key away.
+    fn run(&self, settings: &[(&str, Value)]) -> Result<Report, Error> {
+        let mut tree = self.tree.clone();
+        let own = tree["analyses"][&self.analysis].as_object_mut();
+        let own = own.expect("an analysis has keys");
+        own.remove("methods");
+        for (key, value) in settings {
+            match value {
+                Value::Null => own.remove(*key),
+                value => own.insert((*key).to_owned(), value.clone()),
+            };
+        }
+        Model::from_tree(&tree)?.run(&self.analysis)
+    }
+}
+
+/// Largest difference of an event between the two methods, relative to its place.
+const SAME_EVENT: f64 = 1e-6;
+
+/// Default runs against shooting in small steps.
+fn models() -> Result<(), Error> {
+    println!("| Response | Events | Largest difference | Only by default | Only by shooting |");
+    println!("|---|--:|--:|---|---|");
+    for response in Response::shipped()? {
+        let by_default = located(&response.run(&[])?);
+        let fine = [
+            ("method", json!("shooting")),
+            ("max_step", json!(0.005)),
+            ("max_points", json!(100_000)),
+        ];
+        let mut left = located(&response.run(&fine)?);
+        let (mut only, mut largest, count) = (Vec::new(), 0.0_f64, by_default.len());
+        for event in by_default {
+            let gap = |other: &(String, f64)| (other.1 / event.1 - 1.0).abs();
+            let alike = (0..left.len()).filter(|k| left[*k].0 == event.0);
+            let nearest = alike.min_by(|i, j| gap(&left[*i]).total_cmp(&gap(&left[*j])));
+            match nearest.filter(|k| gap(&left[*k]) <= SAME_EVENT) {
+                Some(k) => largest = largest.max(gap(&left.swap_remove(k))),
+                None => only.push(event),
+            }
+        }
+        let told = |list: &[(String, f64)]| {
+            let texts: Vec<String> = list
+                .iter()
+                .map(|(kind, at)| format!("{kind} {at:.7}"))
+                .collect();
+            texts.join(", ")
+        };
+        let Response { name, .. } = &response;
+        println!(
+            "| {name} | {count} | {largest:.1e} | {} | {} |",
+            told(&only),
+            told(&left)
+        );
+    }
+    Ok(())
+}
+
+/// Kinds with connections, and places, of located events.
+fn located(report: &Report) -> Vec<(String, f64)> {
+    let table = report.table("events").expect("events are always listed");
+    let texts = |name: &str| match table.column(name).map(|c| &c.values) {
+        Some(Values::Text(texts)) => texts.clone(),
+        _ => Vec::new(),
     };
-    let mut outcome = study.run(&settings, &AtomicBool::new(false))?;
-    Ok(outcome.reports.swap_remove(0))
+    let (kinds, connections) = (texts("kind"), texts("connection"));
+    let is_located = match table.column("located").map(|c| &c.values) {
+        Some(Values::Integer(list)) => list.clone(),
+        _ => Vec::new(),
+    };
+    let at = floats(table, "parameter");
+    let rows = (0..at.len()).filter(|k| is_located[*k] == 1);
+    let one = |k: usize| {
+        (
+            format!("{} {}", kinds[k], connections[k])
+                .trim_end()
+                .to_owned(),
+            at[k],
+        )
+    };
+    rows.map(one).collect()
+}
+
+/// Errors below these say nothing: r.m.s. values and forces are in units of their largest, multipliers relative to their modulus
+/// or 1.
+const LEAST_ERROR: f64 = 1e-8;
+
+/// Estimates by the series, and by default, against the difference from the exact orbit.
+fn errors() -> Result<(), Error> {
+    println!(
+        "| Response | Quantity | Values | Judged by the flow | Estimates of the series within 2 | Within 5 |"
+    );
+    println!("|---|---|--:|--:|--:|--:|");
+    for response in Response::shipped()? {
+        let asked = ("error_estimate", json!(true));
+        let alone = response.run(&[asked.clone(), ("confirm", json!("none"))])?;
+        let exact = response.run(&[asked])?;
+        let (Some(alone), Some(exact)) = (alone.table("accuracy"), exact.table("accuracy")) else {
+            continue;
+        };
+        for quantity in ["error_rms.", "error_force_max.", "error_multipliers"] {
+            compare(&response.name, quantity, (alone, exact));
+        }
+    }
+    Ok(())
+}
+
+/// One line: estimates of the series against true errors, of all columns of a quantity.
+fn compare(name: &str, quantity: &str, (alone, exact): (&Table, &Table)) {
+    let judged_by = match exact.column("judged_by").map(|c| &c.values) {
+        Some(Values::Text(list)) => &list[..],
+        _ => &[],
+    };
+    let (mut count, mut by_flow, mut within) = (0, 0, [0, 0]);
+    let columns = exact
+        .columns
+        .iter()
+        .filter(|c| c.name.starts_with(quantity));
+    for column in columns {
+        let (estimates, errors) = (floats(alone, &column.name), floats(exact, &column.name));
+        let largest = errors
+            .iter()
+            .copied()
+            .filter(|e| e.is_finite())
+            .fold(0.0, f64::max);
+        let least = LEAST_ERROR
+            * if quantity == "error_multipliers" {
+                1.0
+            } else {
+                largest.max(1e-300)
+            };
+        for (k, (estimate, error)) in estimates.iter().zip(errors).enumerate() {
+            let is_known =
+                estimate.is_finite() && error.is_finite() && estimate.max(*error) > least;
+            if !is_known {
+                continue;
+            }
+            count += 1;
+            if judged_by[k] != "flow" {
+                continue;
+            }
+            by_flow += 1;
+            let ratio = (estimate / error).ln().abs();
+            for (within, factor) in within.iter_mut().zip([2.0_f64, 5.0]) {
+                *within += usize::from(ratio <= factor.ln());
+            }
+        }
+    }
+    let share =
+        |part: usize, all: usize| format!("{:.1} %", 100.0 * part as f64 / all.max(1) as f64);
+    let quantity = quantity.trim_start_matches("error_").trim_end_matches('.');
+    println!(
+        "| {name} | {quantity} | {count} | {} | {} | {} |",
+        share(by_flow, count),
+        share(within[0], by_flow),
+        share(within[1], by_flow)
+    );
 }
 
 /// The located event nearest to an exact one, and what the series says of it.

@@ -1,7 +1,7 @@
 //! Changes of stability along branches: none passed over, none without its event, wherever the branch begins and however long its
 //! steps are.
 
-use crate::time_domain_support::{floats, run, texts};
+use crate::time_domain_support::{PAIR, floats, run, texts};
 use gearlash::report::Report;
 
 /// Located events of a kind, ascending.
@@ -371,4 +371,53 @@ fn a_resolution_that_is_none_is_refused() {
         "{type: frequency_response, from: 2, to: 1, stability_resolution: 0}",
     );
     assert!(refused.contains("stability_resolution"), "{refused}");
+}
+
+/// A load of order 2 at half the frequency is the load of order 1: harmonics that nobody gave reach as far.
+#[test]
+fn the_order_of_a_load_does_not_change_what_resolves_it() {
+    let respond = |order: usize| {
+        let model = PAIR.replace("order: 1", &format!("order: {order}"));
+        let ends = [2.0, 1.6].map(|x| x / order as f64);
+        let keys = format!(
+            "from: {}, to: {}, marks: [{}]",
+            ends[0],
+            ends[1],
+            1.8 / order as f64
+        );
+        let report = run(
+            &model,
+            &format!("{{type: frequency_response, confirm: none, {keys}}}"),
+        );
+        let points = report.table("").unwrap();
+        let row = floats(points, "mark")
+            .iter()
+            .position(|m| *m == 1.0)
+            .unwrap();
+        ["rms.mesh_1", "rms.mesh_2", "max.mesh_2"].map(|name| floats(points, name)[row])
+    };
+    for (first, second) in respond(1).iter().zip(respond(2)) {
+        assert!((first - second).abs() < 1e-9 * first, "{first} {second}");
+    }
+}
+
+/// Multipliers at a mark are those of the orbit at its frequency, where the branch is steep too; 1.4254 lies 1.1e-4 before a fold.
+#[test]
+fn multipliers_beside_a_fold_belong_to_their_own_frequency() {
+    let respond = |method: &str| {
+        let keys = format!("from: 2.0, to: 1.38, marks: [1.4254], method: {method}");
+        let report = run(PAIR, &format!("{{type: frequency_response, {keys}}}"));
+        let points = report.table("").unwrap();
+        let moduli = floats(points, "multiplier_modulus");
+        let rows = floats(points, "mark").into_iter().zip(moduli);
+        let marked = rows.filter(|(mark, _)| *mark == 1.0).map(|(_, mu)| mu);
+        marked.collect::<Vec<f64>>()
+    };
+    let (series, flow) = (respond("galerkin, confirm: all"), respond("shooting"));
+    assert_eq!((series.len(), flow.len()), (3, 3));
+    // The middle arm has its fold too near by.
+    for k in [0, 2] {
+        let gap = (series[k] - flow[k]).abs();
+        assert!(gap < 1e-6 * flow[k], "{series:?} {flow:?}");
+    }
 }

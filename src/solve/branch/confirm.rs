@@ -41,6 +41,8 @@ const SAME_ORBIT: f64 = 0.1;
 const SAME_ARM: f64 = 5.0;
 /// Share of the parameter in the arclength below which a branch is steep.
 const STEEP: f64 = 0.3;
+/// Distance of two orbits beside a point, in lengths of the steps around it, up to which they count as one.
+const BESIDE: f64 = 1e-3;
 /// Error of the multipliers at a point over the larger one at the two checked points around it.
 const SAFETY: f64 = 3.0;
 
@@ -272,14 +274,19 @@ impl<F: Family> Confirmer<'_, F> {
         let aside = gap(flow, &level);
         let (mut nearest, mut apart) = (None, aside);
         if (is_steep || aside > 0.5 * room)
-            && let Some(plane) = flow.across(x.clone(), direction)?
+            && let Some(plane) = flow.across(x.clone(), direction.clone())?
         {
             nearest = flow.at(&plane, 0.0, x.clone(), care)?;
             apart = apart.min(gap(flow, &nearest));
         }
         // Beside a fold the orbit at the same parameter may lie on the other arm.
         let is_same = aside <= SAME_ORBIT * size && aside <= SAME_ARM * apart;
-        let is_nearest_own = nearest.is_some() && (is_steep || !is_same);
+        let is_nearest_own = match (&level, &nearest) {
+            (Some(level), Some(nearest)) => {
+                !is_same || is_steep && !is_onward(flow, &(&level.x - &nearest.x), &direction, room)
+            }
+            (_, nearest) => nearest.is_some(),
+        };
         let mut station = Station {
             is_same,
             is_nearest_own,
@@ -338,6 +345,21 @@ impl<F: Family> Confirmer<'_, F> {
             })
             .collect()
     }
+}
+
+/// Whether an orbit lies on the same arm of a fold as another one, given their difference, the direction of the branch and the length of
+/// its steps: along an arm the parameter rises with the states.
+fn is_onward<F: Family>(
+    flow: &Flow<'_, F>,
+    offset: &DVector<f64>,
+    direction: &DVector<f64>,
+    room: f64,
+) -> bool {
+    let last = offset.len() - 1;
+    let share = flow.dot(offset, direction) / flow.dot(direction, direction);
+    let expected = share * direction[last];
+    let length = flow.dot(offset, offset).sqrt();
+    length <= BESIDE * room || (offset[last] - expected).abs() <= 0.5 * expected.abs()
 }
 
 /// Distance of the multipliers from the unit circle, relative to their modulus or 1.

@@ -104,6 +104,10 @@ impl<F: Family> Confirmer<'_, F> {
         finer: f64,
     ) -> Result<Option<Vec<BifurcationEvent>>, SolveError> {
         let length = self.flow.distance(&from.x, &to.x);
+        if length <= SAME {
+            // Two points of the series lead to one orbit.
+            return Ok(None);
+        }
         let range = self.options.range;
         let ahead = (to.lambda() - from.lambda()) * (range.1 - range.0);
         let sides = match ahead >= 0.0 {

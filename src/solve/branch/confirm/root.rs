@@ -292,10 +292,13 @@ impl<F: Family> Search<'_, '_, F> {
     /// Outwards from the start, until the test function changes its sign.
     fn by_looks(&mut self, reach: f64, width: f64) -> Result<Option<roots::Bracketed>, SolveError> {
         for side in [1.0, -1.0] {
+            // Where the branches of the two methods lie apart, the nearest planes may have no orbit.
+            let mut has_begun = false;
             for k in 1..=LOOKS {
                 match self.value(side * reach * k as f64 / LOOKS as f64) {
-                    Ok(_) => {}
-                    Err(None) => break,
+                    Ok(_) => has_begun = true,
+                    Err(None) if has_begun => break,
+                    Err(None) => {}
                     Err(Some(error)) => return Err(error),
                 }
             }
