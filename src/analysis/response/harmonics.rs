@@ -11,11 +11,12 @@ use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 
 /// Harmonics of the excitation frequency.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Harmonics {
     /// 12, times the greatest common divisor of all excitation orders.
     #[schemars(skip)]
+    #[default]
     Usual,
     /// The same number everywhere.
     Count(usize),
@@ -52,12 +53,6 @@ const USUAL: usize = 12;
 const ALIASING: f64 = 10.0;
 /// How often samples may be doubled where that does not suffice.
 const DOUBLINGS: u32 = 6;
-
-impl Default for Harmonics {
-    fn default() -> Self {
-        Harmonics::Usual
-    }
-}
 
 impl Harmonics {
     /// Whether no number is given.
