@@ -11,7 +11,7 @@ pub use description::{ArmNote, BodyNote, ConnectionNote, Description};
 pub use figure::{
     Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, NamedFigure, Panel, Scale,
 };
-pub use plot::{FigureSize, Plot};
+pub use plot::{FigureSize, Measured, Plot};
 pub use words::{Words, readable};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

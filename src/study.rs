@@ -17,6 +17,7 @@ mod compare;
 mod describe;
 mod ensemble;
 mod load;
+mod measured;
 mod memory;
 mod merge;
 mod plotting;
@@ -36,6 +37,7 @@ pub use results::{History, Iterates, ResponseCurves, ResponseEvent, ResponsePoin
 pub use shard::Shard;
 
 use load::{analyses, assembled, build, load_run, names, without_repetition};
+use measured::Points;
 
 /// A model file ready to run.
 #[derive(Debug)]
@@ -59,6 +61,8 @@ pub struct Run {
     pub name: String,
     kind: String,
     texts: Texts,
+    /// What is drawn over its figures.
+    measured: Vec<Points>,
     analysis: Box<dyn Analysis>,
     /// The model with the analysis's own `set:`; `None` when it has none.
     own: Option<Built>,
@@ -267,8 +271,9 @@ impl Study {
         plotting::dress(
             &mut report,
             run.texts.plot.clone().unwrap_or_default(),
-            assembly,
+            (run.own.as_ref().map_or(&self.model, |own| &own.0), assembly),
         );
+        measured::add(&mut report, &run.measured);
         // An interruption that the user did not request has a reason.
         if let (Some(end), Some(reason)) = (&mut report.ended_early, control.reason()) {
             *end = end.replacen("interrupted", &reason, 1);
@@ -281,6 +286,12 @@ impl Study {
         let own = self.runs.iter().filter_map(|run| run.own.as_ref());
         let models = std::iter::once(&self.model).chain(own.map(|own| &own.0));
         let mut tables: Vec<&PathBuf> = models.flat_map(|model| &model.files).collect();
+        let measured = self.runs.iter().flat_map(|run| &run.measured);
+        tables.extend(measured.map(|measured| &measured.path));
+        let control = load::Unattended;
+        let of = |run: &Run| run.analysis.files(&self.setting(run, &control));
+        let read: Vec<PathBuf> = self.runs.iter().flat_map(of).collect();
+        tables.extend(&read);
         tables.sort();
         tables.dedup();
         // They were read a moment ago; one that has gone since leaves no hash.

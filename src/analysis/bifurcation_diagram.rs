@@ -7,7 +7,7 @@ use super::flow::{self, LabelKeys};
 use super::map_table::{Rows, dots};
 use super::parameter::Parameter;
 use super::poincare_map::defaults;
-use super::{Analysis, Fault, Initial, Setting, columns, limits};
+use super::{Analysis, Fault, Initial, Link, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Curve, Figure, FrequencyUnit, Panel, Report, Table, Words};
@@ -27,6 +27,9 @@ pub struct BifurcationDiagram {
     /// `frequency`, or the path of a number of the model.
     #[serde(default = "frequency")]
     pub parameter: String,
+    /// Further numbers that follow it, such as `{gear_2.drag: "0.4*x"}`.
+    #[serde(default, skip_serializing_if = "Link::is_empty")]
+    pub link: Link,
     /// Excitation frequency, if it is not the parameter.
     #[serde(default)]
     pub at: Option<Quantity>,
@@ -212,7 +215,7 @@ impl BifurcationDiagram {
     fn check_sweep(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = Vec::new();
         faults.extend(limits::check("points", self.points, 2, limits::POINTS));
-        let parameter = match Parameter::find(setting, &self.parameter) {
+        let parameter = match Parameter::alone(setting, &self.parameter, &self.link) {
             Ok(parameter) => parameter,
             Err(message) => {
                 faults.push(Fault::new("parameter", message));
@@ -284,11 +287,11 @@ impl BifurcationDiagram {
 
     fn plan(&self, setting: &Setting<'_>) -> Result<Plan, Fault> {
         let fault = |key: &'static str| move |message: String| Fault::new(key, message);
-        let parameter = Parameter::find(setting, &self.parameter).map_err(fault("parameter"))?;
-        let from = parameter
-            .value(setting, &self.from)
-            .map_err(fault("from"))?;
-        let to = parameter.value(setting, &self.to).map_err(fault("to"))?;
+        let parameter = Parameter::alone(setting, &self.parameter, &self.link);
+        let parameter = parameter.map_err(fault("parameter"))?;
+        let value = |written| parameter.value(setting, written);
+        let from = value(&self.from).map_err(fault("from"))?;
+        let to = value(&self.to).map_err(fault("to"))?;
         let at = match &self.at {
             Some(at) => flow::frequency(setting, "at", at)?,
             None => 1.0,
@@ -302,10 +305,8 @@ impl BifurcationDiagram {
         let sweeps = Direction::sweeps(self.direction, written);
         let values = |sweep: Vec<(f64, ())>| sweep.into_iter().map(|x| x.0).collect();
         let sweeps = sweeps.into_iter().map(values).collect();
-        let seeds = match &self.seeds {
-            Some(seeds) => Some(seeds.states(setting)?),
-            None => None,
-        };
+        let seeds = self.seeds.as_ref().map(|seeds| seeds.states(setting));
+        let seeds = seeds.transpose()?;
         let (unit, factor) = parameter.reported(setting, &self.from);
         Ok(Plan {
             parameter,

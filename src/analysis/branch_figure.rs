@@ -57,7 +57,18 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
     // The branches of one method are one curve of several pieces.
     let mut methods: Vec<Method> = traced.iter().map(|t| t.method).collect();
     methods.dedup();
-    for method in &methods {
+    let directions = directions(swept, traced);
+    for (direction, branch) in &directions {
+        let only = Some(("branch".to_owned(), branch.to_string()));
+        curves.push(curve(
+            "",
+            abscissa,
+            (*direction).into(),
+            CurveStyle::Dots,
+            only,
+        ));
+    }
+    for method in methods.iter().filter(|_| directions.is_empty()) {
         let style = match method {
             Method::Integration => CurveStyle::Dots,
             Method::Galerkin | Method::Shooting => CurveStyle::Branch {
@@ -115,6 +126,19 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
         curves,
         ..Panel::default()
     }
+}
+
+/// Sweeps of one attractor up and down, where these are all that is drawn: direction and branch.
+fn directions(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<(&'static str, usize)> {
+    let direction = |(branch, t): (usize, &Traced<'_>)| {
+        let (first, last) = (t.points.first()?, t.points.last()?);
+        let rise = swept.value(last.lambda) - swept.value(first.lambda);
+        let is_swept = t.method == Method::Integration && rise != 0.0;
+        let word = if rise > 0.0 { "upwards" } else { "downwards" };
+        is_swept.then_some((word, branch))
+    };
+    let list: Option<Vec<_>> = traced.iter().enumerate().map(direction).collect();
+    list.filter(|list| list.len() == 2).unwrap_or_default()
 }
 
 /// Ends of the abscissa: a backbone may leave them, and does where the excitation has many orders.

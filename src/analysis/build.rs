@@ -250,7 +250,7 @@ impl OperatingPoint {
 impl Default for RunUp {
     /// All defaults; set the speeds, and a duration or a rate.
     fn default() -> RunUp {
-        defaults(json!({"from": 0, "to": 0}))
+        defaults(json!({}))
     }
 }
 
@@ -262,8 +262,8 @@ impl RunUp {
         duration: impl Into<Quantity>,
     ) -> RunUp {
         RunUp {
-            from: from.into(),
-            to: to.into(),
+            from: Some(from.into()),
+            to: Some(to.into()),
             duration: Some(duration.into()),
             ..RunUp::default()
         }

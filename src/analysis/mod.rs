@@ -16,6 +16,7 @@ pub mod flow;
 mod frequency_response;
 mod initial;
 mod limits;
+mod link;
 mod map_table;
 mod modes;
 mod multiplier_table;
@@ -43,6 +44,7 @@ pub use effective_frequencies::EffectiveFrequencies;
 pub use event_table::EVENTS;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
+pub use link::Link;
 pub use modes::{Modes, frequencies_at_rest};
 pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;
@@ -50,7 +52,7 @@ pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use regime_map::RegimeMap;
 pub use response::{EventState, Method, Orbits, ResponseTable, Tables};
-pub use run_up::RunUp;
+pub use run_up::{Order, RunUp};
 pub use time_history::TimeHistory;
 pub use torus::Torus;
 pub use transient::SpeedProfile;
@@ -65,6 +67,7 @@ use crate::quantity::{Quantity, UnitDimension};
 use crate::report::{Report, Table};
 use cost::Cost;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One analysis of a model file, named by `type:`.
@@ -92,6 +95,11 @@ pub trait Analysis: std::fmt::Debug + Send + Sync {
     /// Whether it accepts loads that are functions of time; periodic methods do not.
     fn takes_functions_of_time(&self) -> bool {
         false
+    }
+
+    /// Tables beside the model file that it reads.
+    fn files(&self, _setting: &Setting<'_>) -> Vec<PathBuf> {
+        Vec::new()
     }
 
     /// Events of a response with their states; `None` if the analysis has none.
@@ -130,6 +138,16 @@ pub fn check(analysis: &dyn Analysis, setting: &Setting<'_>) -> Vec<Fault> {
         let message = format!(
             "loads.{body}.profile is a function of time, which no periodic motion can follow: use a time_history with \
              `duration`, or a run_up; or remove it for this analysis, set: {{loads.{body}.profile: null}}"
+        );
+        faults.push(Fault::new("", message));
+    }
+    let moved = train
+        .moved_over_time()
+        .and_then(|motion| train.bodies.get_index(motion.body));
+    if let Some((body, _)) = moved.filter(|_| !analysis.takes_functions_of_time()) {
+        let message = format!(
+            "the motion of `{body}` is a function of time, which no periodic motion can follow: use a time_history with \
+             `duration`, or give the motion over the cycle"
         );
         faults.push(Fault::new("", message));
     }

@@ -1,7 +1,7 @@
 //! Everything about the attractor at one frequency, in one row.
 
 use super::cost::Cost;
-use super::{Analysis, Fault, FrequencyResponse, Setting};
+use super::{Analysis, Fault, FrequencyResponse, Order, Setting};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
@@ -29,6 +29,12 @@ pub struct OperatingPoint {
     /// Limit to which an undecided record is extended, in lengths of the record; default 8.
     #[serde(default)]
     pub extend: Option<usize>,
+    /// Orders of the reference whose amplitudes in deformations, forces and accelerations are reported.
+    #[serde(default)]
+    pub orders: Vec<Order>,
+    /// Whether small deviations are followed, without which nothing is called chaotic; true when absent.
+    #[serde(default)]
+    pub lyapunov: Option<bool>,
     /// Integrator.
     #[serde(default)]
     pub integrator: IntegratorChoice,
@@ -55,6 +61,8 @@ impl OperatingPoint {
             "integrator": self.integrator,
             "longest_period": self.longest_period,
             "extend": self.extend,
+            "orders": self.orders,
+            "lyapunov": self.lyapunov,
             "tables": ["main", "rattle"],
         });
         FrequencyResponse::deserialize(own).map_err(|e| e.to_string())

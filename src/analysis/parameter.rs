@@ -1,7 +1,7 @@
 //! Parameters of the model that an analysis varies: the excitation frequency, and numbers of the model by name. The scales stay
 //! those of the model as written.
 
-use super::Setting;
+use super::{Link, Setting};
 use crate::assembly::{Assembly, Scales, assemble, reassemble, renumber};
 use crate::error::Diagnostic;
 use crate::model::{self, FrequencyScale, Knob, Model, Reach, Structure};
@@ -30,6 +30,37 @@ impl Parameter {
         }
         let knob = setting.model.resolve(written)?;
         Ok(Parameter::Number(Box::new(knob)))
+    }
+
+    /// The same with the numbers that follow it; `all`: names of all parameters of the analysis.
+    ///
+    /// # Errors
+    /// As [`Parameter::find`]; what is wrong with the link.
+    pub fn linked(
+        setting: &Setting<'_>,
+        written: &str,
+        (link, all): (&Link, &[&str]),
+    ) -> Result<Parameter, String> {
+        match Parameter::find(setting, written)? {
+            Parameter::Number(knob) => {
+                let knob = link.attach(setting, *knob, all)?;
+                Ok(Parameter::Number(Box::new(knob)))
+            }
+            Parameter::Frequency if !link.is_empty() && all.len() == 1 => Err(
+                "link: x is a number of the model, not the excitation frequency: amplitudes that depend on the speed are \
+                 said by `speed_power`"
+                    .into(),
+            ),
+            Parameter::Frequency => Ok(Parameter::Frequency),
+        }
+    }
+
+    /// The only parameter of an analysis.
+    ///
+    /// # Errors
+    /// As [`Parameter::linked`].
+    pub fn alone(setting: &Setting<'_>, written: &str, link: &Link) -> Result<Parameter, String> {
+        Parameter::linked(setting, written, (link, &[written]))
     }
 
     /// The number of the model, if it is one.
@@ -78,12 +109,13 @@ impl Parameter {
         let Parameter::Number(knob) = self else {
             return setting.frequency(written).map(|_| ());
         };
-        let node = match written.dimension {
-            None => knob.node(written.value),
-            Some(_) => Node::quoted(written.text.as_str()),
-        };
         let mut root = mechanics(setting);
-        let read = root.set(knob.name(), node).map_err(|d| vec![d]);
+        let mut entries = knob.entries(written.value);
+        if written.dimension.is_some() {
+            entries[0].1 = Node::quoted(written.text.as_str());
+        }
+        let set = |(path, node): (&str, Node)| root.set(path, node);
+        let read = entries.into_iter().try_for_each(set).map_err(|d| vec![d]);
         let read = read.and_then(|()| rebuild(&root, setting.assembly));
         read.map(|_| ()).map_err(|list| joined(&list))
     }
@@ -216,8 +248,9 @@ impl<'a> Variation<'a> {
     pub fn at(&mut self, values: &[f64]) -> Result<(Model, Assembly), Vec<Diagnostic>> {
         if let Some(root) = &mut self.root {
             for (knob, value) in self.knobs.iter().zip(values) {
-                let set = root.set(knob.name(), knob.node(*value));
-                set.map_err(|mistake| vec![mistake])?;
+                for (path, node) in knob.entries(*value) {
+                    root.set(path, node).map_err(|mistake| vec![mistake])?;
+                }
             }
             return rebuild(root, self.unchanged);
         }

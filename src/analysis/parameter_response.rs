@@ -3,7 +3,7 @@
 use super::cost::Cost;
 use super::parameter::{Parameter, Variation, joined};
 use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
-use super::{Analysis, Fault, Setting, columns};
+use super::{Analysis, Fault, Link, Setting, columns};
 use crate::error::Error;
 use crate::model::Knob;
 use crate::quantity::Quantity;
@@ -18,6 +18,9 @@ response_keys! {
         pub at: Quantity,
         /// Dotted path of a number of the model, or a short form of one.
         pub parameter: String,
+        /// Further numbers that follow it, such as `{gear_2.drag: "0.4*x"}`.
+        #[serde(default, skip_serializing_if = "Link::is_empty")]
+        pub link: Link,
     }
 }
 
@@ -100,7 +103,7 @@ impl ParameterResponse {
     fn knob(&self, setting: &Setting<'_>) -> Result<Knob, Fault> {
         let fault = |message: String| Fault::new("parameter", message);
         let is_frequency = ["frequency", "at", "omega"].contains(&self.parameter.as_str());
-        match Parameter::find(setting, &self.parameter).map_err(fault) {
+        match Parameter::alone(setting, &self.parameter, &self.link).map_err(fault) {
             Ok(Parameter::Number(knob)) => Ok(*knob),
             Err(fault) if !is_frequency => Err(fault),
             _ => {

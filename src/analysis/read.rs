@@ -6,7 +6,7 @@ use crate::yaml::{Node, Value, join};
 use indexmap::IndexMap;
 
 /// Keys that every analysis takes besides its own.
-pub const COMMON_KEYS: [&str; 5] = ["set", "title", "caption", "assumed", "plot"];
+pub const COMMON_KEYS: [&str; 6] = ["set", "title", "caption", "assumed", "plot", "compare"];
 
 /// The parts of an entry: [`Node::read`] makes a `Box<dyn Analysis>` of `own`.
 #[derive(Debug, Clone)]

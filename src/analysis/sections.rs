@@ -3,7 +3,7 @@
 use super::response::{ResponseTable, Swept};
 use crate::measure::{
     Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Losses,
-    Measure, PeakAccelerations, Sheet, Solved, TransmissionErrors,
+    Measure, Orders, PeakAccelerations, Sheet, Solved, TransmissionErrors,
 };
 use crate::system::Mount;
 
@@ -50,6 +50,9 @@ impl Sections {
         ];
         if !connections.is_empty() {
             main.push(Box::new(Losses { connections }));
+        }
+        if !swept.orders.is_empty() {
+            main.push(Box::new(Orders::new(&swept.orders)));
         }
         let mut list = vec![(ResponseTable::Main, main)];
         if swept.computes(ResponseTable::Rattle) {

@@ -1,15 +1,16 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
 mod figure;
+mod selection;
 
 use super::cost::{Cost, Period};
 use super::flow::{self, Motion};
 use super::poincare_map::REPORTED;
 use super::transient::{self, History, Impacts, Rows, SpeedProfile, switch_table};
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
-use crate::error::{Error, did_you_mean};
+use crate::error::Error;
 use crate::quantity::Quantity;
-use crate::report::{Report, Table, Values};
+use crate::report::{Report, Table};
 use crate::solve::attractor::Stop;
 use crate::solve::integrate::{
     IntegrationEnd, IntegratorChoice, IntegratorOptions, Observer, Segment, Switch,
@@ -20,6 +21,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Settings of `time_history`.
@@ -54,6 +56,9 @@ pub struct TimeHistory {
     /// Speed of the reference against time; requires `duration`.
     #[serde(default)]
     pub speed: Option<SpeedProfile>,
+    /// With `duration`: whether the train follows the speed, every body with a torque for its mean acceleration.
+    #[serde(default)]
+    pub follow: bool,
     /// Instants to write, ascending; requires `duration`.
     #[serde(default)]
     pub samples: Option<Vec<Quantity>>,
@@ -126,6 +131,11 @@ impl Analysis for TimeHistory {
         self.duration.is_some()
     }
 
+    fn files(&self, setting: &Setting<'_>) -> Vec<PathBuf> {
+        let file = self.speed.as_ref().and_then(|s| s.path(setting, "speed"));
+        file.into_iter().collect()
+    }
+
     fn cost(&self, setting: &Setting<'_>) -> Cost {
         let columns =
             3 * setting.assembly.connections.len() + columns::accelerations(setting).len();
@@ -152,14 +162,13 @@ impl Analysis for TimeHistory {
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let began = Instant::now();
-        let report = match self.history() {
+        let mut report = match self.history() {
             Some(history) => transient::run_history(&history, setting)?,
             None => self.run_periods(setting)?,
         };
         let rows = report.tables.first().map_or(0, Table::rows);
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         let seconds = began.elapsed().as_secs_f64();
-        let mut report = report;
         if let Some(main) = report.tables.first_mut() {
             self.thin(main);
             report.figure = Some(figure(setting, main));
@@ -191,39 +200,6 @@ impl Analysis for TimeHistory {
 }
 
 impl TimeHistory {
-    /// Columns that do not exist, and rows that are none.
-    fn check_columns(&self, setting: &Setting<'_>) -> Vec<Fault> {
-        let decimate = limits::check("decimate", self.decimate, 1, limits::SAMPLES);
-        let mut faults = Vec::from_iter(decimate);
-        let known: Vec<String> = transient::headings(setting).map(|h| h.name).collect();
-        for (k, name) in self.columns.iter().flatten().enumerate() {
-            if !known.contains(name) {
-                let help = did_you_mean(name, known.iter().map(String::as_str));
-                let message = format!("`{name}` is no column: {help}");
-                faults.push(Fault::new(format!("columns.{k}"), message));
-            }
-        }
-        faults
-    }
-
-    /// Keeps the requested columns and rows.
-    fn thin(&self, table: &mut Table) {
-        if let Some(columns) = &self.columns {
-            let mut place = 0;
-            table.columns.retain(|column| {
-                place += 1;
-                place == 1 || columns.contains(&column.name)
-            });
-        }
-        if self.decimate > 1 {
-            for column in &mut table.columns {
-                if let Values::Float(values) = &mut column.values {
-                    *values = values.iter().step_by(self.decimate).copied().collect();
-                }
-            }
-        }
-    }
-
     fn periods(&self) -> usize {
         self.periods.unwrap_or(PERIODS)
     }
@@ -234,6 +210,7 @@ impl TimeHistory {
         let mut faults = Vec::new();
         let timed = [
             ("speed", self.speed.is_some()),
+            ("follow", self.follow),
             ("samples", self.samples.is_some()),
             ("points", self.points.is_some()),
         ];
@@ -263,6 +240,7 @@ impl TimeHistory {
             at: self.at.as_ref(),
             duration: self.duration.as_ref()?,
             speed: self.speed.as_ref(),
+            follow: self.follow,
             samples: self.samples.as_deref(),
             points: self.points.unwrap_or(POINTS),
             initial: &self.initial,

@@ -2,9 +2,10 @@
 
 use super::mass::Mass;
 use super::scaling::RigidBody;
-use super::torque::{Torque, torques};
+use super::torque::{Torque, course, torques};
 use super::{Assembly, Coupling, inertias};
 use crate::model::Train;
+use crate::numeric::fraction;
 use crate::numeric::nonzeros::Nonzeros;
 use crate::numeric::periodic::Periodic;
 use crate::system::{Scratch, System};
@@ -31,6 +32,10 @@ pub struct Anchor {
     loads: Vec<Vec<Torque>>,
     /// Dashpots parallel to a transmission error, of each body: arm, c, e.
     dashpots: Vec<Vec<(f64, f64, Periodic)>>,
+    /// Accelerations that are prescribed.
+    prescribed: Vec<Option<Torque>>,
+    /// Mean speeds over that of the excitation phase, with their signs; 0 where nothing is known of them.
+    ratios: Vec<f64>,
 }
 
 /// Forces on a body, in SI units.
@@ -55,6 +60,10 @@ impl Anchor {
         w_c: f64,
     ) -> Anchor {
         let mut loads = vec![Vec::new(); train.bodies.len()];
+        let mut prescribed = vec![None; train.bodies.len()];
+        for motion in &train.motions {
+            prescribed[motion.body] = course(&motion.course, w_c);
+        }
         for (name, load) in &train.loads {
             if let Some(body) = train.bodies.get_index_of(name) {
                 loads[body].extend(torques(load, (w_c, train.revolutions)));
@@ -75,6 +84,8 @@ impl Anchor {
             arms,
             rates: Nonzeros::of_rows(rates),
             loads,
+            prescribed,
+            ratios: mean_ratios(train),
         }
     }
 
@@ -84,16 +95,21 @@ impl Anchor {
     /// z'' = M^-1 (F - C P^+ r' - B^T diag(K_j) f_j + B^T diag(c) e')
     /// ```
     ///
-    /// Exact for trees and loops and for any damping. Rook & Singh (1995), eq. (6a).
+    /// Exact for trees and loops and for any damping. Rook & Singh (1995), eq. (6a). A body with prescribed motion has the one that is
+    /// prescribed.
     pub fn actions(&self, body: usize) -> impl Iterator<Item = (f64, Action<'_>)> {
+        let own = self.prescribed[body].as_ref();
+        let own_action = own.map(|course| (self.inertia[body], Action::Load(course)));
         let scaled = |(other, share): &(usize, f64)| {
             let share = *share;
             let own = self.own_actions(*other);
             own.map(move |(factor, action)| (share * factor, action))
         };
-        self.partners[body].iter().flat_map(scaled)
+        let partners = self.partners[body].iter().filter(move |_| own.is_none());
+        own_action.into_iter().chain(partners.flat_map(scaled))
     }
 
+    /// What acts on a body that is free to move.
     fn own_actions(&self, body: usize) -> impl Iterator<Item = (f64, Action<'_>)> {
         let loads = self.loads[body]
             .iter()
@@ -121,6 +137,16 @@ impl Anchor {
     }
 }
 
+/// Mean speeds over the rate of the base phase.
+fn mean_ratios(train: &Train) -> Vec<f64> {
+    let Some(motion) = &train.mean_motion else {
+        return vec![0.0; train.bodies.len()];
+    };
+    let turns = motion.speed.signum() * train.revolutions as f64;
+    let ratios = motion.ratios.iter().map(fraction::to_f64);
+    ratios.map(|ratio| ratio * turns).collect()
+}
+
 impl Assembly {
     /// Absolute accelerations of the bodies at a nondimensional state, n_b values [rad/s^2; m/s^2 for translating masses];
     /// `None` for reduced systems.
@@ -145,12 +171,15 @@ impl Assembly {
                 c * self.scales.frequency * at.frequency * error.derivative(at.phase)
             }
         };
+        let w_c = self.scales.frequency;
+        let follows = system.course().is_some_and(|course| course.is_followed());
+        let mean = |body: usize| match follows && anchor.prescribed[body].is_none() {
+            true => anchor.ratios[body] * at.change * w_c * w_c,
+            false => 0.0,
+        };
         let bodies = 0..anchor.bodies.len();
-        Some(
-            bodies
-                .map(|body| anchor.acceleration(body, value))
-                .collect(),
-        )
+        let list = bodies.map(|body| anchor.acceleration(body, value) + mean(body));
+        Some(list.collect())
     }
 
     /// SI rate of a relative coordinate of rate 1, d/d(omega_c t).
@@ -179,7 +208,8 @@ impl Assembly {
 /// Torques are compared as they act on each rigid-body motion: the remainder N^T F with the largest mean load in it, and with
 /// all that the loads do, alternating parts included.
 pub(super) fn unbalanced_mean_load(train: &Train, coupling: &Coupling) -> Option<String> {
-    let motions = &coupling.rigid_body;
+    let rigid = RigidBody::new(train, coupling);
+    let motions = rigid.motions();
     let mut force = DVector::zeros(train.bodies.len());
     let mut swing = DVector::<f64>::zeros(train.bodies.len());
     for (name, load) in &train.loads {
@@ -197,7 +227,7 @@ pub(super) fn unbalanced_mean_load(train: &Train, coupling: &Coupling) -> Option
     if !is_unbalanced {
         return None;
     }
-    let acceleration = RigidBody::new(train, coupling).acceleration(&force)?;
+    let acceleration = rigid.acceleration(&force)?;
     let largest = acceleration.amax();
     let list: Vec<String> = (train.bodies.keys().zip(acceleration.iter()))
         .filter(|(_, a)| a.abs() > 1e-6 * largest)

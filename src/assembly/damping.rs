@@ -1,6 +1,7 @@
 //! Viscous damping of a train: modal, proportional to the stiffness, and dashpots parallel to the laws.
 
 use super::mass::Mass;
+use super::moved::Held;
 use super::{Coupling, ElasticModes, mistake};
 use crate::error::Diagnostic;
 use crate::model::{Damping, MatrixPart, ModalDamping, Train};
@@ -53,7 +54,7 @@ pub fn body_damping(
         c += own.tr_mul(&(rates * &own));
     }
     if let Some(ratios) = ratios {
-        let mu = momenta(train, modes);
+        let mu = momenta(train, coupling, modes);
         let mut scaled = mu.clone();
         for (k, mut column) in scaled.column_iter_mut().enumerate() {
             column *= 2.0 * ratios[k] * modes.eigenvalues[k].sqrt();
@@ -101,7 +102,7 @@ pub(super) fn rate_map(
                 0.0
             };
         }
-        map += momenta(train, modes) * share;
+        map += momenta(train, coupling, modes) * share;
     }
     map
 }
@@ -118,9 +119,18 @@ fn local(train: &Train) -> impl Iterator<Item = f64> {
     (train.connections.values()).map(move |c| c.damping + share * c.contact_stiffness())
 }
 
-/// M U, n_b x n.
-fn momenta(train: &Train, modes: &ElasticModes) -> DMatrix<f64> {
-    Mass::of(train).times(&modes.shapes)
+/// M U, n_b x n: with the reactions of bodies whose motion is prescribed, so that N^T M U = 0.
+fn momenta(train: &Train, coupling: &Coupling, modes: &ElasticModes) -> DMatrix<f64> {
+    let mut mu = Mass::of(train).times(&modes.shapes);
+    if !train.motions.is_empty() {
+        let held = Held::new(train, coupling);
+        for mut column in mu.column_iter_mut() {
+            let mut torque = column.clone_owned();
+            held.react(&mut torque);
+            column.copy_from(&torque);
+        }
+    }
+    mu
 }
 
 /// Checks that no damping acts on rigid-body motion: C N = 0. Otherwise relative coordinates alone do not describe the motion.

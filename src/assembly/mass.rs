@@ -7,6 +7,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 /// M = L L^T of a train.
 pub(super) struct Mass<'a> {
     diagonal: DVector<f64>,
+    /// The same, infinite where the motion of a body is prescribed: what divides.
+    divisor: DVector<f64>,
     parts: Vec<(&'a MatrixPart, Cholesky<f64, Dyn>)>,
 }
 
@@ -14,8 +16,14 @@ impl<'a> Mass<'a> {
     /// Parts whose matrix has no factors, which the reader refuses, count as bodies.
     pub fn of(train: &'a Train) -> Mass<'a> {
         let factored = |part: &'a MatrixPart| Some((part, part.inertia.clone().cholesky()?));
+        let diagonal = inertias(train);
+        let mut divisor = diagonal.clone();
+        for motion in &train.motions {
+            divisor[motion.body] = f64::INFINITY;
+        }
         Mass {
-            diagonal: inertias(train),
+            diagonal,
+            divisor,
             parts: train.parts.iter().filter_map(factored).collect(),
         }
     }
@@ -33,7 +41,7 @@ impl<'a> Mass<'a> {
     /// B M^-1, from B, e x n_b.
     pub fn divided(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
         let mut quotient = b.clone();
-        for (mut column, m) in quotient.column_iter_mut().zip(self.diagonal.iter()) {
+        for (mut column, m) in quotient.column_iter_mut().zip(self.divisor.iter()) {
             column /= *m;
         }
         self.replace_columns(&mut quotient, b, |factors, rows| factors.solve(rows));
@@ -43,7 +51,7 @@ impl<'a> Mass<'a> {
     /// B L^-T, from B, e x n_b.
     pub fn over_root(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
         let mut quotient = b.clone();
-        for (mut column, m) in quotient.column_iter_mut().zip(self.diagonal.iter()) {
+        for (mut column, m) in quotient.column_iter_mut().zip(self.divisor.iter()) {
             column /= m.sqrt();
         }
         self.replace_columns(&mut quotient, b, |factors, rows| {
@@ -56,7 +64,7 @@ impl<'a> Mass<'a> {
     /// L^-T V, from V, n_b x k.
     pub fn shapes_of(&self, v: &DMatrix<f64>) -> DMatrix<f64> {
         let mut shapes = v.clone();
-        for (mut row, m) in shapes.row_iter_mut().zip(self.diagonal.iter()) {
+        for (mut row, m) in shapes.row_iter_mut().zip(self.divisor.iter()) {
             row /= m.sqrt();
         }
         self.replace_rows(&mut shapes, v, |_, factors, rows| {

@@ -19,7 +19,7 @@ pub struct ElasticModes {
     pub shapes: DMatrix<f64>,
 }
 
-/// Elastic modes of a train from the symmetric matrix L^-1 B^T K B L^-T with M = L L^T.
+/// Elastic modes of a train from the symmetric matrix L^-1 B^T K B L^-T with M = L L^T; bodies with prescribed motion rest.
 ///
 /// The n_b - n rigid-body modes are left out: their number is known from the coupling, so no threshold decides. Motions that
 /// meet friction only are not elastic modes either: n is the rank of the rows of springs. Eigenvalues of elastic modes below

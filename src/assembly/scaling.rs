@@ -1,6 +1,7 @@
 //! Characteristic values, and the nondimensional matrices and loads.
 
 use super::mass::Mass;
+use super::moved::{Held, sources};
 use super::torque::torques;
 use super::{Coupling, ElasticModes, Scales, mistake};
 use crate::element::{Units, nondimensional};
@@ -8,6 +9,7 @@ use crate::error::{Diagnostic, SolveError};
 use crate::model::{Connection, FrequencyScale, Scaling, Train};
 use crate::system::{Balance, LoadKind, LoadSource, Mount, System};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::borrow::Cow;
 
 /// omega_c and one displacement scale a connection.
 ///
@@ -98,7 +100,8 @@ pub(super) fn system(
         coupling.element_map[(k, i)] * (l_r[i] / l[k])
     });
     let mounts = mounts(train, scales);
-    let loads = loads(train, &mobility, &drive, scales);
+    let mut loads = loads(train, &mobility, &drive, scales);
+    loads.extend(sources(train, coupling, scales));
     let balance = balance(train, coupling, scales, loads.len());
     Ok(System::new(gamma, kappa, w, mounts, loads)?.with_balance(balance))
 }
@@ -148,33 +151,49 @@ fn balance(train: &Train, coupling: &Coupling, scales: &Scales, loads: usize) ->
 
 /// Motions of the train as a whole, with their inertias.
 pub(super) struct RigidBody<'a> {
-    motions: &'a DMatrix<f64>,
+    /// Those in which bodies with prescribed motion rest, n_b x r.
+    motions: Cow<'a, DMatrix<f64>>,
     /// M N, n_b x r.
     heavy: DMatrix<f64>,
     share: Option<Cholesky<f64, Dyn>>,
+    held: Option<Held<'a>>,
 }
 
 impl<'a> RigidBody<'a> {
     pub(super) fn new(train: &Train, coupling: &'a Coupling) -> RigidBody<'a> {
-        let motions = &coupling.rigid_body;
-        let heavy = Mass::of(train).times(motions);
+        let held = (!train.motions.is_empty()).then(|| Held::new(train, coupling));
+        let motions = match &held {
+            Some(held) => Cow::Owned(&coupling.rigid_body * &held.free),
+            None => Cow::Borrowed(&coupling.rigid_body),
+        };
+        let heavy = Mass::of(train).times(&motions);
         let share = motions.tr_mul(&heavy).cholesky();
         RigidBody {
             motions,
             heavy,
             share,
+            held,
         }
+    }
+
+    /// N, n_b x r.
+    pub(super) fn motions(&self) -> &DMatrix<f64> {
+        &self.motions
     }
 
     /// Accelerations z'' = N (N^T M N)^-1 N^T F of all bodies under torques; `None` where inertias leave the range of numbers.
     pub(super) fn acceleration(&self, torque: &DVector<f64>) -> Option<DVector<f64>> {
         let share = self.share.as_ref()?;
-        Some(self.motions * share.solve(&self.motions.tr_mul(torque)))
+        Some(self.motions.as_ref() * share.solve(&self.motions.tr_mul(torque)))
     }
 
+    /// Takes off what accelerates the train as a whole, and adds the reactions of bodies with prescribed motion.
     fn take_inertia_off(&self, torque: &mut DVector<f64>) {
         if let Some(share) = &self.share {
             *torque -= &self.heavy * share.solve(&self.motions.tr_mul(torque));
+        }
+        if let Some(held) = &self.held {
+            held.react(torque);
         }
     }
 }

@@ -57,7 +57,8 @@ fn far_inertias(train: &Train) -> Option<String> {
     let mut pairs: Vec<String> = Vec::new();
     for (name, connection) in &train.connections {
         let felt = |(body, arm): &(usize, f64)| train.bodies[*body].inertia / (arm * arm);
-        let mut ends: Vec<(usize, f64)> = connection.arms.iter().map(|a| (a.0, felt(a))).collect();
+        let free = connection.arms.iter().filter(|a| !train.is_moved(a.0));
+        let mut ends: Vec<(usize, f64)> = free.map(|a| (a.0, felt(a))).collect();
         ends.sort_by(|a, b| a.1.total_cmp(&b.1));
         let (Some(first), Some(last)) = (ends.first(), ends.last()) else {
             continue;

@@ -1,7 +1,7 @@
 //! Plain data for `gearlash check --json`.
 
 use super::Assembly;
-use crate::model::{DeformationUnit, Model, Structure};
+use crate::model::{DeformationUnit, Model, Structure, Train};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
@@ -28,7 +28,7 @@ pub fn summary(model: &Model, assembly: &Assembly) -> Value {
     let mut summary = json!({
         "name": model.name,
         "bodies": bodies,
-        "inertias": train.map(|t| t.bodies.values().map(|b| b.inertia).collect::<Vec<_>>()),
+        "inertias": train.map(inertias),
         "connections": assembly.connections,
         "units": train.map(|t| t.connections.values().map(|c| unit(c.unit)).collect::<Vec<_>>()),
         "connection_stiffness": assembly.scales.stiffness,
@@ -49,6 +49,13 @@ pub fn summary(model: &Model, assembly: &Assembly) -> Value {
         map.extend(super::kinematics::kinematics(train));
     }
     summary
+}
+
+/// Inertias of the bodies; `None` of those whose motion is prescribed.
+fn inertias(train: &Train) -> Vec<Option<f64>> {
+    let bodies = train.bodies.values().enumerate();
+    let list = bodies.map(|(k, body)| (!train.is_moved(k)).then_some(body.inertia));
+    list.collect()
 }
 
 fn unit(unit: DeformationUnit) -> &'static str {

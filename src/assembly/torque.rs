@@ -1,6 +1,6 @@
 //! Torques on bodies as excitations.
 
-use crate::model::{Load, LoadPart, start_of};
+use crate::model::{BodyCourse, Load, LoadPart, start_of};
 use crate::numeric::periodic::Periodic;
 use crate::system::LoadKind;
 
@@ -43,4 +43,26 @@ pub(super) fn torques(
         },
     };
     std::iter::once(own).chain(load.others.iter().map(other))
+}
+
+/// Acceleration of a body with prescribed motion \[rad/s^2; m/s^2\]; `None` where it moves evenly for all that is known.
+pub(super) fn course(course: &BodyCourse, w_c: f64) -> Option<Torque> {
+    let torque = match course {
+        BodyCourse::PerPhase(series) => Torque {
+            series: series.scaled(w_c * w_c),
+            kind: LoadKind::Acceleration,
+        },
+        BodyCourse::Speed(series) => Torque {
+            series: series.scaled(w_c),
+            kind: LoadKind::Rate,
+        },
+        BodyCourse::Timed(_) => Torque {
+            series: Periodic::Fourier {
+                mean: 0.0,
+                harmonics: Vec::new(),
+            },
+            kind: LoadKind::Timed(course.acceleration_over_time()?.scaled(w_c, 1.0)),
+        },
+    };
+    Some(torque)
 }

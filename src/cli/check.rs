@@ -160,7 +160,10 @@ fn as_text(study: &Study, state: &AtRest, warnings: &[String]) -> String {
             .iter()
             .zip(data["inertias"].as_array().into_iter().flatten());
         let list: Vec<String> = named
-            .map(|(b, i)| format!("{} ({i})", b.as_str().unwrap_or_default()))
+            .map(|(b, i)| match (b.as_str().unwrap_or_default(), i) {
+                (body, Value::Null) => format!("{body} (prescribed motion)"),
+                (body, i) => format!("{body} ({i})"),
+            })
             .collect();
         let _ = writeln!(text, "bodies (inertia):      {}", list.join(", "));
     }

@@ -4,11 +4,14 @@ mod formula;
 mod kinks;
 mod program;
 mod reader;
+mod relation;
 mod token;
 
 use super::derivatives::{Dual, from_force};
 use super::tape::Symbol;
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response, Scale};
+pub use relation::Relation;
+
 use formula::{Formula, Node, Variable, is_reserved};
 use indexmap::IndexMap;
 use kinks::Kinks;

@@ -27,7 +27,7 @@ mod tanh_friction;
 pub use backlash::{Backlash, ImpactDampingLaw};
 pub use clutch::{Clutch, Stage};
 pub use cubic::Cubic;
-pub use expression::Expression;
+pub use expression::{Expression, Fault as ExpressionFault, Relation};
 pub use jenkins::Jenkins;
 pub use linear::Linear;
 pub use one_sided::{OneSided, Side};

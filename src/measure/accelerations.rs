@@ -11,7 +11,7 @@ use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
 use crate::postprocess::connection::is_clearance;
 use crate::solve::orbit::Orbit;
-use crate::system::{Moment, System};
+use crate::system::{LoadKind, Moment, System};
 use std::f64::consts::TAU;
 
 /// Instants per response period at which a motion is sampled: short impacts must not fall between two of them.
@@ -257,7 +257,9 @@ impl Accelerometer {
                     let scale = factor * assembly.force_scale(k);
                     size += add(out, scale, &self.force[list(k)]);
                 }
-                Action::Load(torque) if torque.series.is_constant() => {
+                Action::Load(torque)
+                    if torque.kind == LoadKind::Value && torque.series.is_constant() =>
+                {
                     let load = factor * torque.series.mean();
                     out.iter_mut().for_each(|a| *a += load);
                     size += load.abs();

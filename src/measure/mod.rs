@@ -6,6 +6,7 @@ mod contacts;
 mod frequencies;
 mod losses;
 mod multipliers;
+mod orders;
 mod transmission;
 mod units;
 
@@ -15,6 +16,7 @@ pub use contacts::ContactMetrics;
 pub use frequencies::EffectiveFrequencies;
 pub use losses::Losses;
 pub use multipliers::EstimatedMultipliers;
+pub use orders::Orders;
 pub use transmission::TransmissionErrors;
 pub use units::{Heading, Numbers, Units};
 

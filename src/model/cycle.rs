@@ -13,11 +13,11 @@ use crate::yaml::Node;
 /// Most revolutions in a cycle.
 const MOST_REVOLUTIONS: usize = 64;
 
-/// The table of a `cycle`, with a note where its last row repeats the first.
+/// The table of a `cycle`, with a note where its last row repeats the first; `others`: keys that somebody else reads.
 pub(super) fn cycle(
-    node: &Node,
-    path: &str,
+    (node, path): (&Node, &str),
     torque: UnitDimension,
+    others: &[&str],
     orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
 ) -> Option<(Periodic, Option<String>)> {
@@ -30,6 +30,7 @@ pub(super) fn cycle(
         "angle_unit",
         "revolutions",
     ];
+    let keys: Vec<&str> = keys.iter().chain(others).copied().collect();
     let fields = Fields::known(node, path, &keys, mistakes)?;
     let factor = unit(&fields, "unit", torque, mistakes)?;
     let revolutions = match fields.get("revolutions") {
@@ -39,7 +40,8 @@ pub(super) fn cycle(
         }
         None => 1,
     };
-    let (kind, given) = fields.exactly_one(&["values", "file"], "cycle", mistakes)?;
+    let (kind, given) =
+        fields.exactly_one(&["values", "file"], "values over the cycle", mistakes)?;
     let given_path = fields.path_of(kind);
     let (mut values, places) = match kind {
         "values" => (
@@ -167,19 +169,17 @@ fn from_file(
     (factor, revolutions): (f64, usize),
     mistakes: &mut Mistakes,
 ) -> Option<(Vec<f64>, Option<Vec<f64>>)> {
-    let column = fields.required("column", "the name of the column of torques", mistakes)?;
+    let column = fields.required("column", "the name of the column of values", mistakes)?;
     let mut names = vec![mistakes.note(column.as_text(&fields.path_of("column")))?];
     if let Some(angle) = fields.get("angle") {
         names.push(mistakes.note(angle.as_text(&fields.path_of("angle")))?);
     }
     let file = measured::beside(node, path, mistakes)?;
     let columns = measured::columns(&file, (node, path), &names, mistakes)?;
-    let mut columns = columns.into_iter();
-    let mut values = columns.next()?;
-    values.iter_mut().for_each(|value| *value *= factor);
+    let values: Vec<f64> = columns[0].iter().map(|value| value * factor).collect();
     let shown = file.display().to_string();
-    let places = match columns.next() {
-        Some(list) => angles(fields, Some((&list, &shown)), revolutions, mistakes)?,
+    let places = match columns.get(1) {
+        Some(list) => angles(fields, Some((list, &shown)), revolutions, mistakes)?,
         None => None,
     };
     Some((values, places))

@@ -5,6 +5,7 @@ use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::{Entry, Node, Value, join, unknown_keys};
 use indexmap::IndexMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub(super) use crate::element::ParameterRange as Range;
 
@@ -23,6 +24,15 @@ pub(super) struct Mistakes {
     numbers: Option<IndexMap<String, Found>>,
     /// Tables beside the model file that were read.
     files: Vec<PathBuf>,
+    /// Their columns by file and name, for what is read twice.
+    tables: Vec<KnownTable>,
+}
+
+/// Columns of a file, by name.
+struct KnownTable {
+    path: PathBuf,
+    names: Vec<String>,
+    columns: Arc<Vec<Vec<f64>>>,
 }
 
 /// A number as the reader found it.
@@ -106,6 +116,29 @@ impl Mistakes {
         if !self.files.iter().any(|known| known == path) {
             self.files.push(path.to_owned());
         }
+    }
+
+    /// Columns of a table that has been read before.
+    pub(super) fn known_table(&self, path: &Path, names: &[&str]) -> Option<Arc<Vec<Vec<f64>>>> {
+        let is_it = |known: &&KnownTable| known.path == path && known.names == names;
+        Some(self.tables.iter().find(is_it)?.columns.clone())
+    }
+
+    /// Keeps the columns of a table.
+    pub(super) fn keep_table(
+        &mut self,
+        path: &Path,
+        names: &[&str],
+        columns: Vec<Vec<f64>>,
+    ) -> Arc<Vec<Vec<f64>>> {
+        let columns = Arc::new(columns);
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        self.tables.push(KnownTable {
+            path: path.to_owned(),
+            names,
+            columns: columns.clone(),
+        });
+        columns
     }
 
     pub(super) fn take_files(&mut self) -> Vec<PathBuf> {

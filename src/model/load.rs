@@ -14,7 +14,7 @@ use crate::quantity::UnitDimension;
 use crate::yaml::Node;
 
 /// Keys of a load.
-pub(super) const KEYS: [&str; 4] = ["mean", "harmonics", "cycle", "profile"];
+pub(super) const KEYS: [&str; 5] = ["mean", "harmonics", "cycle", "profile", "motion"];
 
 /// A load, with a note where its cycle repeats its first row.
 ///
@@ -46,7 +46,7 @@ pub(super) fn load(
     let mut note = None;
     if let Some(node) = fields.get("cycle") {
         let path = fields.path_of("cycle");
-        let (series, said) = cycle(node, &path, torque, orders, mistakes)?;
+        let (series, said) = cycle((node, &path), torque, &[], orders, mistakes)?;
         load.others.push(LoadPart::Cycle(series));
         note = said;
     }

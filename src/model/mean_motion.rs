@@ -3,9 +3,10 @@
 use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
 use super::geometry::Bodies;
 use super::kinematics::{Fault, Row, speeds};
-use super::{Body, Drag, Load, Motion, Teeth};
+use super::{Body, Drag, Load, LoadPart, Motion, Teeth};
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{self, Fraction, whole};
+use crate::numeric::growth::Growth;
 use crate::numeric::periodic::Periodic;
 use crate::quantity::UnitDimension;
 use crate::yaml::Node;
@@ -229,20 +230,42 @@ pub(super) fn add_drag(
             mistakes.add(Diagnostic::at(node, &path, message).with_help(help));
             continue;
         };
-        add_mean(loads, name, body.drag.torque(motion.speed_of(k)));
+        let speed = motion.speed_of(k);
+        let constant = Drag {
+            viscous: 0.0,
+            ..body.drag
+        };
+        add_mean(loads, name, constant.torque(speed));
+        add_viscous(loads, name, -body.drag.viscous * speed, motion.speed.abs());
+    }
+}
+
+fn load_of<'l>(loads: &'l mut IndexMap<String, Load>, body: &str) -> &'l mut Load {
+    loads.entry(body.to_owned()).or_insert(Load {
+        series: mean_alone(0.0),
+        others: Vec::new(),
+    })
+}
+
+fn mean_alone(mean: f64) -> Periodic {
+    Periodic::Fourier {
+        mean,
+        harmonics: Vec::new(),
     }
 }
 
 fn add_mean(loads: &mut IndexMap<String, Load>, body: &str, torque: f64) {
-    let none = Periodic::Fourier {
-        mean: 0.0,
-        harmonics: Vec::new(),
-    };
-    let load = loads.entry(body.to_owned()).or_insert(Load {
-        series: none,
-        others: Vec::new(),
-    });
+    let load = load_of(loads, body);
     load.series = load.series.plus(torque);
+}
+
+/// A torque that grows with the speed of the reference \[rad/s\], at which it is as given.
+fn add_viscous(loads: &mut IndexMap<String, Load>, body: &str, torque: f64, reference: f64) {
+    if torque != 0.0 {
+        let growth = Growth::Signed { reference };
+        let part = LoadPart::Growing(mean_alone(torque), growth, None);
+        load_of(loads, body).others.push(part);
+    }
 }
 
 /// The mean torques of the bodies named by `balance`, added to their loads.
@@ -253,10 +276,11 @@ fn add_mean(loads: &mut IndexMap<String, Load>, body: &str, torque: f64) {
 pub(super) fn balance(
     root: &Fields<'_>,
     bodies: &Bodies,
-    rows: Option<&Rows<'_>>,
+    (rows, motion): (Option<&Rows<'_>>, Option<&MeanMotion>),
     loads: &mut IndexMap<String, Load>,
     mistakes: &mut Mistakes,
 ) -> Vec<(usize, f64)> {
+    let reference_speed = motion.map_or(1.0, |motion| motion.speed.abs());
     let Some(node) = root.get("balance") else {
         return Vec::new();
     };
@@ -289,9 +313,12 @@ pub(super) fn balance(
     let Some(rows) = rows.filter(|_| mistakes.count() == before) else {
         return Vec::new();
     };
-    let torque = |k: usize| {
+    let torques = |k: usize| {
         let load = bodies.get_index(k).and_then(|(name, _)| loads.get(name));
-        load.map_or(0.0, |load| load.mean_torque())
+        load.map_or([0.0; 2], |load| {
+            let viscous = viscous(load);
+            [load.mean_torque() - viscous, viscous]
+        })
     };
     let mut balanced = Vec::new();
     for body in &list {
@@ -300,9 +327,12 @@ pub(super) fn balance(
         let given: Vec<(usize, Fraction)> = list.iter().map(turn).collect();
         match speeds(bodies.len(), &rows.rows, &given) {
             Ok(motion) => {
-                let power = motion.iter().enumerate().filter(|(_, w)| !w.is_zero());
-                let power = power.map(|(k, w)| torque(k) * fraction::to_f64(w));
-                balanced.push((*body, 0.0 - power.sum::<f64>()));
+                let mut power = [0.0; 2];
+                for (k, w) in motion.iter().enumerate().filter(|(_, w)| !w.is_zero()) {
+                    let torque = torques(k);
+                    (0..2).for_each(|i| power[i] += torque[i] * fraction::to_f64(w));
+                }
+                balanced.push((*body, power.map(|power| 0.0 - power)));
             }
             Err(fault) => {
                 mistakes.add(explain(root, fault, (node, "balance"), bodies, rows));
@@ -310,10 +340,21 @@ pub(super) fn balance(
             }
         }
     }
-    for (body, torque) in &balanced {
+    for (body, [constant, growing]) in &balanced {
         if let Some((name, _)) = bodies.get_index(*body) {
-            add_mean(loads, name, *torque);
+            add_mean(loads, name, *constant);
+            add_viscous(loads, name, *growing, reference_speed);
         }
     }
-    balanced
+    let whole = |(body, parts): (usize, [f64; 2])| (body, parts[0] + parts[1]);
+    balanced.into_iter().map(whole).collect()
+}
+
+/// The part of a mean load that follows the speed.
+fn viscous(load: &Load) -> f64 {
+    let part = |part: &LoadPart| match part {
+        LoadPart::Growing(series, ..) => series.mean(),
+        _ => 0.0,
+    };
+    load.others.iter().map(part).sum()
 }

@@ -4,6 +4,7 @@ use super::fields::Mistakes;
 use crate::error::{Diagnostic, did_you_mean};
 use crate::yaml::{Node, Value};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Largest file in bytes.
 const LARGEST: u64 = 64 << 20;
@@ -24,13 +25,15 @@ fn folder(node: &Node) -> &Path {
     file.and_then(Path::parent).unwrap_or(Path::new(""))
 }
 
-/// A document in which the paths of the files of loads are absolute: they mean the same when the tree has lost its places.
+/// A document in which the paths of the files of loads and motions are absolute: they mean the same when the tree has lost its places.
 pub(super) fn anchored(document: &Node) -> Node {
     let mut document = document.clone();
-    if let Value::Map(map) = &mut document.value
-        && let Some(loads) = map.get_mut("loads")
-    {
-        make_absolute(&mut loads.node);
+    if let Value::Map(map) = &mut document.value {
+        for key in ["loads", "bodies"] {
+            if let Some(entry) = map.get_mut(key) {
+                make_absolute(&mut entry.node);
+            }
+        }
     }
     document
 }
@@ -60,12 +63,24 @@ pub(super) fn columns(
     (node, path): (&Node, &str),
     names: &[&str],
     mistakes: &mut Mistakes,
-) -> Option<Vec<Vec<f64>>> {
+) -> Option<Arc<Vec<Vec<f64>>>> {
+    if let Some(known) = mistakes.known_table(file, names) {
+        return Some(known);
+    }
     mistakes.note_file(file);
     let found = text(file).and_then(|text| parse(&text, names));
     let found = found
         .map_err(|message| Diagnostic::at(node, path, format!("{}: {message}", file.display())));
-    mistakes.note(found)
+    let columns = mistakes.note(found)?;
+    Some(mistakes.keep_table(file, names, columns))
+}
+
+/// The same of any file.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn columns_of(file: &Path, names: &[&str]) -> Result<Vec<Vec<f64>>, String> {
+    text(file).and_then(|text| parse(&text, names))
 }
 
 fn text(file: &Path) -> Result<String, String> {

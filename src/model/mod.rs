@@ -12,6 +12,7 @@ mod load;
 mod matrices;
 mod mean_motion;
 mod measured;
+mod motion;
 mod names;
 mod orders;
 mod planets;
@@ -28,10 +29,12 @@ pub use builder::ModelBuilder;
 pub use fields::{NAMES, check_name, is_name};
 pub use geometry::GEOMETRY;
 pub use mean_motion::MeanMotion;
+pub use measured::columns_of;
+pub use motion::{BodyCourse, BodyMotion};
 pub use read::{SCHEMA, locate, read};
 pub use slot::Reach;
 pub use teeth::Teeth;
-pub use value::{Knob, NamedNumber};
+pub use value::{Follower, Knob, NamedNumber};
 
 use crate::element::Element;
 use crate::numeric::broken_line::BrokenLine;
@@ -133,6 +136,8 @@ pub struct Train {
     pub damping: Damping,
     /// External torques (forces on translating masses) by body.
     pub loads: IndexMap<String, Load>,
+    /// Bodies whose motion is prescribed.
+    pub motions: Vec<BodyMotion>,
     /// Characteristic values.
     pub scaling: Scaling,
     /// Speeds of all bodies; `None` without a reference shaft.
@@ -158,6 +163,19 @@ pub struct MatrixPart {
     pub damping: Option<DMatrix<f64>>,
 }
 
+impl Train {
+    /// Whether the motion of a body is prescribed.
+    pub fn is_moved(&self, body: usize) -> bool {
+        self.motions.iter().any(|motion| motion.body == body)
+    }
+
+    /// A body whose prescribed motion is a function of time.
+    pub fn moved_over_time(&self) -> Option<&BodyMotion> {
+        let is_timed = |motion: &&BodyMotion| matches!(motion.course, BodyCourse::Timed(_));
+        self.motions.iter().find(is_timed)
+    }
+}
+
 /// An inertia.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
@@ -178,7 +196,7 @@ pub struct Body {
 pub struct Drag {
     /// N m (N for a translating mass), >= 0.
     pub constant: f64,
-    /// N m s/rad, >= 0, at the mean speed.
+    /// N m s/rad, >= 0: follows the mean speed.
     pub viscous: f64,
 }
 
@@ -310,8 +328,8 @@ pub struct Load {
 pub enum LoadPart {
     /// A broken line over a cycle.
     Cycle(Periodic),
-    /// Harmonics without mean whose amplitude depends on the speed of the reference \[rad/s\]; with an order of the reference
-    /// where they have no common period with the rest, order 1 of the series.
+    /// Harmonics whose amplitude depends on the speed of the reference \[rad/s\], or a drag, whose mean does; with an order of the
+    /// reference where they have no common period with the rest, order 1 of the series.
     Growing(Periodic, Growth, Option<f64>),
     /// A broken line over time \[s\]. Where there is no time it is what it was before t = 0.
     Profile(BrokenLine),

@@ -7,6 +7,7 @@ use super::geometry::{Bodies, unknown_body};
 use super::load::load;
 use super::matrices::{self, Part};
 use super::mean_motion::{Rows, add_drag, balance, drag, reference};
+use super::motion::{motions, refuse_loads};
 use super::orders::{Orders, on_common_base};
 use super::planets::refuse_mass;
 use super::{
@@ -15,7 +16,7 @@ use super::{
 };
 use crate::error::{Diagnostic, did_you_mean};
 use crate::quantity::{Quantity, UnitDimension};
-use crate::yaml::Node;
+use crate::yaml::{Entry, Node};
 use indexmap::IndexMap;
 
 /// Most connections of a model.
@@ -58,15 +59,18 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
             placed.and_then(|placed| connections(placed, mean_motion.as_ref(), orders, mistakes));
         let node = root.get("loads");
         let loads = node.map(|node| loads(node, (&bodies, &held), orders, mistakes));
-        (connections, loads.unwrap_or_default())
+        let motions = motions(root, &bodies, mean_motion.as_ref(), orders, mistakes);
+        (connections, loads.unwrap_or_default(), motions)
     };
-    let ((mut connections, (mut loads, notes)), revolutions) =
+    let ((mut connections, (mut loads, notes), (motions, said)), revolutions) =
         on_common_base((&bodies, ratios), root.node, mistakes, read);
     let damping = root
         .get("damping")
         .and_then(|node| damping(node, "damping", mistakes));
     let (scaling, mut warnings) = scaling(root, connections.as_ref(), mistakes);
     warnings.extend(notes);
+    warnings.extend(said);
+    refuse_loads(root, &bodies, &motions, &loads, mistakes);
     warnings.extend(
         connections
             .iter()
@@ -79,7 +83,8 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
     if let Some(whole) = &whole {
         add_drag(root, whole, mean_motion.as_ref(), &mut loads, mistakes);
     }
-    let balanced = balance(root, &bodies, rows.as_ref(), &mut loads, mistakes);
+    let motion = mean_motion.as_ref();
+    let balanced = balance(root, &bodies, (rows.as_ref(), motion), &mut loads, mistakes);
     let mut join = |part: &Part| part.join(connections.as_mut()?, (root.node, mistakes));
     let parts: Option<Vec<_>> = parts?.iter().map(&mut join).collect();
     let train = Train {
@@ -87,6 +92,7 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
         connections: connections?,
         damping: damping.unwrap_or_default(),
         loads,
+        motions,
         scaling,
         mean_motion,
         balanced,
@@ -134,8 +140,16 @@ fn bodies(root: &Fields<'_>, mistakes: &mut Mistakes) -> Bodies {
 }
 
 fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
-    let fields = Fields::known(node, path, &["inertia", "drag", "mass"], mistakes)?;
+    let fields = Fields::known(node, path, &["inertia", "drag", "mass", "motion"], mistakes)?;
     refuse_mass(&fields, mistakes);
+    if fields.get("motion").is_some() && fields.get("inertia").is_none() {
+        // Its inertia has no effect.
+        return Some(Body {
+            inertia: 1.0,
+            motion: moved_as(&fields),
+            drag: Drag::default(),
+        });
+    }
     let wanted = "kg m^2, or kg for a translating mass";
     let node = fields.required("inertia", wanted, mistakes)?;
     let path = fields.path_of("inertia");
@@ -154,6 +168,17 @@ fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
         motion,
         drag,
     })
+}
+
+/// Whether the unit of a measured motion is that of a sliding mass.
+fn moved_as(fields: &Fields<'_>) -> Motion {
+    let unit = fields.get("motion").and_then(|motion| motion.get("unit"));
+    let unit = unit.and_then(|unit| unit.as_text("").ok());
+    let one = unit.and_then(|unit| Quantity::parse(&format!("1 {unit}")).ok());
+    match one.and_then(|one| one.dimension) {
+        Some(UnitDimension::LENGTH | UnitDimension::VELOCITY) => Motion::Translation,
+        _ => Motion::Rotation,
+    }
 }
 
 /// The connections with their geometry, by name.
@@ -288,6 +313,11 @@ fn loads(
             Some((_, _, Some(body))) if body.motion == Motion::Translation => UnitDimension::FORCE,
             _ => UnitDimension::MOMENT,
         };
+        let is_motion = |(key, _): (&str, &Entry)| key == "motion";
+        let own = Fields::open(&entry.node, &path, &mut Mistakes::default());
+        if own.is_some_and(|own| own.len() > 0 && own.entries().all(is_motion)) {
+            continue;
+        }
         if let Some((load, note)) = load(&entry.node, &path, dimension, orders, mistakes) {
             map.insert(name.to_owned(), load);
             notes.extend(note);

@@ -3,7 +3,7 @@
 use super::fields::Found;
 use super::slot::{Reach, Slot};
 use super::{Model, measured, read};
-use crate::element::ParameterRange;
+use crate::element::{ParameterRange, Relation};
 use crate::error::{Diagnostic, Error};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::{self, Node};
@@ -22,6 +22,17 @@ pub struct Knob {
     default: f64,
     /// Its place in the mechanics; `None` if several places depend on it.
     slot: Option<Slot>,
+    /// Numbers that move with it.
+    followers: Vec<Follower>,
+}
+
+/// A number that follows another one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follower {
+    /// The number.
+    pub knob: Knob,
+    /// Its value from that of the other one, SI units.
+    pub relation: Relation,
 }
 
 impl Knob {
@@ -42,7 +53,24 @@ impl Knob {
 
     /// Parts affected by a change; `None` if the document must be read again.
     pub(crate) fn reach(&self) -> Option<Reach> {
-        self.slot.map(Slot::reach)
+        let own = self.slot.map(Slot::reach)?;
+        let mut others = self.followers.iter().map(|follower| follower.knob.reach());
+        others.try_fold(own, |all, other| Some(all.max(other?)))
+    }
+
+    /// The number with others that follow it wherever it is varied.
+    #[must_use]
+    pub fn followed_by(self, followers: Vec<Follower>) -> Knob {
+        Knob { followers, ..self }
+    }
+
+    /// Everything that a value writes into a document: paths with numbers.
+    pub(crate) fn entries(&self, value: f64) -> Vec<(&str, Node)> {
+        let mut list = vec![(self.name(), self.node(value))];
+        for Follower { knob, relation } in &self.followers {
+            list.extend(knob.entries(relation.value(value)));
+        }
+        list
     }
 
     /// The value as the document writes it. The unit stays: it decides what a stiffness or an inertia belongs to.
@@ -200,6 +228,7 @@ impl Model {
             has_unit: found.has_unit,
             range: found.range,
             default: found.value,
+            followers: Vec::new(),
             path,
         })
     }
@@ -245,8 +274,10 @@ impl Model {
     /// [`Error::Input`]: the model rejects the value. The model is then unchanged.
     pub fn set(&mut self, knob: &Knob, value: f64) -> Result<(), Error> {
         let mut document = self.document.as_ref().clone();
-        let set = document.set(&knob.path, knob.node(value));
-        set.map_err(|mistake| Error::Input(vec![mistake]))?;
+        for (path, node) in knob.entries(value) {
+            let set = document.set(path, node);
+            set.map_err(|mistake| Error::Input(vec![mistake]))?;
+        }
         let name = std::mem::take(&mut self.name);
         match read(&document) {
             Ok(model) => {
@@ -272,7 +303,11 @@ impl Model {
         let slot = knob
             .slot
             .ok_or_else(|| refuse("follows from others".into()))?;
-        slot.write(&mut self.structure, value).map_err(refuse)
+        slot.write(&mut self.structure, value).map_err(refuse)?;
+        for Follower { knob, relation } in &knob.followers {
+            self.write(knob, relation.value(value))?;
+        }
+        Ok(())
     }
 
     /// All numbers of the model: stated numbers in the order of reading, then defaults.

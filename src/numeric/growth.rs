@@ -17,6 +17,11 @@ pub enum Growth {
     },
     /// A broken line over |w|.
     Table(BrokenLine),
+    /// w / reference, with its sign.
+    Signed {
+        /// Speed at which the factor is 1, > 0.
+        reference: f64,
+    },
 }
 
 impl Growth {
@@ -26,6 +31,7 @@ impl Growth {
             Growth::Constant => 1.0,
             Growth::Power { power, reference } => (speed.abs() / reference).powf(*power),
             Growth::Table(line) => line.value(speed.abs()),
+            Growth::Signed { reference } => speed / reference,
         }
     }
 
@@ -37,6 +43,7 @@ impl Growth {
                 power / reference * (speed / reference).powf(power - 1.0)
             }
             Growth::Table(line) => line.on(speed, speed).slope,
+            Growth::Signed { reference } => 1.0 / reference,
         }
     }
 
@@ -63,6 +70,9 @@ impl Growth {
                 reference: reference * factor,
             },
             Growth::Table(line) => Growth::Table(line.scaled(factor, 1.0)),
+            Growth::Signed { reference } => Growth::Signed {
+                reference: reference * factor,
+            },
         }
     }
 
@@ -77,6 +87,9 @@ impl Growth {
         let (speed, change) = (sign * speed, sign * change);
         match self {
             Growth::Constant => out[0] = 1.0,
+            Growth::Signed { reference } => {
+                (out[0], out[1]) = (sign * speed / reference, sign * change / reference);
+            }
             Growth::Table(line) => {
                 let piece = line.on(speed, inside.abs());
                 (out[0], out[1]) = (piece.value, piece.slope * change);

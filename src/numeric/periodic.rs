@@ -170,6 +170,16 @@ impl Periodic {
         }
     }
 
+    /// Periods of a table or of a pattern in one period of the phase; 1 for harmonics.
+    pub fn turns(&self) -> usize {
+        match self {
+            Periodic::Fourier { .. } => 1,
+            Periodic::Table { base_order, .. }
+            | Periodic::Uneven { base_order, .. }
+            | Periodic::Rectangular { base_order, .. } => *base_order,
+        }
+    }
+
     /// Phases in [0, 2 pi) where the function or its derivative is not smooth, ascending.
     pub fn kinks(&self) -> Vec<f64> {
         let mut list = match self {

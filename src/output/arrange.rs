@@ -46,6 +46,9 @@ pub fn arranged(figure: &Figure, report: &Report) -> Result<Figure, Error> {
         }
     }
     select_methods(&mut figure, plot).map_err(|text| fault(report, "methods", text))?;
+    for panel in &mut figure.panels {
+        add_measured(panel, plot);
+    }
     Ok(figure)
 }
 
@@ -270,6 +273,23 @@ fn select_methods(figure: &mut Figure, plot: &Plot) -> Result<(), String> {
             .retain(|c| method(c).is_none_or(|m| list.contains(&m)));
     }
     Ok(())
+}
+
+/// Measured values over the curves of the same columns.
+fn add_measured(panel: &mut Panel, plot: &Plot) {
+    for measured in &plot.measured {
+        let is_over = |curve: &Curve| curve.x == measured.x && curve.y == measured.y;
+        if panel.curves.iter().any(is_over) {
+            panel.curves.push(Curve {
+                table: measured.table.clone(),
+                x: measured.x.clone(),
+                y: measured.y.clone(),
+                label: measured.label.clone(),
+                style: CurveStyle::Dots,
+                only: None,
+            });
+        }
+    }
 }
 
 fn fault(report: &Report, key: &str, message: String) -> Error {

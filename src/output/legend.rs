@@ -43,7 +43,9 @@ fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<Entry> {
             if let Drawing::Runs(runs) = &series.drawing {
                 states.extend(runs.iter().map(|r| r.state));
             }
-            if let Drawing::Cells(raster) = &series.drawing {
+            if let Drawing::Cells(raster) = &series.drawing
+                && !raster.is_continuous
+            {
                 for level in raster.legend() {
                     push(
                         &mut list,

@@ -95,7 +95,7 @@ pub(super) fn resolve<'a>(
                 CurveStyle::Crosses => FAINT,
                 // Cells have their colours by themselves, and dots on them are dark.
                 CurveStyle::Cells { .. } => NEUTRAL,
-                CurveStyle::Dots if has_cells(panel) => NEUTRAL,
+                CurveStyle::Dots if has_cells(panel) || is_measured(report, curve) => NEUTRAL,
                 _ => {
                     let known = families.iter().position(|f| *f == family);
                     let index = known.unwrap_or_else(|| {
@@ -114,6 +114,15 @@ pub(super) fn resolve<'a>(
         panels.push(Resolved { panel, list });
     }
     Ok(panels)
+}
+
+/// Whether a curve was not computed.
+fn is_measured(report: &Report, curve: &Curve) -> bool {
+    report
+        .plot
+        .measured
+        .iter()
+        .any(|measured| measured.table == curve.table)
 }
 
 fn has_cells(panel: &Panel) -> bool {

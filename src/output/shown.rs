@@ -122,12 +122,13 @@ fn largest(list: &[Series<'_>], of: impl Fn((f64, f64)) -> f64) -> f64 {
 }
 
 fn color_bar(report: &Report, series: &Series<'_>) -> Option<ColorBar> {
-    let (Drawing::Coloured(values), CurveStyle::Coloured { by }) =
-        (&series.drawing, &series.curve.style)
-    else {
-        return None;
+    let by = match (&series.drawing, &series.curve.style) {
+        (Drawing::Coloured(_), CurveStyle::Coloured { by }) => by,
+        (Drawing::Cells(raster), CurveStyle::Cells { value, .. }) if raster.is_continuous => value,
+        _ => return None,
     };
     let column = report.table(&series.curve.table)?.column(by)?;
+    let values = column.values.as_floats()?;
     let (low, high) = extent(values.iter().copied()).unwrap_or((0.0, 1.0));
     let label = Words::of(by).axis(&column.unit);
     let scaled = Scaled::suiting(&label, low.abs().max(high.abs()));

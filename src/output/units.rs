@@ -114,6 +114,7 @@ impl Scaled {
             .x_unit
             .replace("um", "\u{b5}m")
             .replace("us", "\u{b5}s");
+        let (wanted, ratio, shaft) = of_shaft(&wanted, panel)?;
         let (words, unit) = split(&panel.x_label);
         let (from, size) = match panel.x_frequency {
             Some(axis) => ("frequency", axis.size(axis.written)),
@@ -122,12 +123,14 @@ impl Scaled {
                 None => return Err(format!("`{words}` has no unit that converts")),
             },
         };
-        let words = match panel.x_frequency {
-            Some(_) => "excitation frequency",
-            None => words,
+        let of_shaft = shaft.map(|name| format!("speed of {name}"));
+        let words = match (&of_shaft, panel.x_frequency) {
+            (Some(speed), _) => speed,
+            (None, Some(_)) => "excitation frequency",
+            (None, None) => words,
         };
-        match find(&wanted) {
-            Some((kind, new)) if kind == from => Ok(Scaled::new(words, &wanted, size / new)),
+        match find(wanted) {
+            Some((kind, new)) if kind == from => Ok(Scaled::new(words, wanted, size * ratio / new)),
             _ => {
                 let list = UNITS.iter().filter(|(kind, ..)| *kind == from);
                 let list: Vec<&str> = list.map(|(_, name, _)| *name).collect();
@@ -137,6 +140,28 @@ impl Scaled {
                     list.join(", ")
                 ))
             }
+        }
+    }
+}
+
+/// `rpm of gear_1`: the unit, the speed of the shaft over the frequency of the axis, and its name.
+fn of_shaft<'u>(wanted: &'u str, panel: &Panel) -> Result<(&'u str, f64, Option<&'u str>), String> {
+    let Some((unit, shaft)) = wanted.split_once(" of ") else {
+        return Ok((wanted, 1.0, None));
+    };
+    let found = panel.shafts.iter().find(|(name, _)| name == shaft);
+    match found.filter(|(_, ratio)| *ratio != 0.0) {
+        Some((_, ratio)) => Ok((unit, ratio.abs(), Some(shaft))),
+        None => {
+            let turning = panel.shafts.iter().filter(|(_, ratio)| *ratio != 0.0);
+            let names: Vec<&str> = turning.map(|(name, _)| name.as_str()).collect();
+            Err(match names.is_empty() {
+                true => format!("`{shaft}`: the axis is no speed of a model with a `reference`"),
+                false => format!(
+                    "no shaft called `{shaft}` turns; wanted one of {}",
+                    names.join(", ")
+                ),
+            })
         }
     }
 }

@@ -161,6 +161,9 @@ pub struct Panel {
     pub x_unit: String,
     /// Set where the abscissa is a frequency of known scale: it can be shown in other units.
     pub x_frequency: Option<FrequencyAxis>,
+    /// Speeds of shafts over that frequency: the abscissa can be the speed of each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shafts: Vec<(String, f64)>,
     /// Curves, drawn in this order.
     pub curves: Vec<Curve>,
 }

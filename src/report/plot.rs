@@ -14,7 +14,7 @@ pub struct Plot {
     /// Columns of the ordinate, one panel each; `rms` selects the r.m.s. of every connection.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub y: Vec<String>,
-    /// Unit of the abscissa, such as `rpm`, `Hz`, `ms`.
+    /// Unit of the abscissa, such as `rpm`, `Hz`, `ms`; `rpm of gear_1` is the speed of that shaft.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x_unit: Option<String>,
     /// Scale of the ordinate.
@@ -41,6 +41,23 @@ pub struct Plot {
     /// Width on paper.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<FigureSize>,
+    /// Measured curves, which the key `compare` of the analysis gives.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(skip)]
+    pub measured: Vec<Measured>,
+}
+
+/// Measured values, kept in a table of their own, over computed ones.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The table.
+    pub table: String,
+    /// Its columns, named like the computed ones.
+    pub x: String,
+    /// Ordinate.
+    pub y: String,
+    /// Text in the legend.
+    pub label: String,
 }
 
 /// Width of a figure on paper.

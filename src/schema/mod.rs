@@ -175,6 +175,27 @@ fn define_analyses(definitions: &mut Map<String, Value>) {
     definitions.insert("analysis".into(), json!({ "oneOf": types }));
 }
 
+/// Measured curves over the figures of an analysis.
+fn compare() -> Value {
+    let one = object(
+        "Measured values, drawn over the computed curve of the same quantity.",
+        json!({
+            "file": text("Table with a header row (CSV), relative to this file."),
+            "x": text("Name of its column of abscissas."),
+            "y": text("Name of its column of ordinates."),
+            "over": nullable(text("Computed column over which the values lie, such as `rms.mesh_1`; the one called `y` when absent, else that of the first panel.")),
+            "x_unit": nullable(text("Unit of the abscissas; that of the axis when absent.")),
+            "y_unit": nullable(text("Unit of the ordinates; that of the computed column when absent.")),
+            "label": nullable(text("Text in the legend; the name of the file when absent.")),
+        }),
+        &["file", "x", "y"],
+    );
+    json!({
+        "description": "Measured values over the computed curve, or a list of them.",
+        "anyOf": [one, { "type": "array", "items": one }],
+    })
+}
+
 fn common(tag: &str, about: &str) -> Map<String, Value> {
     let keys = json!({
         "type": { "description": about, "const": tag },
@@ -185,6 +206,7 @@ fn common(tag: &str, about: &str) -> Map<String, Value> {
             "type": "array",
             "items": text(""),
         },
+        "compare": nullable(compare()),
         "set": {
             "description": "Values of the model that differ in this analysis, by dotted path.",
             "type": ["object", "null"],

@@ -36,11 +36,13 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
             "mean": nullable(quantity("Mean torque [N m]; force [N] on a sliding mass.", Range::Any)),
             "harmonics": harmonics_of_loads(),
             "cycle": nullable(cycle()),
+            "motion": nullable(described("motion", "As `motion` of the body.")),
             "profile": nullable(profile("Torque as a function of time [N m], linear between instants; a repeated instant is a jump. Only for `run_up` and for `time_history` with `duration`.")),
         }),
         &[],
     );
     definitions.insert("load".into(), load);
+    definitions.insert("motion".into(), motion());
     definitions.insert("order".into(), order());
     for units in [Units::Si, Units::Bare] {
         definitions.insert(units.name("transmission_error"), transmission_error(units));
@@ -93,6 +95,34 @@ fn cycle() -> Value {
         &[],
     );
     value["allOf"] = json!([exactly_one(&["values", "file"])]);
+    value
+}
+
+/// Measured motion of a body.
+fn motion() -> Value {
+    let value = quantity(
+        "Speed, or deviation from even rotation; bare numbers in `unit`.",
+        Range::Any,
+    );
+    let pair = json!({ "type": "array", "items": quantity("Instant [s], value.", Range::Any), "minItems": 2, "maxItems": 2 });
+    let mut value = object(
+        "Measured motion, which the body then has whatever acts on it: over the cycle of the reference, or over time.",
+        json!({
+            "values": nullable(json!({ "description": "Values uniform in angle, the first one at phase 0.", "type": "array", "items": value, "minItems": 2 })),
+            "points": nullable(json!({ "description": "Instants with values: [[0 s, 800 rpm], [50 ms, 820 rpm]].", "type": "array", "items": pair, "minItems": 1 })),
+            "file": nullable(text("Table with a header row (CSV), relative to this file.")),
+            "column": nullable(text("Name of its column of values.")),
+            "angle": nullable(text("Name of its column of angles, ascending over at most a cycle; uniform when absent.")),
+            "angle_unit": nullable(text("Unit of the angles; rad when absent.")),
+            "time": nullable(text("Name of its column of instants, for a motion over time.")),
+            "time_unit": nullable(text("Unit of the instants; s when absent.")),
+            "unit": nullable(text("Unit of bare numbers; it says whether they are speeds (rpm, rad/s; the default) or angles (deg, rad).")),
+            "revolutions": nullable(count("Revolutions of the reference per cycle, such as 2 for a four-stroke engine.")),
+            "orders": nullable(count("Orders of the cycle kept of a measured angle; at most half the number of rows, 64 when absent.")),
+        }),
+        &[],
+    );
+    value["allOf"] = json!([exactly_one(&["values", "points", "file"])]);
     value
 }
 

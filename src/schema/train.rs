@@ -2,7 +2,7 @@
 
 use super::scalars::{Range, count, nullable, quantity, text};
 use super::series::{Units, keys};
-use super::{NAME, exactly_one, excludes, named, object, reference};
+use super::{NAME, described, exactly_one, excludes, named, object, reference};
 use crate::element::{find, registered};
 use crate::model::GEOMETRY;
 use serde_json::{Map, Value, json};
@@ -15,10 +15,13 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
         json!({
             "inertia": quantity(inertia, Range::Positive),
             "drag": nullable(drag()),
+            "motion": nullable(described("motion", "Measured motion: the body moves as it says and takes whatever torque that needs.")),
             "mass": nullable(quantity("Mass of a planet [kg], added to its carrier if meshes have `planets: N`.", Range::NotNegative)),
         }),
-        &["inertia"],
+        &[],
     );
+    let mut body = body;
+    body["anyOf"] = json!([{ "required": ["inertia"] }, { "required": ["motion"] }]);
     definitions.insert("body".into(), body);
     let mut bodies = named("Inertias by name.", NAME, reference("body"));
     bodies["minProperties"] = json!(1);

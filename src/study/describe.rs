@@ -91,10 +91,11 @@ fn bodies(root: &Node, train: &Train) -> Vec<BodyNote> {
         };
         BodyNote {
             name: name.clone(),
-            inertia: inertia.map_or_else(
-                || format!("{:.4e} {unit}", body.inertia),
-                |t| with_unit(t, unit),
-            ),
+            inertia: match inertia {
+                _ if train.is_moved(k) => "prescribed motion".into(),
+                Some(text) => with_unit(text, unit),
+                None => format!("{:.4e} {unit}", body.inertia),
+            },
             loads: loads(root, name),
             speed_rpm: train
                 .mean_motion

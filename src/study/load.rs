@@ -1,6 +1,6 @@
 //! Reads a model file into a study and reports all errors before anything runs.
 
-use super::{Built, Run, Texts, plotting};
+use super::{Built, Run, Texts, measured, plotting};
 use crate::analysis::{self, Analysis, Control, Setting};
 use crate::assembly::assemble;
 use crate::error::{Diagnostic, did_you_mean};
@@ -99,8 +99,11 @@ pub(super) fn load_run(
     if let Some(plot) = texts.plot.as_ref().filter(|_| faults.is_empty()) {
         faults = plotting::check(plot, &analysis.tables(&setting), &assembly.connections);
     }
-    if faults.is_empty() {
+    let measured = measured::read(node, &path);
+    if let (true, Ok(measured)) = (faults.is_empty(), &measured) {
+        let measured = measured.clone();
         return Ok(Run {
+            measured,
             name: name.to_string(),
             kind,
             texts,
@@ -108,7 +111,9 @@ pub(super) fn load_run(
             own,
         });
     }
-    Err(diagnostics(root, name, faults))
+    let mut list = diagnostics(root, name, faults);
+    list.extend(measured.err().into_iter().flatten());
+    Err(list)
 }
 
 /// Faults of an analysis with their paths and places.
@@ -175,6 +180,6 @@ pub(super) fn without_repetition(list: Vec<Diagnostic>) -> Vec<Diagnostic> {
 }
 
 /// Control of checks, where nothing runs.
-struct Unattended;
+pub(super) struct Unattended;
 
 impl Control for Unattended {}

@@ -4,7 +4,8 @@ use crate::analysis::EVENTS;
 use crate::analysis::Fault;
 use crate::assembly::Assembly;
 use crate::error::did_you_mean;
-use crate::report::{Column, Plot, Report, Table, Values};
+use crate::model::{Model, Structure};
+use crate::report::{Column, Panel, Plot, Report, Table, Values};
 use serde_json::Value;
 
 /// Methods that figures know.
@@ -67,8 +68,9 @@ pub(super) fn check(plot: &Plot, tables: &[Table], connections: &[String]) -> Ve
 
 /// Gives a report its title, its colours and what is asked of its figures. What cannot be drawn as asked is a warning: the
 /// results are worth more than the figure.
-pub(super) fn dress(report: &mut Report, plot: Plot, assembly: &Assembly) {
+pub(super) fn dress(report: &mut Report, plot: Plot, (model, assembly): (&Model, &Assembly)) {
     report.connections.clone_from(&assembly.connections);
+    name_shafts(report, model);
     entitle(report);
     report.plot = plot;
     settle(report);
@@ -82,6 +84,32 @@ pub(super) fn inherit(report: &mut Report, json: &Value) {
     entitle(report);
     report.plot = serde_json::from_value(read("plot")).unwrap_or_default();
     settle(report);
+}
+
+/// Tells axes of frequencies and speeds what all shafts do.
+fn name_shafts(report: &mut Report, model: &Model) {
+    let Structure::Train(train) = &model.structure else {
+        return;
+    };
+    let Some(motion) = &train.mean_motion else {
+        return;
+    };
+    let bodies = train.bodies.keys().cloned().enumerate();
+    let ratio = |(body, name)| (name, motion.speed_of(body) / motion.speed);
+    let shafts: Vec<(String, f64)> = bodies.map(ratio).collect();
+    let further = report
+        .further_figures
+        .iter_mut()
+        .map(|named| &mut named.figure);
+    let panels = report
+        .figure
+        .iter_mut()
+        .chain(further)
+        .flat_map(|figure| &mut figure.panels);
+    let is_speed = |panel: &Panel| panel.x_frequency.is_some() || panel.x_label.ends_with("[rpm]");
+    for panel in panels.filter(|panel| is_speed(panel)) {
+        panel.shafts.clone_from(&shafts);
+    }
 }
 
 fn entitle(report: &mut Report) {

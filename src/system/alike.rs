@@ -79,6 +79,10 @@ impl System {
                 }
                 | LoadKind::Timed(line) => line.visit_values(visit),
                 LoadKind::Orders {
+                    growth: Growth::Signed { reference },
+                    ..
+                } => visit(std::slice::from_mut(reference)),
+                LoadKind::Orders {
                     growth: Growth::Power { power, reference },
                     ..
                 } => {

@@ -14,6 +14,8 @@ pub struct Course {
     speed: BrokenLine,
     /// Base phase at the points of `speed`.
     phases: Vec<f64>,
+    /// Whether the train follows: torques in proportion to inertias give every body its mean acceleration.
+    is_followed: bool,
 }
 
 /// State of the excitation at an instant.
@@ -38,7 +40,25 @@ impl Course {
             let last = phases[phases.len() - 1];
             phases.push(last + 0.5 * (w0 + w1) * (t1 - t0));
         }
-        Course { speed, phases }
+        Course {
+            speed,
+            phases,
+            is_followed: false,
+        }
+    }
+
+    /// The course with a train that follows it, or does not.
+    #[must_use]
+    pub fn followed(self, is_followed: bool) -> Course {
+        Course {
+            is_followed,
+            ..self
+        }
+    }
+
+    /// Whether the train follows.
+    pub fn is_followed(&self) -> bool {
+        self.is_followed
     }
 
     /// Speed against time.
@@ -163,7 +183,7 @@ impl System {
             match &load.kind {
                 LoadKind::Timed(line) => times.extend(line.places()),
                 LoadKind::Orders { growth, .. } => speeds.extend(growth.corners()),
-                LoadKind::Value | LoadKind::Rate => {}
+                LoadKind::Value | LoadKind::Rate | LoadKind::Acceleration => {}
             }
         }
         let revolutions = self.revolutions as f64;
@@ -213,6 +233,10 @@ impl System {
         match kind {
             LoadKind::Value => series.value(at.phase),
             LoadKind::Rate => at.frequency * series.derivative(at.phase),
+            LoadKind::Acceleration => {
+                at.frequency * at.frequency * series.derivative(at.phase)
+                    + at.change * series.value(at.phase)
+            }
             LoadKind::Orders { ratio, growth } => {
                 self.growth(growth, at.frequency) * series.value(ratio * at.phase)
             }

@@ -32,7 +32,9 @@ pub enum LoadKind {
     Value,
     /// Q += direction nu Om d(series)/dphase: a dashpot parallel to a transmission error.
     Rate,
-    /// Q += direction growth(speed of the reference) series(ratio phase), without mean.
+    /// Q += direction d(frequency series)/d(omega_c t): an acceleration, from an angle per phase.
+    Acceleration,
+    /// Q += direction growth(speed of the reference) series(ratio phase).
     Orders {
         /// 1 for whole multiples of the base order; anything where no period is needed.
         ratio: f64,
@@ -41,6 +43,13 @@ pub enum LoadKind {
     },
     /// Q += direction line(omega_c t) along a course; elsewhere its value at time 0, which is the mean of the series.
     Timed(BrokenLine),
+}
+
+impl LoadKind {
+    /// Whether nothing of it acts at rest, whatever the mean of the series.
+    pub fn is_free_of_rest(&self) -> bool {
+        matches!(self, LoadKind::Rate | LoadKind::Acceleration)
+    }
 }
 
 /// One excitation: a direction in relative coordinates and its series.
@@ -435,7 +444,7 @@ impl System {
     /// Mean load, n values.
     pub fn mean_load(&self) -> DVector<f64> {
         let zero = DVector::zeros(self.dof());
-        let values = self.loads.iter().filter(|l| l.kind != LoadKind::Rate);
+        let values = self.loads.iter().filter(|l| !l.kind.is_free_of_rest());
         values.fold(zero, |sum, l| sum + &l.direction * l.series.mean())
     }
 }

@@ -8,6 +8,7 @@ mod synthetic;
 mod bad_input;
 mod cli;
 mod closed_pipes;
+mod compared;
 mod confirm;
 mod costs;
 mod drawn_again;

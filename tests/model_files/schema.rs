@@ -367,7 +367,9 @@ fn every_analysis_is_in_the_schema() {
         .read::<Box<dyn analysis::Analysis>>("a")
         .unwrap_err()
         .to_string();
-    let common = ["type", "set", "title", "caption", "assumed", "plot"];
+    let common = [
+        "type", "set", "title", "caption", "assumed", "plot", "compare",
+    ];
     for (tag, _, _) in analysis::TYPES {
         assert!(
             help.contains(tag) || !help.contains("modes"),

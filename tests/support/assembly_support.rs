@@ -55,6 +55,7 @@ pub fn train(inertia: &[f64], connections: Vec<Connection>) -> Train {
         connections: named.map(|(k, c)| (format!("c{k}"), c)).collect(),
         damping: Damping::default(),
         loads: IndexMap::new(),
+        motions: Vec::new(),
         scaling: Scaling {
             frequency: FrequencyScale::FirstMode,
             length: None,

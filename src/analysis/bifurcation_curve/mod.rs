@@ -7,7 +7,7 @@ mod trace;
 
 use super::cost::{Cost, Period};
 use super::response::Confirm;
-use super::{Analysis, Fault, Setting, columns, limits};
+use super::{Analysis, Fault, Link, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
@@ -29,6 +29,9 @@ pub struct BifurcationCurve {
     pub parameters: Vec<String>,
     /// Range of each: [first, last].
     pub ranges: Vec<(Quantity, Quantity)>,
+    /// Further numbers that follow one of them, such as `{gear_1.drag: {gear_2.drag: "0.4*x"}}`.
+    #[serde(default, skip_serializing_if = "Link::is_empty")]
+    pub link: Link,
     /// Excitation frequency, if it is not one of the parameters.
     #[serde(default)]
     pub at: Option<Quantity>,

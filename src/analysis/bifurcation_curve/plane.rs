@@ -2,7 +2,7 @@
 
 use super::BifurcationCurve;
 use crate::analysis::parameter::{Parameter, Systems, Variation, joined};
-use crate::analysis::{Fault, Setting};
+use crate::analysis::{Fault, Link, Setting};
 use crate::assembly::Assembly;
 use crate::error::{Diagnostic, SolveError};
 use crate::model::Model;
@@ -61,8 +61,10 @@ impl Axis {
         setting: &Setting<'_>,
         written: &str,
         ends: (&Quantity, &Quantity),
+        linked: (&Link, &[&str]),
     ) -> Result<Axis, (Option<usize>, String)> {
-        let parameter = Parameter::find(setting, written).map_err(|message| (None, message))?;
+        let parameter = Parameter::linked(setting, written, linked);
+        let parameter = parameter.map_err(|message| (None, message))?;
         let value = |k: usize, quantity: &Quantity| {
             let checked = parameter.check(setting, quantity);
             let value = checked.and_then(|()| parameter.value(setting, quantity));
@@ -113,8 +115,9 @@ impl Axes {
             return Err(faults);
         }
         let mut list = Vec::new();
+        let names: Vec<&str> = keys.parameters.iter().map(String::as_str).collect();
         for (k, (written, range)) in keys.parameters.iter().zip(&keys.ranges).enumerate() {
-            match Axis::read(setting, written, (&range.0, &range.1)) {
+            match Axis::read(setting, written, (&range.0, &range.1), (&keys.link, &names)) {
                 Ok(axis) if axis.ends.0 == axis.ends.1 => {
                     let message = format!("{} is the start of the range", range.1.text);
                     faults.push(Fault::new(format!("ranges.{k}.1"), message));

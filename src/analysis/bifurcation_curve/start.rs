@@ -85,7 +85,7 @@ fn guess(
         let of = axes
             .list
             .iter()
-            .position(|axis| axis.parameter == parameter);
+            .position(|axis| axis.parameter.name() == parameter.name());
         let Some(k) = of else {
             let known = axes.list.iter().map(|axis| axis.written.as_str());
             let message = format!(

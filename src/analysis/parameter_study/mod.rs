@@ -23,7 +23,7 @@ pub use sample::{Distribution, Method, Sample, Shape};
 pub use settings::{Axis, Given, Spacing};
 
 use super::cost::Cost;
-use super::{Analysis, Fault, Setting, columns};
+use super::{Analysis, Fault, Link, Setting, columns};
 use crate::error::Error;
 use crate::interrupt;
 use crate::report::{Report, Table};
@@ -46,6 +46,9 @@ pub struct ParameterStudy {
     /// Random values by path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample: Option<Sample>,
+    /// Further numbers of the model that follow a path, such as `{gear_1.drag: {gear_2.drag: "0.4*x"}}`.
+    #[serde(default, skip_serializing_if = "Link::is_empty")]
+    pub link: Link,
     /// Analysis to run: the name of another analysis of the file, or an analysis in place, `{type: .., ..}`.
     pub analysis: serde_json::Value,
     /// Quantities taken from the tables of each run, by the name of their column.

@@ -1,9 +1,10 @@
 //! What the runs of a study do, and where in it a path leads.
 
 use super::ParameterStudy;
+use super::space::Direction;
 use crate::analysis::parameter::said;
 use crate::analysis::read::{COMMON_KEYS, Parts, parts};
-use crate::analysis::{Analysis, Fault, Setting};
+use crate::analysis::{Analysis, Fault, Link, Setting};
 use crate::assembly::{Assembly, assemble};
 use crate::error::{Diagnostic, did_you_mean};
 use crate::model::{self, Model};
@@ -142,6 +143,27 @@ impl Target {
             _ => setting.model.path_of(written).map(Place::Model),
         }
     }
+}
+
+/// Gives every path of the model the numbers that follow it.
+///
+/// # Errors
+/// What is wrong with the key `link`.
+pub(super) fn link(
+    directions: &mut [Direction],
+    setting: &Setting<'_>,
+    link: &Link,
+) -> Result<(), Fault> {
+    let names = directions.iter().map(|d| d.column.name.clone());
+    let names: Vec<String> = names.collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    for direction in directions {
+        if let Place::Model(path) = &direction.place {
+            let list = link.followers(setting, path, &names);
+            direction.followers = list.map_err(|message| Fault::new("link", message))?;
+        }
+    }
+    Ok(())
 }
 
 /// The entry that `analysis:` names or holds.

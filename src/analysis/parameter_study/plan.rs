@@ -290,6 +290,10 @@ impl Worker<'_> {
                 }
             };
             set.map_err(|mistake| said(&mistake))?;
+            for (path, node) in direction.followers(value) {
+                let set = self.root.set(path, node);
+                set.map_err(|mistake| said(&mistake))?;
+            }
         }
         let joined = |list: Vec<Diagnostic>| {
             let texts: Vec<String> = list.iter().map(said).collect();
@@ -390,6 +394,7 @@ fn identity(study: &ParameterStudy, target: &Target, columns: &[Column]) -> Valu
         "sample": study.sample,
         "collect": study.collect,
         "columns": columns,
+        "link": study.link,
     })
 }
 

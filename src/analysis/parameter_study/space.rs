@@ -1,10 +1,11 @@
 //! From the number of a run to the values of its parameters.
 
-use super::place::{Place, Target};
+use super::place::{Place, Target, link};
 use super::sample::{Draw, Inverse};
 use super::settings::{Axis, Given, Range, Spacing};
 use super::{ParameterStudy, Sample};
 use crate::analysis::{Fault, Setting};
+use crate::model::Follower;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::{Cell, Column, Values};
 use crate::yaml::Node;
@@ -19,6 +20,8 @@ pub(super) struct Direction {
     pub column: Column,
     /// Unit that its values are written with; `None`: bare numbers.
     unit: Option<String>,
+    /// Numbers of the model that follow it.
+    pub followers: Vec<Follower>,
 }
 
 /// A value of a parameter: SI base units where it has a unit.
@@ -78,6 +81,8 @@ impl Space {
                 return Err(vec![Fault::new("", message)]);
             }
         };
+        let linked = link(&mut reader.directions, setting, &study.link);
+        reader.faults.extend(linked.err());
         let Reader {
             directions, faults, ..
         } = reader;
@@ -201,6 +206,16 @@ impl Coordinate {
 }
 
 impl Direction {
+    /// What the numbers that follow it are, as they stand in a document.
+    pub fn followers(&self, value: &Coordinate) -> Vec<(&str, Node)> {
+        let Coordinate::Number(value) = value else {
+            return Vec::new();
+        };
+        let list = self.followers.iter();
+        list.flat_map(|f| f.knob.entries(f.relation.value(*value)))
+            .collect()
+    }
+
     /// As in a document.
     pub fn node(&self, value: &Coordinate) -> Node {
         match (value, &self.unit) {
@@ -386,6 +401,7 @@ impl Reader<'_> {
                 values,
             },
             unit: (dimension.is_some() && is_readable).then_some(unit),
+            followers: Vec::new(),
         });
         Some(())
     }

@@ -9,7 +9,7 @@ use super::bifurcation_curve::{Axes, Axis};
 use super::cost::{Cost, Period};
 use super::flow::{self, LabelKeys};
 use super::parameter::Parameter;
-use super::{Analysis, Fault, Setting, columns, limits};
+use super::{Analysis, Fault, Link, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
@@ -29,6 +29,9 @@ use std::time::Instant;
 pub struct RegimeMap {
     /// The two numbers (`frequency` or paths of numbers of the model), each with its values.
     pub parameters: IndexMap<String, Values>,
+    /// Further numbers that follow one of them, such as `{gear_1.drag: {gear_2.drag: "0.4*x"}}`.
+    #[serde(default, skip_serializing_if = "Link::is_empty")]
+    pub link: Link,
     /// Excitation frequency, if it is not one of the parameters.
     #[serde(default)]
     pub at: Option<Quantity>,
@@ -221,8 +224,14 @@ impl RegimeMap {
             return Err(vec![Fault::new("parameters", message)]);
         }
         let mut list = Vec::new();
+        let names: Vec<&str> = self.parameters.keys().map(String::as_str).collect();
         for (name, values) in &self.parameters {
-            match Axis::read(setting, name, (&values.from, &values.to)) {
+            match Axis::read(
+                setting,
+                name,
+                (&values.from, &values.to),
+                (&self.link, &names),
+            ) {
                 Ok(axis) if axis.ends.0 == axis.ends.1 => {
                     let message = format!("{} is the start of the range", values.to.text);
                     faults.push(Fault::new(format!("parameters.{name}.to"), message));

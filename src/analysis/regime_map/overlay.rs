@@ -43,10 +43,10 @@ pub(super) fn check(
     let written: Vec<Parameter> = (written.into_iter().flatten())
         .filter_map(|node| Parameter::find(setting, node.as_text("parameters").ok()?).ok())
         .collect();
-    let own = [&axes.list[0].parameter, &axes.list[1].parameter];
+    let own = [0, 1].map(|k| axes.list[k].parameter.name());
     let is_swapped = match written.as_slice() {
-        [a, b] if [a, b] == own => false,
-        [a, b] if [b, a] == own => true,
+        [a, b] if [a.name(), b.name()] == own => false,
+        [a, b] if [b.name(), a.name()] == own => true,
         _ => return Err(format!("`{name}` has other parameters than the map")),
     };
     let analysis = parts.own.read::<Box<dyn Analysis>>(&path);

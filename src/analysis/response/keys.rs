@@ -72,6 +72,9 @@ macro_rules! response_keys {
             /// `rattle` only if a law has a gap.
             #[serde(default, skip_serializing_if = "crate::analysis::Tables::are_usual")]
             pub tables: crate::analysis::Tables,
+            /// Orders of the reference whose amplitudes in deformations, forces and accelerations are columns of the main table.
+            #[serde(default, skip_serializing_if = "Vec::is_empty")]
+            pub orders: Vec<crate::analysis::Order>,
             /// What the flow confirms on Galerkin branches: `events` with a spread of points, `all` points, every
             /// k-th point, or `none`. Default: `events` where the flow is exact.
             #[serde(default)]
@@ -123,6 +126,9 @@ macro_rules! response_keys {
             /// Integration: recorded periods per value; default 100.
             #[serde(default)]
             pub periods: Option<usize>,
+            /// Integration: whether small deviations are followed, without which nothing is called chaotic; true when absent.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub lyapunov: Option<bool>,
             /// Integration: longest period of a label; default 256.
             #[serde(default)]
             pub longest_period: Option<usize>,
@@ -160,6 +166,8 @@ macro_rules! branch_settings {
             marks: $keys.marks.clone(),
             orbits: $keys.orbits,
             tables: $keys.tables.clone(),
+            orders: $keys.orders.clone(),
+            lyapunov: $keys.lyapunov,
             confirm: $keys.confirm,
             verify: $keys.verify,
             error_estimate: $keys.error_estimate,

@@ -75,7 +75,7 @@ impl BranchSettings {
         MapSize {
             transient: self.transient.unwrap_or(TRANSIENT),
             periods: self.periods.unwrap_or(PERIODS),
-            exponents: Lengths::Followed,
+            exponents: Lengths::wanted(self.lyapunov.unwrap_or(true)),
         }
     }
 
@@ -205,6 +205,11 @@ impl BranchSettings {
         faults.extend(self.check_branches());
         faults.extend(self.check_starts(setting));
         faults.extend(self.check_size(setting, system));
+        let orders = self.orders.iter().enumerate();
+        faults.extend(orders.filter_map(|(k, order)| {
+            let fault = order.value(setting).err()?;
+            Some(Fault::new(format!("orders.{k}"), fault))
+        }));
         faults
     }
 

@@ -30,6 +30,8 @@ pub(in crate::analysis) struct Swept<'a> {
     /// Unit of the reported parameter.
     pub unit: String,
     tables: Tables,
+    /// Orders of the reference whose amplitudes are reported.
+    pub orders: Vec<f64>,
     stability: bool,
     subharmonic: usize,
     kind: Kind,
@@ -129,6 +131,7 @@ impl<'a> Swept<'a> {
             starts: settings.starts_at().len(),
             unit,
             tables: settings.tables.clone(),
+            orders: orders(setting, settings)?,
             stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: Kind::Frequency { factor },
@@ -168,6 +171,7 @@ impl<'a> Swept<'a> {
             starts: settings.starts_at().len(),
             unit: unit(settings, knob),
             tables: settings.tables.clone(),
+            orders: orders(setting, settings)?,
             stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: Kind::Number(track),
@@ -337,6 +341,16 @@ fn read(
 }
 
 /// SI unit of a number of the model, from whatever of its values is written with a unit.
+/// Orders of the reference.
+fn orders(setting: &Setting<'_>, settings: &BranchSettings) -> Result<Vec<f64>, Fault> {
+    let numbered = settings.orders.iter().enumerate();
+    let value = |(k, order): (usize, &crate::analysis::Order)| {
+        let fault = |message| Fault::new(format!("orders.{k}"), message);
+        order.value(setting).map_err(fault)
+    };
+    numbered.map(value).collect()
+}
+
 fn unit(settings: &BranchSettings, knob: &Knob) -> String {
     let ends = [&settings.from, &settings.to].into_iter().flatten();
     let all = ends.chain(&settings.marks);

@@ -1,5 +1,6 @@
 //! Run-ups and run-downs: order tracks, spectra, ranges and rattle against the speed, and the speeds of resonance.
 
+mod heat;
 mod orders;
 mod plan;
 mod record;
@@ -7,7 +8,7 @@ mod signals;
 mod tables;
 
 use super::cost::{Cost, Period};
-use super::transient::{RampKeys, SpeedRamp, Transient, tell};
+use super::transient::{Drive, RampKeys, SpeedProfile, SpeedRamp, Transient, tell};
 use super::{Analysis, Fault, Initial, Setting, columns, flow};
 use crate::error::Error;
 use crate::quantity::Quantity;
@@ -18,6 +19,7 @@ use record::Record;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Settings of `run_up`.
@@ -26,9 +28,14 @@ use std::time::Instant;
 #[non_exhaustive]
 pub struct RunUp {
     /// Speed of the reference at the start.
-    pub from: Quantity,
+    #[serde(default)]
+    pub from: Option<Quantity>,
     /// Speed at the end; below `from` for a run-down.
-    pub to: Quantity,
+    #[serde(default)]
+    pub to: Option<Quantity>,
+    /// Speed over time, such as a measured one, instead of `from`, `to`, `duration`, `rate` and `hold`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<SpeedProfile>,
     /// Duration of the ramp from `from` to `to`.
     #[serde(default)]
     pub duration: Option<Quantity>,
@@ -64,6 +71,9 @@ pub struct RunUp {
     /// Frequency bands of the levels: pairs of frequencies.
     #[serde(default)]
     pub bands: Option<Vec<(Quantity, Quantity)>>,
+    /// Whether the train follows the speed, every body with a torque for its mean acceleration.
+    #[serde(default)]
+    pub follow: bool,
     /// State at t = 0; default: the static equilibrium under the mean loads at rest.
     #[serde(default)]
     pub initial: Initial,
@@ -86,6 +96,28 @@ pub enum Order {
     Number(f64),
     /// A fraction, or the name of a mesh with teeth.
     Text(String),
+}
+
+impl Order {
+    /// Its number.
+    ///
+    /// # Errors
+    /// What is no number above 0, no fraction, and no mesh with teeth.
+    pub(in crate::analysis) fn value(&self, setting: &Setting<'_>) -> Result<f64, String> {
+        let value = match self {
+            Order::Number(value) => Some(*value),
+            Order::Text(text) => plan::named(setting, text),
+        };
+        value.filter(|value| *value > 0.0 && value.is_finite()).ok_or_else(|| {
+            let shown = match self {
+                Order::Number(value) => value.to_string(),
+                Order::Text(text) => format!("`{text}`"),
+            };
+            format!(
+                "{shown}: wanted a number above 0, a fraction such as 35/47, or the name of a mesh with teeth"
+            )
+        })
+    }
 }
 
 /// Optional tables of a run-up.
@@ -114,7 +146,7 @@ impl Analysis for RunUp {
         match Plan::new(self, setting) {
             Err(list) => faults.extend(list),
             Ok(plan) => {
-                let start = (&plan.ramp.line, plan.ramp.phase);
+                let start = self.drive(&plan);
                 let motion = Transient::new(setting, start, &Initial::default(), self.flow());
                 faults.extend(motion.err());
             }
@@ -124,6 +156,14 @@ impl Analysis for RunUp {
 
     fn takes_functions_of_time(&self) -> bool {
         true
+    }
+
+    fn files(&self, setting: &Setting<'_>) -> Vec<PathBuf> {
+        let speed = self.speed.as_ref();
+        speed
+            .and_then(|speed| speed.path(setting, "speed"))
+            .into_iter()
+            .collect()
     }
 
     fn cost(&self, setting: &Setting<'_>) -> Cost {
@@ -146,7 +186,7 @@ impl Analysis for RunUp {
         let began = Instant::now();
         let plan = Plan::new(self, setting);
         let plan = plan.map_err(|mut list| columns::refused(setting, list.remove(0)))?;
-        let start = (&plan.ramp.line, plan.ramp.phase);
+        let start = self.drive(&plan);
         let motion = Transient::new(setting, start, &self.initial, self.flow());
         let mut motion = motion.map_err(|fault| columns::refused(setting, fault))?;
         let system = motion.system.clone();
@@ -191,14 +231,23 @@ impl Analysis for RunUp {
 }
 
 impl RunUp {
+    fn drive<'p>(&self, plan: &'p Plan) -> Drive<'p> {
+        Drive {
+            speed: &plan.ramp.line,
+            phase: plan.ramp.phase,
+            follow: self.follow,
+        }
+    }
+
     fn flow(&self) -> IntegratorOptions {
         flow::options(self.integrator, self.flow_tolerance)
     }
 
     fn ramp_keys(&self) -> RampKeys<'_> {
         RampKeys {
-            from: &self.from,
-            to: &self.to,
+            from: self.from.as_ref(),
+            to: self.to.as_ref(),
+            speed: self.speed.as_ref(),
             duration: self.duration.as_ref(),
             rate: self.rate.as_ref(),
             hold: self.hold.as_ref(),

@@ -3,10 +3,10 @@
 use super::orders::Orders;
 use super::record::Layout;
 use super::signals::{self, Signal};
-use super::{Order, RunUp, RunUpTable};
+use super::{RunUp, RunUpTable};
 use crate::analysis::transient::{self, SpeedRamp};
 use crate::analysis::{Fault, Setting, limits};
-use crate::model::{Structure, Train};
+use crate::model::Structure;
 use crate::numeric::fraction;
 use crate::numeric::periodic::Periodic;
 use crate::quantity::UnitDimension;
@@ -109,7 +109,8 @@ impl Plan {
             );
             faults.push(Fault::new("window", message));
         }
-        faults.extend(transient::check_speed(setting, &ramp.line, "from"));
+        let key = run_up.speed.as_ref().map_or("from", |_| "speed");
+        faults.extend(transient::check_speed(setting, &ramp.line, key));
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -176,36 +177,15 @@ fn orders(run_up: &RunUp, setting: &Setting<'_>) -> Result<Vec<f64>, Vec<Fault>>
     let Some(written) = &run_up.orders else {
         return Ok(orders_of_loads(&setting.assembly.system));
     };
-    let train = match &setting.model.structure {
-        Structure::Train(train) => Some(train),
-        Structure::Reduced(_) => None,
-    };
     let (mut list, mut faults) = (Vec::new(), Vec::new());
     for (k, order) in written.iter().enumerate() {
-        let value = match order {
-            Order::Number(value) => Some(*value),
-            Order::Text(text) => named(train, text),
-        };
-        match value {
-            Some(value) if value > 0.0 && value.is_finite() && !list.contains(&value) => {
-                list.push(value)
-            }
-            Some(value) if list.contains(&value) => {
-                faults.push(Fault::new(
-                    format!("orders.{k}"),
-                    format!("{value} is listed twice"),
-                ));
-            }
-            _ => {
-                let shown = match order {
-                    Order::Number(value) => value.to_string(),
-                    Order::Text(text) => format!("`{text}`"),
-                };
-                let message = format!(
-                    "{shown}: wanted a number above 0, a fraction such as 35/47, or the name of a mesh with teeth"
-                );
+        match order.value(setting) {
+            Ok(value) if list.contains(&value) => {
+                let message = format!("{value} is listed twice");
                 faults.push(Fault::new(format!("orders.{k}"), message));
             }
+            Ok(value) => list.push(value),
+            Err(message) => faults.push(Fault::new(format!("orders.{k}"), message)),
         }
     }
     if list.is_empty() && faults.is_empty() {
@@ -219,25 +199,27 @@ fn orders(run_up: &RunUp, setting: &Setting<'_>) -> Result<Vec<f64>, Vec<Fault>>
 }
 
 /// A fraction, or the tooth-passing order of a mesh.
-fn named(train: Option<&Train>, text: &str) -> Option<f64> {
+pub fn named(setting: &Setting<'_>, text: &str) -> Option<f64> {
     if let Some(fraction) = fraction::parse(text) {
         return Some(fraction::to_f64(&fraction));
     }
-    let train = train?;
+    let Structure::Train(train) = &setting.model.structure else {
+        return None;
+    };
     let teeth = train.connections.get(text)?.teeth.as_ref()?;
     let order = train.mean_motion.as_ref()?.order(teeth);
     Some(fraction::to_f64(&order))
 }
 
 /// Orders of the loads, ascending; order 1 where they have none.
-fn orders_of_loads(system: &System) -> Vec<f64> {
+pub fn orders_of_loads(system: &System) -> Vec<f64> {
     let base = 1.0 / system.revolutions() as f64;
     let mut list = Vec::new();
     for load in system.loads() {
         let ratio = match load.kind {
             LoadKind::Orders { ratio, .. } => ratio,
             LoadKind::Rate | LoadKind::Timed(_) => continue,
-            LoadKind::Value => 1.0,
+            LoadKind::Value | LoadKind::Acceleration => 1.0,
         };
         match &load.series {
             Periodic::Fourier { harmonics, .. } => {

@@ -1,5 +1,6 @@
 //! Tables and figure of a run-up.
 
+use super::heat;
 use super::plan::Plan;
 use super::record::{Record, Window};
 use super::signals::Signal;
@@ -18,7 +19,7 @@ use std::f64::consts::TAU;
 const MOST_CURVES: usize = 8;
 
 /// The speed of the reference: `speed_rpm`, or `omega` in nondimensional reports of reduced models.
-fn speed(setting: &Setting<'_>) -> Heading {
+pub fn speed(setting: &Setting<'_>) -> Heading {
     match setting.model.structure {
         Structure::Train(_) => {
             let factor = setting.assembly.scales.frequency * 60.0 / TAU;
@@ -39,13 +40,18 @@ fn gaps(setting: &Setting<'_>) -> Vec<usize> {
 pub fn report(setting: &Setting<'_>, plan: &Plan, record: Record<'_>) -> Report {
     let length = record.orders.window;
     let windows = &record.windows;
+    let natural = natural(setting);
     let mut tables = vec![
         ranges(setting, plan, windows),
         orders(setting, plan, windows),
-        resonances(setting, plan),
+        resonances(setting, plan, &natural),
     ];
+    let mut further_figures = Vec::new();
     if plan.spectrum > 0 {
         tables.push(spectra(setting, plan, windows, length));
+        let campbell = heat::campbell(setting, plan, &natural);
+        further_figures.push(heat::figure(setting, plan, &campbell));
+        tables.push(campbell);
     }
     if plan.writes_switches {
         tables.push(switch_table(setting, &record.switches));
@@ -55,6 +61,7 @@ pub fn report(setting: &Setting<'_>, plan: &Plan, record: Record<'_>) -> Report 
     }
     let mut report = Report {
         figure: Some(figure(setting, plan)),
+        further_figures,
         tables,
         ..Report::default()
     };
@@ -62,7 +69,9 @@ pub fn report(setting: &Setting<'_>, plan: &Plan, record: Record<'_>) -> Report 
         "window": format!("rectangular, {length} whole revolutions, uniform in phase, end excluded"),
         "averaging": "none: one spectrum per window",
         "resolution": format!("1/{length} order"),
-        "amplitude": "peak amplitude of each order, linear; levels in bands are r.m.s.; 20 log10 of them is dB re 1 of their unit",
+        "amplitude": "peak amplitude of each order, linear; levels in bands are r.m.s.",
+        "level": format!("20 lg(r.m.s. / reference) dB, at least {} dB below the largest", heat::RANGE),
+        "reference": heat::references(setting, plan),
     });
     report.summary.insert("spectra".into(), spectra);
     report
@@ -73,7 +82,7 @@ pub fn empty(setting: &Setting<'_>, plan: &Plan) -> Vec<Table> {
     vec![
         ranges(setting, plan, &[]),
         orders(setting, plan, &[]),
-        resonances(setting, plan),
+        resonances(setting, plan, &[]),
     ]
 }
 
@@ -202,42 +211,73 @@ fn spectra(setting: &Setting<'_>, plan: &Plan, windows: &[Window], length: usize
         let heading = signal.heading(setting).prefixed("amplitude.");
         list.push(heading.column(rows().map(|r| r.1.spectra[s][r.2])));
     }
+    list.extend((0..plan.signals.len()).map(|s| heat::levels(setting, plan, windows, s)));
     Table {
         name: "spectra".into(),
         columns: list,
     }
 }
 
-/// `resonances`: speeds of the range at which an order meets a natural frequency, in full contact and at rest.
-fn resonances(setting: &Setting<'_>, plan: &Plan) -> Table {
+/// A natural frequency of the train.
+pub struct Natural {
+    /// `contact` or `rest`.
+    pub state: &'static str,
+    /// From 1.
+    pub mode: usize,
+    /// Over omega_c.
+    pub frequency: f64,
+}
+
+impl Natural {
+    /// `mode 2 at rest`.
+    pub fn name(&self) -> String {
+        match self.state {
+            "rest" => format!("mode {} at rest", self.mode),
+            _ => format!("mode {} in contact", self.mode),
+        }
+    }
+}
+
+/// Natural frequencies above 0 in full contact and at rest.
+fn natural(setting: &Setting<'_>) -> Vec<Natural> {
     let assembly = setting.assembly;
     let rest = equilibrium(&assembly.system).ok();
     let at_rest = rest
         .and_then(|rest| frequencies_at_rest(&assembly.system, &rest, &assembly.connections).ok());
     let contact: Vec<f64> = assembly.natural_frequencies.iter().copied().collect();
     let states = [("contact", contact), ("rest", at_rest.unwrap_or_default())];
-    let speeds = || plan.ramp.line.points().iter().map(|p| p.1);
-    let (low, high) = speeds().fold((f64::INFINITY, 0.0_f64), |(l, h), w| (l.min(w), h.max(w)));
-    let mut rows: Vec<(&str, usize, f64, f64, f64)> = Vec::new();
-    for (state, frequencies) in &states {
-        for (mode, frequency) in frequencies.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-            for order in &plan.orders {
-                let at = frequency / order;
-                if (low..=high).contains(&at) {
-                    rows.push((*state, mode + 1, *frequency, *order, at));
-                }
-            }
-        }
-    }
-    let natural = setting.units().frequency("natural_frequency");
+    let list = states.into_iter().flat_map(|(state, list)| {
+        let numbered = list.into_iter().enumerate();
+        numbered.map(move |(k, frequency)| Natural {
+            state,
+            mode: k + 1,
+            frequency,
+        })
+    });
+    list.filter(|natural| natural.frequency > 0.0).collect()
+}
+
+/// `resonances`: speeds of the range at which an order meets a natural frequency, in full contact and at rest.
+fn resonances(setting: &Setting<'_>, plan: &Plan, natural: &[Natural]) -> Table {
+    let (low, high) = plan.ramp.extent();
+    let all = natural.iter();
+    let rows: Vec<(&Natural, f64, f64)> = all
+        .flat_map(|n| {
+            plan.orders
+                .iter()
+                .map(move |order| (n, *order, n.frequency / order))
+        })
+        .filter(|(.., at)| (low..=high).contains(at))
+        .collect();
+    let frequency = setting.units().frequency("natural_frequency");
     Table {
         name: "resonances".into(),
         columns: vec![
-            columns::text("state", rows.iter().map(|r| r.0.to_owned()).collect()),
-            integer("mode", rows.iter().map(|r| r.1 as i64).collect()),
-            natural.column(rows.iter().map(|r| r.2)),
-            float("order", "", rows.iter().map(|r| r.3).collect()),
-            speed(setting).column(rows.iter().map(|r| r.4)),
+            columns::text("state", rows.iter().map(|r| r.0.state.to_owned()).collect()),
+            integer("mode", rows.iter().map(|r| r.0.mode as i64).collect()),
+            frequency.column(rows.iter().map(|r| r.0.frequency)),
+            float("order", "", rows.iter().map(|r| r.1).collect()),
+            speed(setting).column(rows.iter().map(|r| r.2)),
         ],
     }
 }

@@ -2,10 +2,13 @@
 
 use crate::analysis::{Setting, columns};
 use crate::measure::Heading;
+use crate::postprocess::connection::is_clearance;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Table, Words, readable};
 
-/// Connections drawn at most.
-const MAX_CURVES: usize = 4;
+/// Panels that connections without a gap may fill.
+const FEW_PANELS: usize = 4;
+/// Panels drawn at most; the table has every connection.
+const MAX_PANELS: usize = 48;
 
 /// Deformations against time, and force against deformation where there is a memory.
 pub(super) fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
@@ -26,6 +29,7 @@ pub(super) fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
         ..Panel::default()
     };
     let quantities = columns::connections(setting);
+    let drawn = drawn(setting);
     let loops = (0..names.len()).filter(|e| {
         let mounts = setting.assembly.system.mounts();
         mounts[*e].element.memory_count() > 0
@@ -38,12 +42,22 @@ pub(super) fn figure(setting: &Setting<'_>, main: &Table) -> Figure {
     Figure {
         title: String::new(),
         panels: (quantities.into_iter().zip(names))
-            .filter(|(quantity, _)| main.column(&quantity.name).is_some())
-            .take(MAX_CURVES)
-            .map(panel)
-            .chain(loops.take(MAX_CURVES))
+            .enumerate()
+            .filter(|(e, (quantity, _))| drawn.contains(e) && main.column(&quantity.name).is_some())
+            .map(|(_, named)| panel(named))
+            .chain(loops.take(MAX_PANELS))
             .collect(),
     }
+}
+
+/// Connections that are drawn: all with a gap, and others while there are few panels.
+fn drawn(setting: &Setting<'_>) -> Vec<usize> {
+    let mounts = setting.assembly.system.mounts();
+    let has_gap = |e: &usize| is_clearance(mounts[*e].element.as_ref());
+    let (gaps, others): (Vec<usize>, Vec<usize>) = (0..mounts.len()).partition(has_gap);
+    let room = FEW_PANELS.saturating_sub(gaps.len());
+    let others = others.into_iter().take(room);
+    gaps.into_iter().take(MAX_PANELS).chain(others).collect()
 }
 
 /// Force against deformation of a connection.

@@ -8,7 +8,7 @@ mod trace;
 use super::bifurcation_curve::Axis;
 use super::cost::{Cost, Period};
 use super::parameter::Parameter;
-use super::{Analysis, Fault, Setting, columns, limits};
+use super::{Analysis, Fault, Link, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
@@ -29,6 +29,9 @@ pub struct Torus {
     /// `frequency`, or the path of a number of the model.
     #[serde(default = "defaults::parameter")]
     pub parameter: String,
+    /// Further numbers that follow it, such as `{gear_2.drag: "0.4*x"}`.
+    #[serde(default, skip_serializing_if = "Link::is_empty")]
+    pub link: Link,
     /// Excitation frequency, if it is not the parameter.
     #[serde(default)]
     pub at: Option<Quantity>,
@@ -206,7 +209,9 @@ impl Analysis for Torus {
 impl Torus {
     /// The parameter with its range, and the excitation frequency where that is fixed.
     fn axis(&self, setting: &Setting<'_>) -> Result<(Axis, f64), Fault> {
-        let axis = Axis::read(setting, &self.parameter, (&self.from, &self.to));
+        let names = [self.parameter.as_str()];
+        let linked = (&self.link, names.as_slice());
+        let axis = Axis::read(setting, &self.parameter, (&self.from, &self.to), linked);
         let axis = axis.map_err(|(end, message)| match end {
             None => Fault::new("parameter", message),
             Some(0) => Fault::new("from", message),

@@ -1,9 +1,13 @@
 //! `time_history` with `duration`: from t = 0 on, along a course of speed.
 
-use super::{Impacts, Rows, SpeedProfile, Transient, switch_table, tell, time, time_in_words};
+use super::{
+    Drive, Impacts, Rows, SpeedProfile, Transient, switch_table, tell, time, time_in_words,
+};
 use crate::analysis::{Fault, Initial, Setting, columns, flow, limits};
 use crate::error::Error;
+use crate::model::{BodyCourse, Structure};
 use crate::numeric::broken_line::BrokenLine;
+use crate::numeric::fraction;
 use crate::quantity::Quantity;
 use crate::report::Report;
 use crate::solve::integrate::{IntegratorOptions, Observer, Segment, Switch};
@@ -18,6 +22,8 @@ pub struct History<'a> {
     pub duration: &'a Quantity,
     /// Speed of the reference over time.
     pub speed: Option<&'a SpeedProfile>,
+    /// Whether the train follows the speed.
+    pub follow: bool,
     /// Instants that are written.
     pub samples: Option<&'a [Quantity]>,
     /// Rows written, where no instants are listed.
@@ -35,6 +41,16 @@ struct Plan {
     times: Vec<f64>,
 }
 
+impl Plan {
+    fn drive(&self, history: &History<'_>) -> Drive<'_> {
+        Drive {
+            speed: &self.speed,
+            phase: 0.0,
+            follow: history.follow,
+        }
+    }
+}
+
 /// Everything wrong with the keys.
 pub fn check(history: &History<'_>, setting: &Setting<'_>) -> Vec<Fault> {
     let mut faults = history.initial.check(setting, "initial");
@@ -45,7 +61,7 @@ pub fn check(history: &History<'_>, setting: &Setting<'_>) -> Vec<Fault> {
             faults.extend(super::check_speed(setting, &plan.speed, "speed"));
             let motion = Transient::new(
                 setting,
-                (&plan.speed, 0.0),
+                plan.drive(history),
                 &Initial::default(),
                 history.integrator,
             );
@@ -68,13 +84,24 @@ fn plan(history: &History<'_>, setting: &Setting<'_>) -> Result<Plan, Vec<Fault>
         (None, Some(at)) => (setting.frequency(at))
             .map(BrokenLine::constant)
             .map_err(|message| vec![Fault::new("at", message)]),
-        (None, None) => own_speed(setting).map(BrokenLine::constant),
+        (None, None) => match measured_speed(setting) {
+            Some(line) => Ok(line),
+            None => own_speed(setting).map(BrokenLine::constant),
+        },
     };
+    if let (Some(_), Some(key)) = (
+        measured_speed(setting),
+        history.speed.map(|_| "speed").or(history.at.map(|_| "at")),
+    ) {
+        let message =
+            "the measured motion of the train gives the speed at every instant: leave this out";
+        faults.push(Fault::new(key, message));
+    }
     let speed = speed.map_err(|list| faults.extend(list));
     let times =
         end.and_then(|end| times(history, setting, end).map_err(|list| faults.extend(list)));
     match (end, speed, times) {
-        (Ok(end), Ok(speed), Ok(times)) => Ok(Plan { end, speed, times }),
+        (Ok(end), Ok(speed), Ok(times)) if faults.is_empty() => Ok(Plan { end, speed, times }),
         _ => Err(faults),
     }
 }
@@ -97,7 +124,6 @@ pub(in crate::analysis) fn positive_time(
 
 /// The speed that the model gives its reference; any where nothing turns with it.
 fn own_speed(setting: &Setting<'_>) -> Result<f64, Vec<Fault>> {
-    use crate::model::Structure;
     let own = match &setting.model.structure {
         Structure::Train(train) => train.mean_motion.as_ref(),
         Structure::Reduced(_) => None,
@@ -111,6 +137,22 @@ fn own_speed(setting: &Setting<'_>) -> Result<f64, Vec<Fault>> {
         }
         None => Ok(1.0),
     }
+}
+
+/// The speed of the reference that the measured motion of a body over time means, over omega_c against omega_c t.
+fn measured_speed(setting: &Setting<'_>) -> Option<BrokenLine> {
+    let Structure::Train(train) = &setting.model.structure else {
+        return None;
+    };
+    let mean = train.mean_motion.as_ref()?;
+    let w_c = setting.assembly.scales.frequency;
+    train.motions.iter().find_map(|motion| {
+        let ratio = fraction::to_f64(&mean.ratios[motion.body]) * mean.speed.signum();
+        match &motion.course {
+            BodyCourse::Timed(line) if ratio != 0.0 => Some(line.scaled(w_c, 1.0 / (ratio * w_c))),
+            _ => None,
+        }
+    })
 }
 
 /// Instants of the rows, omega_c t.
@@ -158,7 +200,7 @@ fn times(history: &History<'_>, setting: &Setting<'_>, end: f64) -> Result<Vec<f
 pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error> {
     let first = |mut list: Vec<Fault>| columns::refused(setting, list.remove(0));
     let plan = plan(history, setting).map_err(first)?;
-    let start = (&plan.speed, 0.0);
+    let start = plan.drive(history);
     let motion = Transient::new(setting, start, history.initial, history.integrator);
     let mut motion = motion.map_err(|fault| columns::refused(setting, fault))?;
     let system = motion.system.clone();

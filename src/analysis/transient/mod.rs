@@ -14,11 +14,22 @@ pub use speed::SpeedProfile;
 pub(super) use speed::time;
 
 use super::{Fault, Initial, Setting, columns, flow};
-use crate::model::{Drag, Structure};
+use crate::model::Structure;
 use crate::numeric::broken_line::BrokenLine;
 use crate::solve::attractor::Stop;
 use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer};
 use crate::system::{Course, LoadKind, LoadSource, Mount, System};
+
+/// How the reference turns.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Drive<'a> {
+    /// Its speed over omega_c against omega_c t.
+    pub speed: &'a BrokenLine,
+    /// Its phase at time 0.
+    pub phase: f64,
+    /// Whether the train follows: accelerations contain those of the mean motion.
+    pub follow: bool,
+}
 
 /// A motion about to start along a course of speed.
 pub(super) struct Transient {
@@ -33,20 +44,21 @@ pub(super) struct Transient {
 }
 
 impl Transient {
-    /// Along a speed of the reference over omega_c against omega_c t, from a phase of the reference at time 0.
+    /// Along the course of the reference.
     ///
     /// # Errors
     /// The first of the faults of the keys `initial` and `integrator`.
     pub fn new(
         setting: &Setting<'_>,
-        (speed, phase): (&BrokenLine, f64),
+        drive: Drive<'_>,
         initial: &Initial,
         options: impl Into<IntegratorOptions>,
     ) -> Result<Transient, Fault> {
         let own = &setting.assembly.system;
         let revolutions = own.revolutions() as f64;
-        let course = Course::new(speed.scaled(1.0, 1.0 / revolutions), phase / revolutions);
-        let system = own.along(course);
+        let speed = drive.speed.scaled(1.0, 1.0 / revolutions);
+        let course = Course::new(speed, drive.phase / revolutions);
+        let system = own.along(course.followed(drive.follow));
         let integrator = flow::integrator(setting, &system, options)?;
         let (state, warning) = initial.state(setting, &system, "initial")?;
         Ok(Transient {
@@ -145,20 +157,23 @@ pub(super) fn check_speed(setting: &Setting<'_>, speed: &BrokenLine, key: &str) 
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), w| {
         (l.min(w), h.max(w))
     });
-    if low > 0.0 || high < 0.0 {
+    if low > 0.0 {
+        return None;
+    }
+    if let Some(body) = dragged(setting).filter(|_| low < 0.0) {
+        let message = format!(
+            "the speed falls below 0, where the constant drag of `{body}` turns round: keep the speed at 0 or above, give the \
+             drag a viscous part alone, or turn the sign of `reference.speed`"
+        );
+        return Some(Fault::new(key, message));
+    }
+    if high < 0.0 {
         return None;
     }
     let needs = |load: &LoadSource| match &load.kind {
         LoadKind::Orders { growth, .. } => growth.needs_speed(),
         _ => false,
     };
-    if let Some(body) = dragged(setting) {
-        let message = format!(
-            "the speed passes 0, where the drag of `{body}` reverses: keep the speed on one side of 0, or give the \
-             torque as a load"
-        );
-        return Some(Fault::new(key, message));
-    }
     system.loads().iter().any(needs).then(|| {
         let message = "the speed passes 0, where an amplitude with a fractional or negative `speed_power` has no \
                        value: give it a table {speed: [..], values: [..]}, or keep the speed above 0";
@@ -166,13 +181,13 @@ pub(super) fn check_speed(setting: &Setting<'_>, speed: &BrokenLine, key: &str) 
     })
 }
 
-/// A body with drag.
+/// A body with drag that does not vanish with the speed.
 fn dragged<'a>(setting: &Setting<'a>) -> Option<&'a str> {
     let Structure::Train(train) = &setting.model.structure else {
         return None;
     };
     let mut bodies = train.bodies.iter();
-    let found = bodies.find(|(_, body)| body.drag != Drag::default());
+    let found = bodies.find(|(_, body)| body.drag.constant > 0.0);
     found.map(|(name, _)| name.as_str())
 }
 

@@ -1,18 +1,21 @@
 //! A speed that goes evenly from one value to another.
 
 use super::history::positive_time;
-use super::time;
+use super::{SpeedProfile, time};
 use crate::analysis::{Fault, Setting};
 use crate::numeric::broken_line::BrokenLine;
 use crate::quantity::{Quantity, UnitDimension};
+use crate::system::Course;
 use std::f64::consts::TAU;
 
 /// The keys of a ramp.
 pub struct RampKeys<'a> {
     /// First speed.
-    pub from: &'a Quantity,
+    pub from: Option<&'a Quantity>,
     /// Last speed.
-    pub to: &'a Quantity,
+    pub to: Option<&'a Quantity>,
+    /// Speed over time, instead of all others but the phase.
+    pub speed: Option<&'a SpeedProfile>,
     /// Time between them.
     pub duration: Option<&'a Quantity>,
     /// Change of speed per time, instead of the duration.
@@ -38,6 +41,31 @@ pub struct SpeedRamp {
     pub revolutions: (i64, i64),
 }
 
+impl SpeedRamp {
+    fn new(line: BrokenLine, phase: f64, (end, turns): (f64, f64)) -> SpeedRamp {
+        let first = phase / TAU;
+        let revolutions = (
+            (first - ROUNDING).ceil() as i64,
+            (first + turns + ROUNDING).floor() as i64,
+        );
+        SpeedRamp {
+            line,
+            phase,
+            end,
+            turns,
+            revolutions,
+        }
+    }
+
+    /// Least and largest speed over omega_c.
+    pub fn extent(&self) -> (f64, f64) {
+        let speeds = self.line.points().iter().map(|p| p.1);
+        speeds.fold((f64::INFINITY, 0.0), |(low, high), w| {
+            (low.min(w), high.max(w))
+        })
+    }
+}
+
 /// rad/s^2
 const ACCELERATION: UnitDimension = UnitDimension::new(0, 0, -2, 1);
 /// Revolutions closer to a whole number are whole.
@@ -48,14 +76,23 @@ const ROUNDING: f64 = 1e-9;
 /// # Errors
 /// Everything wrong with them.
 pub fn ramp(keys: RampKeys<'_>, setting: &Setting<'_>) -> Result<SpeedRamp, Vec<Fault>> {
+    if let Some(speed) = keys.speed {
+        return measured(speed, &keys, setting);
+    }
     let mut faults = Vec::new();
     let mut note = |key: &str, value: Result<f64, String>| {
         value
             .map_err(|message| faults.push(Fault::new(key, message)))
             .ok()
     };
-    let from = note("from", setting.frequency(keys.from));
-    let to = note("to", setting.frequency(keys.to));
+    let end = |quantity: Option<&Quantity>| match quantity {
+        Some(quantity) => setting.frequency(quantity),
+        None => {
+            Err("is missing: a speed of the reference, such as `800 rpm`; or give `speed`".into())
+        }
+    };
+    let from = note("from", end(keys.from));
+    let to = note("to", end(keys.to));
     let hold = match keys.hold {
         None => Some(0.0),
         Some(hold) => note("hold", not_negative(setting, hold)),
@@ -79,18 +116,48 @@ pub fn ramp(keys: RampKeys<'_>, setting: &Setting<'_>) -> Result<SpeedRamp, Vec<
         vec![Fault::new("duration", message)]
     })?;
     let turns = (hold * (from + to) + 0.5 * duration * (from + to)) / TAU;
-    let first = phase / TAU;
-    let revolutions = (
-        (first - ROUNDING).ceil() as i64,
-        (first + turns + ROUNDING).floor() as i64,
-    );
-    Ok(SpeedRamp {
-        line,
-        phase,
-        end,
-        turns,
-        revolutions,
-    })
+    Ok(SpeedRamp::new(line, phase, (end, turns)))
+}
+
+/// A speed as it was measured.
+fn measured(
+    speed: &SpeedProfile,
+    keys: &RampKeys<'_>,
+    setting: &Setting<'_>,
+) -> Result<SpeedRamp, Vec<Fault>> {
+    let others = [
+        ("from", keys.from),
+        ("to", keys.to),
+        ("duration", keys.duration),
+        ("rate", keys.rate),
+        ("hold", keys.hold),
+    ];
+    let given = others.into_iter().filter(|(_, value)| value.is_some());
+    let mut faults: Vec<Fault> = given
+        .map(|(key, _)| Fault::new(key, "does not go with `speed`, which says everything"))
+        .collect();
+    let phase = keys
+        .phase
+        .map_or(Ok(0.0), |phase| phase.si(UnitDimension::ANGLE));
+    let phase = phase.map_err(|message| faults.push(Fault::new("phase", message)));
+    let line = speed
+        .line(setting, "speed")
+        .map_err(|list| faults.extend(list));
+    let (Ok(line), Ok(phase), true) = (line, phase, faults.is_empty()) else {
+        return Err(faults);
+    };
+    let end = line.places().last().unwrap_or(0.0);
+    let least = line
+        .points()
+        .iter()
+        .fold(f64::INFINITY, |low, p| low.min(p.1));
+    if !(least > 0.0 && end > 0.0) {
+        let message = "wanted speeds above 0 over a time above 0: orders have no windows at rest; a time_history takes any speed";
+        return Err(vec![Fault::new("speed", message)]);
+    }
+    let course = Course::new(line.clone(), phase);
+    let [first, last] = [0.0, end].map(|t| course.moment_on(t, t).phase);
+    Ok(SpeedRamp::new(line, phase, (end, (last - first) / TAU)))
 }
 
 fn not_negative(setting: &Setting<'_>, quantity: &Quantity) -> Result<f64, String> {

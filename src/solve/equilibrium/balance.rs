@@ -2,7 +2,7 @@
 
 use crate::numeric::dense::Lu;
 use crate::numeric::symmetric::symmetriser;
-use crate::system::{Balance, LoadKind, System};
+use crate::system::{Balance, System};
 use nalgebra::{DMatrix, DVector};
 
 /// Balance of the mean loads: W^T diag(k) f = F.
@@ -35,7 +35,7 @@ impl Demand {
         let n = system.dof();
         let (mut load, mut noise) = (DVector::zeros(n), DVector::zeros(n));
         let values = (system.loads().iter().zip(&balance.loads))
-            .filter(|(source, _)| source.kind != LoadKind::Rate);
+            .filter(|(source, _)| !source.kind.is_free_of_rest());
         for (source, force) in values {
             let mean = source.series.mean();
             load.axpy(mean, force, 1.0);

@@ -20,7 +20,7 @@ pub(super) fn coefficients(system: &System, c: usize, values: &mut [f64], rates:
                 load.series.derivative_coefficients(nu, &mut series);
                 &mut *rates
             }
-            LoadKind::Orders { .. } => continue,
+            LoadKind::Orders { .. } | LoadKind::Acceleration => continue,
         };
         add(target, c, &load.direction, (1.0, &series));
     }
@@ -30,16 +30,24 @@ pub(super) fn coefficients(system: &System, c: usize, values: &mut [f64], rates:
 ///
 /// ```text
 /// R -= direction g(revolutions omega) series,    dR/domega -= direction revolutions g' series
+/// R -= direction omega^2 d(series)/dphase,       dR/domega -= direction 2 omega d(series)/dphase
 /// ```
 pub(super) fn add_growing(system: &System, c: usize, series: &mut [f64], out: &mut Linearisation) {
-    let speed = system.reference_frequency();
+    let (speed, omega) = (system.reference_frequency(), system.excitation_frequency());
+    let nu = system.subharmonic();
     for load in system.loads() {
-        let LoadKind::Orders { growth, .. } = &load.kind else {
-            continue;
+        let (factor, slope) = match &load.kind {
+            LoadKind::Orders { growth, .. } => {
+                load.series.coefficients(nu, series);
+                let slope = growth.slope(speed) * system.revolutions() as f64;
+                (growth.factor(speed), slope)
+            }
+            LoadKind::Acceleration => {
+                load.series.derivative_coefficients(nu, series);
+                (omega * omega, 2.0 * omega)
+            }
+            _ => continue,
         };
-        load.series.coefficients(system.subharmonic(), series);
-        let (factor, slope) = (growth.factor(speed), growth.slope(speed));
-        let slope = slope * system.revolutions() as f64;
         add(out.r.as_mut_slice(), c, &load.direction, (-factor, series));
         let target = out.dr_dlambda.as_mut_slice();
         add(target, c, &load.direction, (-slope, series));

@@ -28,7 +28,7 @@ use crate::error::SolveError;
 use crate::numeric::jacobian::Structure;
 use crate::numeric::pattern::{Elimination, Pattern};
 use crate::numeric::trigonometric;
-use crate::system::System;
+use crate::system::{LoadKind, System};
 use aft::Sampling;
 use exact::ExactQuadrature;
 use nalgebra::DVector;
@@ -362,6 +362,8 @@ fn check(system: &System, options: GalerkinOptions, harmonics: usize) -> Result<
     let highest = system
         .loads()
         .iter()
+        // Measured motions fall off with the order: what is beyond the series is cut.
+        .filter(|l| l.kind != LoadKind::Acceleration)
         .filter_map(|l| l.series.highest_order())
         .max()
         .unwrap_or(0);

@@ -66,6 +66,10 @@ pub enum Factor {
     One,
     /// The rate of the phase over omega_c.
     Rate,
+    /// Its square.
+    Square,
+    /// The rate of that rate, over omega_c^2.
+    Change,
     /// An amplitude that depends on the speed.
     Growth(Growth),
 }
@@ -76,6 +80,8 @@ impl Factor {
         match self {
             Factor::One => 1.0,
             Factor::Rate => frequency,
+            Factor::Square => frequency * frequency,
+            Factor::Change => 0.0,
             Factor::Growth(growth) => growth.factor(frequency * revolutions),
         }
     }
@@ -91,6 +97,15 @@ impl Factor {
             Factor::Rate => {
                 *out = [0.0; COUNT];
                 (out[0], out[1]) = (at.rate * per_time, at.change * per_time);
+            }
+            Factor::Square => {
+                let (w, a) = (at.rate * per_time, at.change * per_time);
+                *out = [0.0; COUNT];
+                (out[0], out[1], out[2]) = (w * w, 2.0 * w * a, a * a);
+            }
+            Factor::Change => {
+                *out = [0.0; COUNT];
+                out[0] = at.change * per_time * per_time;
             }
             Factor::Growth(growth) => {
                 let factor = place.revolutions * per_time;
@@ -145,6 +160,7 @@ struct Broken {
 enum Part {
     Value,
     Slope,
+    Acceleration,
 }
 
 impl Broken {
@@ -156,6 +172,18 @@ impl Broken {
                 Some(place) => {
                     out[0] += slope * at.rate / place.unit;
                     out[1] += slope * at.change / place.unit;
+                }
+            },
+            Part::Acceleration => match at.course {
+                None => out[0] += slope * self.frequency * self.frequency,
+                Some(place) => {
+                    let [w, a] = [at.rate / place.unit, at.change / place.unit];
+                    let change = a / place.unit;
+                    let inside = self.factor * self.series.value(at.middle);
+                    let value = inside + slope * (at.phase - at.middle);
+                    out[0] += slope * w * w + change * value;
+                    out[1] += 2.0 * slope * w * a + change * slope * at.rate;
+                    out[2] += slope * a * a + 0.5 * change * slope * at.change;
                 }
             },
             Part::Value => {
@@ -221,6 +249,32 @@ impl Sources {
         }
     }
 
+    /// Adds a multiple of the rate, d/d(omega_c t), of a series times the rate of the phase to one component.
+    pub fn add_acceleration(&mut self, index: usize, factor: f64, series: &Periodic) {
+        match series {
+            Periodic::Fourier { mean, harmonics } => {
+                let own = self.term(0.0, &Factor::Change);
+                own.cos[index] += factor * mean;
+                for h in harmonics {
+                    let order = h.order as f64;
+                    let term = self.term(order, &Factor::Square);
+                    term.cos[index] += factor * order * h.sin;
+                    term.sin[index] -= factor * order * h.cos;
+                    let term = self.term(order, &Factor::Change);
+                    term.cos[index] += factor * h.cos;
+                    term.sin[index] += factor * h.sin;
+                }
+            }
+            broken => self.broken.push(Broken {
+                index,
+                factor,
+                series: broken.clone(),
+                part: Part::Acceleration,
+                frequency: 0.0,
+            }),
+        }
+    }
+
     /// Adds a multiple of harmonics of a phase `ratio` times as fast, whose amplitude depends on the speed.
     pub fn add_orders(
         &mut self,
@@ -229,9 +283,13 @@ impl Sources {
         (series, ratio): (&Periodic, f64),
         growth: &Growth,
     ) {
-        let Periodic::Fourier { harmonics, .. } = series else {
+        let Periodic::Fourier { mean, harmonics } = series else {
             return;
         };
+        if *mean != 0.0 {
+            let term = self.term(0.0, &Factor::Growth(growth.clone()));
+            term.cos[index] += factor * mean;
+        }
         for h in harmonics {
             let order = h.order as f64 * ratio;
             let term = self.term(order, &Factor::Growth(growth.clone()));

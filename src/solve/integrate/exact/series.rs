@@ -94,6 +94,7 @@ impl Series {
                 let factor = d * unit * unit;
                 match &load.kind {
                     LoadKind::Rate => loads.add_rate(i, factor, &load.series),
+                    LoadKind::Acceleration => loads.add_acceleration(i, factor, &load.series),
                     LoadKind::Orders { ratio, growth } => {
                         loads.add_orders(i, factor, (&load.series, *ratio), growth);
                     }
