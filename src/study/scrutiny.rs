@@ -68,6 +68,10 @@ const REASONS: &[(&[&str], &str)] = &[
         "a force with memory or impacts acts on the body, which accelerations are not computed of",
     ),
     (&["deviation"], "nothing was compared"),
+    (
+        &["exact_fold"],
+        "the flow found an orbit at every point that was verified",
+    ),
 ];
 
 /// Columns named in one message.
@@ -118,7 +122,12 @@ pub(super) fn examine(report: &mut Report) {
     if !infinite.is_empty() {
         report.warnings.push(beyond);
     }
-    if !unexplained.is_empty() && report.ended_early.is_none() {
+    // What the analysis itself has said about its empty cells is not said twice.
+    let is_told = report
+        .warnings
+        .iter()
+        .any(|w| w.contains("cells are empty"));
+    if !unexplained.is_empty() && report.ended_early.is_none() && !is_told {
         report.warnings.push(format!(
             "no row has a value of {}: it does not exist for this motion, or could not be computed",
             listed(&unexplained)

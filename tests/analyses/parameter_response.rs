@@ -355,7 +355,7 @@ fn integration_follows_the_attractor_along_a_number() {
     let panel = &report.figure.as_ref().unwrap().panels[0];
     assert_eq!(
         (panel.x_label.as_str(), panel.curves[0].x.as_str()),
-        ("cos.0", "parameter")
+        ("cos 1", "parameter")
     );
     // Natural frequencies have no place on an axis of loads.
     assert!(panel.curves.iter().all(|c| c.x == "parameter"));

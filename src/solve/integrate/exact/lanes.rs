@@ -7,6 +7,7 @@
 
 mod crossings;
 
+use super::Exact;
 use super::decay::{MAX_REACH, NEGLIGIBLE, SIZE_TERMS};
 use super::recursion::RECIPROCAL;
 use super::series::{is_next_turn, within_turn};
@@ -15,6 +16,7 @@ use crate::numeric::bernstein::{Direction, evaluate_each};
 use crate::numeric::roots::root_below;
 use crate::numeric::taylor::COUNT;
 use crate::solve::integrate::{Flight, Status};
+use crate::system::System;
 use crossings::Crossing;
 use pulp::{Arch, NullaryFnOnce};
 use std::f64::consts::TAU;
@@ -103,6 +105,29 @@ impl<const N: usize> NullaryFnOnce for Step<'_, N> {
     #[inline(always)]
     fn call(self) {
         self.lanes.advance(self.status);
+    }
+}
+
+impl Exact {
+    /// Places for several trajectories: for up to four coordinates that are deformations of broken-line laws, without transmission
+    /// errors, memory, impacts or corners of the excitation.
+    pub(super) fn side_by_side(mut self, system: &System) -> Option<Box<dyn Flight>> {
+        let is_plain = self.name == "exact"
+            && system.course().is_none()
+            && self.series.errors.is_none()
+            && self.kinks.is_empty()
+            && !self.regions.has_automata();
+        if !is_plain {
+            return None;
+        }
+        self.prepare(system);
+        Some(match system.dof() {
+            1 => Box::new(Lanes::new(self.tables::<1>(system)?)),
+            2 => Box::new(Lanes::new(self.tables::<2>(system)?)),
+            3 => Box::new(Lanes::new(self.tables::<3>(system)?)),
+            4 => Box::new(Lanes::new(self.tables::<4>(system)?)),
+            _ => return None,
+        })
     }
 }
 

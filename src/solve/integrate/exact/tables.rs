@@ -2,10 +2,8 @@
 
 use super::Exact;
 use super::entries::dense;
-use super::lanes::Lanes;
 use super::regions::ROUNDING;
 use crate::numeric::taylor::Polynomial;
-use crate::solve::integrate::Flight;
 use crate::system::System;
 use std::f64::consts::TAU;
 
@@ -72,28 +70,8 @@ impl Line {
 const MOST_VARIANTS: usize = 4096;
 
 impl Exact {
-    /// Places for several trajectories: for up to four coordinates that are deformations of broken-line laws, without transmission
-    /// errors, memory, impacts or corners of the excitation.
-    pub(super) fn side_by_side(mut self, system: &System) -> Option<Box<dyn Flight>> {
-        let is_plain = self.name == "exact"
-            && system.course().is_none()
-            && self.series.errors.is_none()
-            && self.kinks.is_empty()
-            && !self.regions.has_automata();
-        if !is_plain {
-            return None;
-        }
-        self.prepare(system);
-        Some(match system.dof() {
-            1 => Box::new(Lanes::new(self.tables::<1>(system)?)),
-            2 => Box::new(Lanes::new(self.tables::<2>(system)?)),
-            3 => Box::new(Lanes::new(self.tables::<3>(system)?)),
-            4 => Box::new(Lanes::new(self.tables::<4>(system)?)),
-            _ => return None,
-        })
-    }
-
-    fn tables<const N: usize>(&mut self, system: &System) -> Option<Tables<N>> {
+    /// The tables of a system for which they exist.
+    pub(super) fn tables<const N: usize>(&mut self, system: &System) -> Option<Tables<N>> {
         let (mut lines, mut count) = (Vec::new(), 1_usize);
         for part in self.regions.parts() {
             lines.push(Line {
