@@ -107,7 +107,7 @@ pub fn assemble(model: &Model) -> Result<Assembly, Vec<Diagnostic>> {
 fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
     refuse_impossible(train)?;
     let coupling = couple(train)?;
-    moved::refuse_unfollowed(train, &coupling)?;
+    moved::refuse_motions(train, &coupling)?;
     let modes = elastic_modes(train, &coupling)?;
     let ratios = damping::ratios(&train.damping, modes.eigenvalues.len())?;
     let bodies: Vec<String> = train.bodies.keys().cloned().collect();

@@ -10,24 +10,41 @@ use nalgebra::{DMatrix, DVector};
 /// Singular values of unit rows below this are rounding.
 const ROUNDING: f64 = 1e-10;
 
-/// Refuses prescribed motions that strain the train whatever the other bodies do: its rest would follow the motion.
+/// Refuses prescribed motions of coordinates of parts given by matrices, and those that strain the train whatever the other bodies
+/// do: its rest would follow the motion.
 ///
 /// A body can be followed where its column of B lies in the span of those that are free.
 ///
 /// # Errors
-/// The bodies that nothing can follow.
-pub(super) fn refuse_unfollowed(train: &Train, coupling: &Coupling) -> Result<(), Vec<Diagnostic>> {
+/// The coordinates of parts; the bodies that nothing can follow.
+pub(super) fn refuse_motions(train: &Train, coupling: &Coupling) -> Result<(), Vec<Diagnostic>> {
     if train.motions.is_empty() {
-        return Ok(());
-    }
-    let held = Held::new(train, coupling);
-    if held.rank == train.motions.len() {
         return Ok(());
     }
     let name = |motion: &BodyMotion| {
         let found = train.bodies.get_index(motion.body);
         found.map_or(String::new(), |(name, _)| name.clone())
     };
+    let is_of_part = |motion: &&BodyMotion| {
+        train
+            .parts
+            .iter()
+            .any(|part| part.bodies.contains(&motion.body))
+    };
+    let of_parts: Vec<Diagnostic> = (train.motions.iter().filter(is_of_part))
+        .map(|motion| {
+            let message = "a coordinate of a part given by matrices cannot have a prescribed motion: its inertia is coupled to the others";
+            let help = "prescribe the motion of a body and connect it to the coordinate by a shaft";
+            mistake(format!("loads.{}.motion", name(motion)), message, Some(help.into()))
+        })
+        .collect();
+    if !of_parts.is_empty() {
+        return Err(of_parts);
+    }
+    let held = Held::new(train, coupling);
+    if held.rank == train.motions.len() {
+        return Ok(());
+    }
     let list = train.motions.iter().map(|motion| {
         let message = "the train cannot follow this motion: other connections hold it to the frame, or to another body with a \
                        prescribed motion";

@@ -217,3 +217,53 @@ fn mistakes_say_what_was_wanted() {
     let free = by_matrices(false, &DMatrix::identity(2, 2), LOADS).replace("1.5e0]]", "1.9e0]]");
     assert!(format!("{:?}", Model::from_yaml(&free)).contains("leaves free"));
 }
+
+/// The motor with a measured angle instead of its inertia, over its own turn.
+fn moved(text: &str) -> String {
+    let motion =
+        "motor: {motion: {values: [0, 0.12, 0.3, 0.2, 0.05, -0.14, -0.3, -0.2], unit: mrad}}";
+    let text = text.replacen("motor: {inertia: 1.0e-3}", motion, 1);
+    let text = text.replacen(
+        "motor: {mean: 100, harmonics: [{order: 1, amplitude: 40}]}, ",
+        "",
+        1,
+    );
+    format!("reference: {{body: motor, speed: 800 Hz}}\n{text}")
+}
+
+#[test]
+fn a_measured_motion_moves_a_part_like_its_bodies() {
+    let columns = [
+        "rms.mesh",
+        "force_max.mesh",
+        "peak_acceleration.motor",
+        "peak_acceleration.rim",
+    ];
+    let hand = answers(&moved(&by_hand(false)), &columns);
+    let text = by_matrices(false, &DMatrix::identity(2, 2), LOADS);
+    compare(&hand, &answers(&moved(&text), &columns), 1e-8);
+    // Full matrices: the second coordinate is the twist.
+    let t = dmatrix![1.0, 0.0; 1.0, 1.0];
+    let loads = LOADS.replace(
+        "flange: {mean: 50}, rim: {mean: 30, harmonics: [{order: 1, amplitude: 5}]}",
+        "flange: {mean: 80, harmonics: [{order: 1, amplitude: 5}]}, rim: {mean: 30, harmonics: [{order: 1, amplitude: 5}]}",
+    );
+    let other = answers(&moved(&by_matrices(false, &t, &loads)), &columns[..3]);
+    let known = answers(&moved(&by_hand(false)), &columns[..3]);
+    compare(&known, &other, 1e-8);
+}
+
+#[test]
+fn a_coordinate_of_a_part_cannot_have_a_measured_motion() {
+    let text = by_matrices(false, &DMatrix::identity(2, 2), LOADS).replace(
+        "rim: {mean: 30, harmonics: [{order: 1, amplitude: 5}]}",
+        "rim: {motion: {values: [0, 0.1, 0, -0.1], unit: mrad}}",
+    );
+    let text = format!("reference: {{body: motor, speed: 800 Hz}}\n{text}");
+    let model = Model::from_yaml(&text).unwrap();
+    let said = format!("{:?}", assemble(&model).unwrap_err());
+    assert!(
+        said.contains("loads.rim.motion") && said.contains("connect it"),
+        "{said}"
+    );
+}
