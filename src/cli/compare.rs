@@ -17,8 +17,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<ExitCode, Error> {
         .out
         .clone()
         .unwrap_or_else(|| study::default_folder(folders));
-    let mut figures = arguments.figures.clone();
-    figures.dedup();
+    let figures = arguments.figures.formats();
     let (comparison, outcome) = study::compare(folders, &out, &figures)?;
     for text in &comparison.missing {
         say(&format!("note: {text}"));

@@ -7,8 +7,7 @@ use std::process::ExitCode;
 
 /// Joins, writes, prints a short table.
 pub fn merge(arguments: &MergeArguments) -> Result<ExitCode, Error> {
-    let mut figures = arguments.figures.clone();
-    figures.dedup();
+    let figures = arguments.figures.formats();
     let settings = RunSettings {
         out: arguments.out.clone(),
         figures,

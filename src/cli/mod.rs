@@ -81,10 +81,8 @@ struct RunArguments {
     /// Results folder [default: results/<file stem>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Figure formats.
-    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
-    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
-    figures: Vec<FigureFormat>,
+    #[command(flatten)]
+    figures: Figures,
     /// Compute only part I of N of every parameter study (I from 1), for job arrays; see `gearlash merge`.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
@@ -115,10 +113,8 @@ struct PlotArguments {
     /// size=one_column (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     plot: Vec<String>,
-    /// Figure formats.
-    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
-    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
-    figures: Vec<FigureFormat>,
+    #[command(flatten)]
+    figures: Figures,
     /// Print errors only.
     #[arg(long)]
     quiet: bool,
@@ -135,10 +131,8 @@ struct CompareArguments {
     /// Output folder [default: results/<DIR_A>-and-<DIR_B>].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Figure formats.
-    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
-    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
-    figures: Vec<FigureFormat>,
+    #[command(flatten)]
+    figures: Figures,
 }
 
 #[derive(Debug, clap::Args)]
@@ -168,10 +162,8 @@ struct MergeArguments {
     /// Results folder.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Figure formats.
-    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
-    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
-    figures: Vec<FigureFormat>,
+    #[command(flatten)]
+    figures: Figures,
     /// Print warnings and errors only.
     #[arg(long)]
     quiet: bool,
@@ -283,6 +275,24 @@ fn size(text: &str) -> Result<u64, String> {
         (bytes < 1e18).then_some(bytes as u64)
     });
     scaled.ok_or_else(|| "wanted a number > 0 with MB, GB, MiB or GiB, such as 4GB".into())
+}
+
+/// The formats of figures, for every command that draws.
+#[derive(Debug, clap::Args)]
+struct Figures {
+    /// Figure formats.
+    #[arg(long, value_delimiter = ',', value_parser = figure_format)]
+    #[cfg_attr(feature = "figures", arg(default_value = "svg"))]
+    figures: Vec<FigureFormat>,
+}
+
+impl Figures {
+    /// Formats without immediate repetitions.
+    fn formats(&self) -> Vec<FigureFormat> {
+        let mut list = self.figures.clone();
+        list.dedup();
+        list
+    }
 }
 
 /// A word of `--figures`.

@@ -7,8 +7,7 @@ use std::process::ExitCode;
 
 /// Draws again and says where.
 pub fn plot(arguments: &PlotArguments) -> Result<ExitCode, Error> {
-    let mut figures = arguments.figures.clone();
-    figures.dedup();
+    let figures = arguments.figures.formats();
     let outcome = study::redraw(
         &arguments.folder,
         &arguments.only,

@@ -19,8 +19,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
         || std::thread::available_parallelism().map_or(1, usize::from),
         usize::from,
     );
-    let mut figures = arguments.figures.clone();
-    figures.dedup();
+    let figures = arguments.figures.formats();
     let out = match (&arguments.out, arguments.shard) {
         (Some(out), _) => out.clone(),
         (None, None) => default_folder(&arguments.file),
