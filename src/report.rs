@@ -256,6 +256,17 @@ impl Table {
     }
 }
 
+/// Entry of a summary with the reasons of empty columns, by table.
+const EMPTY_COLUMNS: &str = "empty_columns";
+
+/// Name of a table in that entry.
+fn of_main(table: &str) -> &str {
+    match table {
+        "" => "main",
+        name => name,
+    }
+}
+
 impl Report {
     /// Whether a table is already on disk.
     pub fn is_streamed(&self, table: &Table) -> bool {
@@ -268,6 +279,21 @@ impl Report {
             Some(streamed) if self.is_streamed(table) => streamed.rows,
             _ => table.rows() as u64,
         }
+    }
+
+    /// Says why a column has no value in any row, as `empty_columns` of the JSON.
+    pub(crate) fn explain_empty(&mut self, table: &str, column: &str, reason: &str) {
+        let reasons = self
+            .summary
+            .entry(EMPTY_COLUMNS)
+            .or_insert_with(|| serde_json::json!({}));
+        reasons[of_main(table)][column] = reason.into();
+    }
+
+    /// Whether it is said why a column has no value.
+    pub(crate) fn explains(&self, table: &str, column: &str) -> bool {
+        let reasons = self.summary.get(EMPTY_COLUMNS);
+        reasons.is_some_and(|list| list[of_main(table)].get(column).is_some())
     }
 
     /// The main table.

@@ -2,7 +2,6 @@
 //! single finite number is no success.
 
 use crate::report::{Report, Table, Values};
-use serde_json::{Map, Value, json};
 
 /// Quantities, the part of a column name before the first dot, that may have no value in any row, and why.
 const REASONS: &[(&[&str], &str)] = &[
@@ -70,7 +69,7 @@ const REASONS: &[(&[&str], &str)] = &[
     (&["deviation"], "nothing was compared"),
     (
         &["exact_fold"],
-        "the flow found an orbit at every point that was verified",
+        "no point that was verified lies beyond a fold of the exact branch",
     ),
 ];
 
@@ -80,7 +79,7 @@ const NAMED: usize = 6;
 /// Notes why columns are empty, warns of those that should not be and of infinite numbers, and ends a report without a finite
 /// number early.
 pub(super) fn examine(report: &mut Report) {
-    let mut reasons = Map::new();
+    let mut reasons = Vec::new();
     let (mut unexplained, mut infinite) = (Vec::new(), Vec::new());
     let mut is_hollow = false;
     for table in &report.tables {
@@ -89,22 +88,17 @@ pub(super) fn examine(report: &mut Report) {
             continue;
         }
         let look = Look::at(table);
-        if !look.explained.is_empty() {
-            let name = if table.name.is_empty() {
-                "main"
-            } else {
-                &table.name
-            };
-            reasons.insert(name.into(), Value::Object(look.explained));
+        let told = |column: &String| report.explains(&table.name, column);
+        for (column, reason) in look.explained {
+            reasons.push((table.name.clone(), column, reason));
         }
+        let own = look.unexplained.into_iter().filter(|c| !told(c));
+        unexplained.extend(own.map(|c| of_table(table, &c)));
         is_hollow |= table.name.is_empty() && look.is_hollow;
-        unexplained.extend(look.unexplained.into_iter().map(|c| of_table(table, &c)));
         infinite.extend(look.infinite.into_iter().map(|c| of_table(table, &c)));
     }
-    if !reasons.is_empty() {
-        report
-            .summary
-            .insert("empty_columns".into(), Value::Object(reasons));
+    for (table, column, reason) in reasons {
+        report.explain_empty(&table, &column, reason);
     }
     let beyond = format!(
         "{} left the range of numbers (1.8e308): check sizes and units of the model",
@@ -122,12 +116,7 @@ pub(super) fn examine(report: &mut Report) {
     if !infinite.is_empty() {
         report.warnings.push(beyond);
     }
-    // What the analysis itself has said about its empty cells is not said twice.
-    let is_told = report
-        .warnings
-        .iter()
-        .any(|w| w.contains("cells are empty"));
-    if !unexplained.is_empty() && report.ended_early.is_none() && !is_told {
+    if !unexplained.is_empty() && report.ended_early.is_none() {
         report.warnings.push(format!(
             "no row has a value of {}: it does not exist for this motion, or could not be computed",
             listed(&unexplained)
@@ -160,7 +149,7 @@ fn listed(names: &[String]) -> String {
 /// What a look at a table finds.
 struct Look {
     /// Empty columns with the reason.
-    explained: Map<String, Value>,
+    explained: Vec<(String, &'static str)>,
     unexplained: Vec<String>,
     infinite: Vec<String>,
     /// Whether no measured column has a number.
@@ -170,7 +159,7 @@ struct Look {
 impl Look {
     fn at(table: &Table) -> Look {
         let mut look = Look {
-            explained: Map::new(),
+            explained: Vec::new(),
             unexplained: Vec::new(),
             infinite: Vec::new(),
             is_hollow: false,
@@ -190,9 +179,7 @@ impl Look {
                 continue;
             }
             match reason(&column.name) {
-                Some(reason) => {
-                    look.explained.insert(column.name.clone(), json!(reason));
-                }
+                Some(reason) => look.explained.push((column.name.clone(), reason)),
                 None => look.unexplained.push(column.name.clone()),
             }
         }

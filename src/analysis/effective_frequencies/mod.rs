@@ -95,12 +95,20 @@ impl Analysis for EffectiveFrequencies {
             .iter()
             .map(|share| states(setting, &moving, *share))
             .collect();
-        Ok(Report {
+        let mut report = Report {
             tables: vec![table(setting, &moving, &shares, &rows)],
             figure: Some(figure(setting, &amplitude_of(setting, &moving))),
             warnings: warnings(setting, &moving, &rows),
             ..Report::default()
-        })
+        };
+        for m in moving.iter().filter(|m| lost(m, &rows) == rows.len()) {
+            let connection = &setting.assembly.connections[m.connection];
+            for quantity in ["mean", "force_mean"] {
+                let column = format!("{quantity}.{connection}");
+                report.explain_empty("", &column, "no mean displacement carries the mean force");
+            }
+        }
+        Ok(report)
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
@@ -194,13 +202,18 @@ fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> Heading {
     setting.units().displacement("amplitude", connection)
 }
 
+/// Amplitudes at which no mean displacement carries the mean force of a connection.
+fn lost(moving: &Moving, rows: &[Vec<State>]) -> usize {
+    let is_lost = |row: &&Vec<State>| row[moving.connection].mean.is_none();
+    rows.iter().filter(is_lost).count()
+}
+
 fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Vec<State>]) -> Vec<String> {
     let mut list = Vec::new();
     for m in moving {
         let name = &setting.assembly.connections[m.connection];
         let mount = &setting.assembly.system.mounts()[m.connection];
-        let lost = rows.iter().filter(|row| row[m.connection].mean.is_none());
-        let lost = lost.count();
+        let lost = lost(m, rows);
         if lost > 0 {
             list.push(format!(
                 "{name}: no mean displacement carries the mean force at {lost} of {} amplitudes; the cells are empty",
