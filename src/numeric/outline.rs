@@ -46,6 +46,14 @@ pub struct Gate {
     pub tolerance: f64,
 }
 
+impl Gate {
+    /// Whether values up to an extreme one leave it alone; an infinite level is far.
+    #[inline(always)]
+    pub fn is_out_of_reach(&self, extreme: f64) -> bool {
+        self.direction.sign() * (extreme - self.level) < self.tolerance
+    }
+}
+
 impl<const L: usize> Outline<L> {
     /// Of polynomials: `coefficients[k][l]` belongs to x^k in the one with number l.
     #[inline(always)]

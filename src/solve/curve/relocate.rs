@@ -35,6 +35,23 @@ const SECANTS: usize = 12;
 /// Distance of an extremum from its breakpoint, in sizes, at which the approach is over.
 const TOUCHED: f64 = 1e-11;
 
+/// The zero of a function on [-1, 1]: `None` where the ends show none, `Some(Ok(None))` where it is lost on the way.
+///
+/// The function fails with an error, or without one where it has no value.
+fn crossing(
+    mut value: impl FnMut(f64) -> Result<f64, Option<SolveError>>,
+) -> Option<Result<Option<f64>, SolveError>> {
+    let (a, b) = (value(-1.0).ok()?, value(1.0).ok()?);
+    let is_bracketed = a * b < 0.0;
+    is_bracketed.then(
+        || match roots::bracketed(value, (-1.0, a), (1.0, b), WIDTH) {
+            Ok(found) => Ok(Some(found.root)),
+            Err(Some(error)) => Err(error),
+            Err(None) => Ok(None),
+        },
+    )
+}
+
 impl Defining<'_> {
     /// The share of the first parameter at which a branch with the second one fixed meets the event of a spot; `None` where the
     /// branch shows none within reach.
@@ -65,17 +82,9 @@ impl Defining<'_> {
                 start = u;
                 Ok(test(self.kind, &phi, spot.extra))
             };
-            let ends = (value(-1.0), value(1.0));
-            let (Ok(a), Ok(b)) = ends else { continue };
-            let is_bracketed = a * b < 0.0;
-            if !is_bracketed {
-                continue;
+            if let Some(found) = crossing(&mut value) {
+                return Ok(found?.map(|root| spot.p[0] + width * root));
             }
-            return match roots::bracketed(value, (-1.0, a), (1.0, b), WIDTH) {
-                Ok(found) => Ok(Some(spot.p[0] + width * found.root)),
-                Err(Some(error)) => Err(error),
-                Err(None) => Ok(None),
-            };
         }
         Ok(None)
     }
@@ -107,17 +116,9 @@ impl Defining<'_> {
                 last = Some(p);
                 Ok(rise)
             };
-            let ends = (value(-1.0), value(1.0));
-            let (Ok(a), Ok(b)) = ends else { continue };
-            let is_bracketed = a * b < 0.0;
-            if !is_bracketed {
-                continue;
+            if let Some(found) = crossing(&mut value) {
+                return Ok(found?.and(last));
             }
-            return match roots::bracketed(value, (-1.0, a), (1.0, b), WIDTH) {
-                Ok(_) => Ok(last),
-                Err(Some(error)) => Err(error),
-                Err(None) => Ok(None),
-            };
         }
         Ok(None)
     }

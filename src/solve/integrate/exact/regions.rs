@@ -205,16 +205,14 @@ impl Regions {
                     }
                     continue;
                 }
-                let tolerance = part.tolerance(level, size, tau);
-                // An infinite level is far.
-                if direction.sign() * (extreme - level) < tolerance {
-                    continue;
-                }
                 let gate = Gate {
                     level,
                     direction,
-                    tolerance,
+                    tolerance: part.tolerance(level, size, tau),
                 };
+                if gate.is_out_of_reach(extreme) {
+                    continue;
+                }
                 if let Some(x) = outline.passage(0, gate, || polynomial) {
                     earliest(x, Watched::Level, direction);
                 }

@@ -72,16 +72,14 @@ impl<const N: usize> Lanes<N> {
                 (self.high[number][l], Direction::Up, largest[l]),
             ];
             for (level, direction, extreme) in borders {
-                let tolerance = line.tolerance(level, size[l]);
-                // An infinite level is far.
-                if direction.sign() * (extreme - level) < tolerance {
-                    continue;
-                }
                 let gate = Gate {
                     level,
                     direction,
-                    tolerance,
+                    tolerance: line.tolerance(level, size[l]),
                 };
+                if gate.is_out_of_reach(extreme) {
+                    continue;
+                }
                 let look = outline.look(l, gate);
                 match look {
                     Look::Once { guess, start } if pending[l].is_none() => {
