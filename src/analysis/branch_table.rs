@@ -75,8 +75,7 @@ impl Recorder for MeasureRecorder<'_> {
 
 /// Headings of one measure of every connection, each with the place of its values among the recorded ones.
 pub(super) fn main(swept: &Swept<'_>, measure: &str) -> Vec<(usize, Heading)> {
-    let sections = Sections::of(swept);
-    let main = sections.columns(ResponseTable::Main);
+    let main = swept.columns(ResponseTable::Main);
     let is_measure = |name: &str| {
         name.strip_prefix(measure)
             .is_some_and(|rest| rest.starts_with('.'))
@@ -161,7 +160,7 @@ pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
         rows.iter().map(|r| r.3.newton.iterations as i64).collect(),
     ));
     columns.push(float("residual", "", of(&|p| p.newton.residual_norm)));
-    for (k, heading) in Sections::of(swept).columns(ResponseTable::Main) {
+    for (k, heading) in swept.columns(ResponseTable::Main) {
         let values = rows.iter().map(|row| row.3.recorded[k]);
         columns.push(heading.clone().column(values));
     }
@@ -202,7 +201,7 @@ pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Option<Table> {
     columns.extend(speed_rpm(setting, of(&|p| p.frequency)));
     let parameter = of(&|p| swept.value(p.lambda));
     columns.push(float("parameter", &swept.unit, parameter));
-    for (k, heading) in Sections::of(swept).columns(ResponseTable::Rattle) {
+    for (k, heading) in swept.columns(ResponseTable::Rattle) {
         columns.push(heading.clone().column(of(&|p| p.recorded[k])));
     }
     Some(Table {

@@ -3,7 +3,6 @@
 use super::branch_table::Traced;
 use super::columns::{float, integer};
 use super::response::{ResponseTable, Swept};
-use super::sections::Sections;
 use crate::report::{Column, Table};
 use crate::solve::branch::BranchPoint;
 use crate::solve::floquet::by_falling_modulus;
@@ -46,8 +45,7 @@ pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table
         tables.push(table("multipliers", &rows, columns));
     }
     if swept.computes(ResponseTable::MultiplierEstimates) {
-        let sections = Sections::of(swept);
-        let estimates = sections.columns(ResponseTable::MultiplierEstimates);
+        let estimates = swept.columns(ResponseTable::MultiplierEstimates);
         let columns = estimates.map(|(k, heading)| {
             let values = rows.iter().map(|r| r.2.recorded[k]);
             heading.clone().column(values)

@@ -3,7 +3,7 @@
 use super::response::{ResponseTable, Swept};
 use crate::measure::{
     Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Losses,
-    Measure, Orders, PeakAccelerations, Sheet, Solved, TransmissionErrors,
+    Measure, Orders, PeakAccelerations, Sheet, Solved, TransmissionErrors, Units,
 };
 use crate::system::Mount;
 
@@ -27,9 +27,6 @@ fn transmission_errors(swept: &Swept<'_>) -> TransmissionErrors {
 struct Section {
     table: ResponseTable,
     sheet: Sheet,
-    headings: Vec<Heading>,
-    /// Place of its first value.
-    begin: usize,
 }
 
 /// All sections of a response.
@@ -65,18 +62,9 @@ impl Sections {
             let measures: Vec<Box<dyn Measure>> = vec![Box::new(EstimatedMultipliers { dof })];
             list.push((ResponseTable::MultiplierEstimates, measures));
         }
-        let mut begin = 0;
-        let section = |(table, measures)| {
-            let sheet = Sheet::new(measures);
-            let headings = sheet.headings(&setting.units());
-            let section = Section {
-                table,
-                sheet,
-                begin,
-                headings,
-            };
-            begin += section.headings.len();
-            section
+        let section = |(table, measures)| Section {
+            table,
+            sheet: Sheet::new(measures),
         };
         Sections(list.into_iter().map(section).collect())
     }
@@ -88,9 +76,13 @@ impl Sections {
         }
     }
 
-    /// Headings of a table, each with the place of its values among those of a point; none where it is not computed.
-    pub fn columns(&self, table: ResponseTable) -> impl Iterator<Item = (usize, &Heading)> {
-        let sections = self.0.iter().filter(move |s| s.table == table);
-        sections.flat_map(|s| (s.begin..).zip(&s.headings))
+    /// Headings of all values of a point, each with its table.
+    pub fn headings(&self, units: &Units<'_>) -> Vec<(ResponseTable, Heading)> {
+        let of = |s: &Section| {
+            let headings = s.sheet.headings(units).into_iter();
+            let table = s.table;
+            headings.map(move |heading| (table, heading))
+        };
+        self.0.iter().flat_map(of).collect()
     }
 }

@@ -11,7 +11,8 @@ const SAMPLES_PER_COEFFICIENT: usize = 8;
 /// relative motion W q of the bodies.
 #[derive(Debug)]
 pub struct TransmissionErrors {
-    meter: Meter,
+    /// Buffers, made where they are wanted first.
+    meter: Option<Meter>,
     samples: usize,
     /// Connections with a transmission error.
     connections: Vec<usize>,
@@ -21,7 +22,7 @@ impl TransmissionErrors {
     /// For orbits with `samples` samples and these connections.
     pub fn new(samples: usize, connections: Vec<usize>) -> TransmissionErrors {
         TransmissionErrors {
-            meter: Meter::new(samples),
+            meter: None,
             samples,
             connections,
         }
@@ -48,11 +49,12 @@ impl Measure for TransmissionErrors {
             let coefficients = orbit.coefficients.first().map_or(0, Vec::len);
             let samples = (SAMPLES_PER_COEFFICIENT * coefficients).next_power_of_two();
             if samples > self.samples {
-                (self.meter, self.samples) = (Meter::new(samples), samples);
+                (self.meter, self.samples) = (None, samples);
             }
         }
         let relative = at.system.without_transmission_errors();
-        let measures = self.meter.measure(&relative, at.orbit);
+        let meter = self.meter.get_or_insert_with(|| Meter::new(self.samples));
+        let measures = meter.measure(&relative, at.orbit);
         for k in &self.connections {
             out.extend([measures[*k].rms, measures[*k].max - measures[*k].min]);
         }

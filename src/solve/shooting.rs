@@ -369,6 +369,7 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
             extrema,
             breakpoints: system.breakpoints(),
             multipliers,
+            exponents: None,
             neutral,
             slips,
         })

@@ -21,6 +21,9 @@ use std::num::NonZeroUsize;
 /// its Galerkin solution.
 const LARGEST: usize = 24;
 
+/// Steps of the flow, times the square of its states, that the confirmation by default may take: half a minute in long trains.
+const MOST_WORK: f64 = 3e8;
+
 /// What the flow confirms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Confirm {
@@ -80,6 +83,14 @@ impl BranchSettings {
             Confirm::Events => Some(Spread::Some),
             Confirm::All => Some(Spread::Every(1)),
             Confirm::Every(stride) => Some(Spread::Every(stride)),
+        }
+    }
+
+    /// Work that the confirmation of one branch may take.
+    pub(super) fn most_work(&self) -> f64 {
+        match self.asked() {
+            Some(_) => f64::INFINITY,
+            None => MOST_WORK,
         }
     }
 

@@ -3,9 +3,11 @@
 use super::model_family::ModelFamily;
 use super::{BranchSettings, ResponseTable, Tables};
 use crate::analysis::parameter::{Variation, joined};
+use crate::analysis::sections::Sections;
 use crate::analysis::{Fault, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
+use crate::measure::Heading;
 use crate::model::{Knob, Model};
 use crate::postprocess::connection::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
@@ -15,6 +17,7 @@ use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::floquet::Spectrum;
 use crate::system::{Mount, System};
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 /// The continued parameter lambda: omega/omega_c, or the share of the way between the two ends of a number of the model.
 ///
@@ -35,6 +38,8 @@ pub(in crate::analysis) struct Swept<'a> {
     stability: bool,
     subharmonic: usize,
     kind: Kind,
+    /// Headings of the values recorded at every point, each with its table, as soon as they are asked for.
+    headings: OnceLock<Vec<(ResponseTable, Heading)>>,
 }
 
 /// A share of the range that is not a special value.
@@ -99,6 +104,15 @@ impl<'a> Swept<'a> {
         is_possible && self.tables.include(table, self.has_gap())
     }
 
+    /// Headings of a table, each with the place of its values among the recorded ones of a point; none where it is not computed.
+    pub fn columns(&self, table: ResponseTable) -> impl Iterator<Item = (usize, &Heading)> {
+        let headings = self
+            .headings
+            .get_or_init(|| Sections::of(self).headings(&self.setting.units()));
+        let places = headings.iter().enumerate();
+        places.filter_map(move |(k, (of, heading))| (*of == table).then_some((k, heading)))
+    }
+
     /// Whether a law has a gap, in the model as written or at an end of the range.
     fn has_gap(&self) -> bool {
         let gap = |mount: &Mount| is_clearance(mount.element.as_ref());
@@ -135,6 +149,7 @@ impl<'a> Swept<'a> {
             stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: Kind::Frequency { factor },
+            headings: OnceLock::new(),
         })
     }
 
@@ -175,6 +190,7 @@ impl<'a> Swept<'a> {
             stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: Kind::Number(track),
+            headings: OnceLock::new(),
         })
     }
 

@@ -9,7 +9,7 @@ use crate::analysis::columns::{float, integer, text};
 use crate::error::SolveError;
 use crate::postprocess::measures::Meter;
 use crate::report::Table;
-use crate::solve::branch::confirm::{ConfirmOptions, Spread, confirm};
+use crate::solve::branch::confirm::{ConfirmOptions, Confirmed, Spread, confirm};
 use crate::solve::branch::{Branch, Recorder};
 use crate::solve::events::{BifurcationEvent, Verdict};
 use crate::solve::residual::PeriodicResidual;
@@ -94,9 +94,11 @@ impl Verification {
             range: swept.range,
             resolution: swept.resolution(settings.stability_resolution),
             newton: settings.shooting_newton(),
+            most_work: settings.most_work(),
             keep_going: &|| !swept.setting.control.is_interrupted(),
         };
-        let checked = confirm(galerkin, &mut shooting, branch, recorder, &options)?;
+        let Confirmed { checked, is_spent } =
+            confirm(galerkin, &mut shooting, branch, recorder, &options)?;
         self.note_verdicts(&branch.events);
         let mut continuation = settings.continuation(swept.range, weight);
         continuation.newton = settings.shooting_newton();
@@ -114,7 +116,9 @@ impl Verification {
         for point in checked {
             self.rows.push(check.row(number, &point)?);
         }
-        Ok(warnings(swept, &self.rows[begin..], &branch.events))
+        let mut list = warnings(swept, &self.rows[begin..], &branch.events);
+        list.extend(is_spent.then(|| unfinished(&branch.events)));
+        Ok(list)
     }
 
     fn note_verdicts(&mut self, events: &[BifurcationEvent]) {
@@ -257,6 +261,17 @@ impl Verification {
         list.sort_by(f64::total_cmp);
         (list.first().copied(), list.get(list.len() / 2).copied())
     }
+}
+
+/// What is said where the confirmation by default would have taken too long.
+fn unfinished(events: &[BifurcationEvent]) -> String {
+    let tried = events.iter().filter(|e| e.verdict != Verdict::NotTried);
+    format!(
+        "galerkin: the flow was asked about {} of {} events only, since each takes long in this train; the other events and the \
+         stability between them are the series' own: set `confirm: events` to confirm all of them, `confirm: none` for none",
+        tried.count(),
+        events.len()
+    )
 }
 
 /// What has to be said of one branch: few digits, no orbit, refuted events.

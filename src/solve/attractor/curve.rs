@@ -13,7 +13,7 @@
 use super::geometry::Cloud;
 use crate::numeric::fourier::Fourier;
 use nalgebra::DMatrix;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// An invariant curve as a record shows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,9 +138,8 @@ impl Motion {
                 return None;
             }
             let basis = basis(rho, count, harmonics);
-            let train = basis.rows(0, known);
-            let gram = train.tr_mul(&train).cholesky()?;
-            let right = train.tr_mul(&self.points.rows(0, known));
+            let gram = gram(rho, known, harmonics).cholesky()?;
+            let right = basis.rows(0, known).tr_mul(&self.points.rows(0, known));
             let coefficients = gram.solve(&right);
             let error = &self.points - &basis * &coefficients;
             if refinement == REFINEMENTS {
@@ -158,15 +157,55 @@ impl Motion {
 /// Rows (1, cos 2 pi theta, sin 2 pi theta, cos 4 pi theta, ..), theta = k rho.
 fn basis(rho: f64, count: usize, harmonics: usize) -> DMatrix<f64> {
     let mut basis = DMatrix::from_element(count, 2 * harmonics + 1, 1.0);
-    for k in 0..count {
-        let (s1, c1) = (TAU * (k as f64 * rho).fract()).sin_cos();
-        let (mut s, mut c) = (0.0, 1.0);
-        for h in 0..harmonics {
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
-            (basis[(k, 2 * h + 1)], basis[(k, 2 * h + 2)]) = (c, s);
+    let first: Vec<(f64, f64)> = (0..count)
+        .map(|k| (TAU * (k as f64 * rho).fract()).sin_cos())
+        .collect();
+    let mut angles = vec![(0.0, 1.0); count];
+    for h in 0..harmonics {
+        for (k, ((s, c), (s1, c1))) in angles.iter_mut().zip(&first).enumerate() {
+            (*s, *c) = (*s * c1 + *c * s1, *c * c1 - *s * s1);
+            (basis[(k, 2 * h + 1)], basis[(k, 2 * h + 2)]) = (*s, *c);
         }
     }
     basis
+}
+
+/// Products of the basis functions summed over the first `known` points, from the sums of their sums and differences:
+///
+/// ```text
+/// sum of e^(2 pi i j k rho), k = 0 .. K - 1  =  sin(pi K x) / sin(pi x) e^(pi i (K - 1) x),    x = j rho
+/// ```
+fn gram(rho: f64, known: usize, harmonics: usize) -> DMatrix<f64> {
+    let sums: Vec<(f64, f64)> = (0..=2 * harmonics)
+        .map(|j| {
+            let x = (j as f64 * rho).fract();
+            let count = known as f64;
+            let size = match (PI * x).sin() {
+                0.0 => count,
+                below => (PI * count * x).sin() / below,
+            };
+            let (s, c) = (PI * (count - 1.0) * x).sin_cos();
+            (size * s, size * c)
+        })
+        .collect();
+    let mut gram = DMatrix::zeros(2 * harmonics + 1, 2 * harmonics + 1);
+    for h in 0..=harmonics {
+        for m in 0..=h {
+            let ((s1, c1), (s2, c2)) = (sums[h - m], sums[h + m]);
+            let mut set = |row: usize, column: usize, value: f64| {
+                (gram[(row, column)], gram[(column, row)]) = (value, value);
+            };
+            set(2 * h, 2 * m, 0.5 * (c1 + c2));
+            if h > 0 {
+                set(2 * h - 1, 2 * m, 0.5 * (s2 + s1));
+            }
+            if m > 0 {
+                set(2 * h - 1, 2 * m - 1, 0.5 * (c1 - c2));
+                set(2 * h, 2 * m - 1, 0.5 * (s2 - s1));
+            }
+        }
+    }
+    gram
 }
 
 /// dX/dtheta at every point.
@@ -284,6 +323,15 @@ mod tests {
         let found = lines(&series);
         assert!((found[0] - 0.1234).abs() < 1e-4, "{found:?}");
         assert!((found[1] - 0.3456).abs() < 1e-4, "{found:?}");
+    }
+
+    #[test]
+    fn products_are_summed_in_closed_form() {
+        for rho in [0.1234567, 0.5, 1e-9, 0.99] {
+            let basis = basis(rho, 90, 5);
+            let gap = gram(rho, 60, 5) - basis.rows(0, 60).tr_mul(&basis.rows(0, 60));
+            assert!(gap.amax() < 1e-11, "{rho}: {gap}");
+        }
     }
 
     #[test]

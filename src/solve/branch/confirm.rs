@@ -71,8 +71,19 @@ pub struct ConfirmOptions<'a> {
     pub resolution: Resolution,
     /// The corrector.
     pub newton: NewtonOptions,
+    /// Steps of the flow, times the square of its states, after which nothing more is begun.
+    pub most_work: f64,
     /// False ends the work early.
     pub keep_going: &'a dyn Fn() -> bool,
+}
+
+/// What a branch has shown on its way through the flow.
+#[derive(Debug)]
+pub struct Confirmed {
+    /// Points that were checked.
+    pub checked: Vec<Checked>,
+    /// Whether the work allowed has not sufficed for everything.
+    pub is_spent: bool,
 }
 
 /// A point taken through the flow.
@@ -90,8 +101,7 @@ pub struct Checked {
     pub multiplier_error: f64,
 }
 
-/// Takes a branch through the flow: verdicts and best values of its events, multipliers of its points. Returns the points that
-/// were checked.
+/// Takes a branch through the flow: verdicts and best values of its events, multipliers of its points.
 ///
 /// # Errors
 /// Errors of the problem or the flow.
@@ -101,7 +111,7 @@ pub fn confirm<F: Family>(
     branch: &mut Branch,
     recorder: &mut dyn Recorder,
     options: &ConfirmOptions<'_>,
-) -> Result<Vec<Checked>, SolveError> {
+) -> Result<Confirmed, SolveError> {
     let mut states = Vec::with_capacity(branch.points.len());
     for point in &branch.points {
         let mut x = DVector::zeros(shooting.dim() + 1);
@@ -128,7 +138,10 @@ pub fn confirm<F: Family>(
     work.complete()?;
     work.explain()?;
     work.hand_over();
-    Ok(work.checked())
+    Ok(Confirmed {
+        checked: work.checked(),
+        is_spent: work.is_spent(),
+    })
 }
 
 /// One branch on its way through the flow.
@@ -183,6 +196,17 @@ impl Station {
 }
 
 impl<F: Family> Confirmer<'_, F> {
+    /// Whether more may be begun.
+    fn goes_on(&self) -> bool {
+        !self.is_spent() && (self.options.keep_going)()
+    }
+
+    fn is_spent(&self) -> bool {
+        let states = self.flow.shooting.dim() as f64;
+        let steps = self.options.steps * self.flow.periods + self.flow.passages;
+        steps * states * states > self.options.most_work
+    }
+
     /// Whether the flow's branch is cheap to follow.
     fn is_quick(&self) -> bool {
         self.options.steps <= FEW_STEPS
@@ -246,7 +270,7 @@ impl<F: Family> Confirmer<'_, F> {
 
     /// Solves a point by the flow, once.
     fn station(&mut self, k: usize) -> Result<(), SolveError> {
-        if self.stations[k].is_some() || !(self.options.keep_going)() {
+        if self.stations[k].is_some() || !self.goes_on() {
             return Ok(());
         }
         let x = self.states[k].clone();

@@ -185,6 +185,7 @@ impl Step<'_> {
         let is_finest =
             width < 0.5 * self.resolution.width(middle) || share < SHORTEST || self.looks_left == 0;
         match () {
+            _ if is_same && have_same_exponents(a, b) => Verdict::Quiet,
             _ if !is_finest && pace.is_too_fast(&a.look, &b.look) => Verdict::Halve,
             _ if !is_same && (share < SHORTEST || self.looks_left == 0) => Verdict::Quiet,
             _ if !is_same => Verdict::Locate(a.behind.sought(b.before)),
@@ -339,6 +340,12 @@ fn node(stretch: &Stretch, look: Look, is_solved: bool) -> Option<Node> {
         behind: count,
         is_solved,
     })
+}
+
+/// Whether the multipliers at two nodes are exp(lambda T) with the same lambda: whatever T is, none passes the circle.
+fn have_same_exponents(a: &Node, b: &Node) -> bool {
+    let [a, b] = [a, b].map(|node| node.look.survey.exponents.as_ref());
+    a.is_some_and(|a| b.is_some_and(|b| a == b))
 }
 
 /// Values of a test function at two nodes, with the signs that their counts ask for: where something has just passed, rounding

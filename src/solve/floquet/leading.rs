@@ -283,14 +283,18 @@ impl Subspace {
             .iter()
             .take_while(|mu| below * last_component(&hessenberg, **mu) <= TOLERANCE * unit)
             .count();
-        let outside = list.iter().filter(|mu| mu.norm() >= 1.0).count();
-        let mut kept = WANTED.max(outside + 2).min(m);
-        // A pair stays together.
-        if kept < m && list[kept - 1].im > 0.0 {
-            kept += 1;
-        }
+        let kept = wanted(&list);
         (good >= kept).then(|| list[..kept].to_vec())
     }
+}
+
+/// How many multipliers of a list by falling modulus are wanted.
+pub(super) fn wanted(list: &[Complex<f64>]) -> usize {
+    let outside = list.iter().filter(|mu| mu.norm() >= 1.0).count();
+    let wanted = WANTED.max(outside + 2).min(list.len());
+    // A pair stays together.
+    let parts_pair = wanted < list.len() && list[wanted - 1].im > 0.0;
+    wanted + usize::from(parts_pair)
 }
 
 /// Modulus of the last component of the eigenvector of an eigenvalue, by inverse iteration.

@@ -2,6 +2,7 @@
 
 mod leading;
 mod memory;
+mod steady;
 mod variation;
 
 use super::jumps;
@@ -13,6 +14,9 @@ use crate::numeric::exponential::Exponential;
 use crate::system::System;
 use nalgebra::DMatrix;
 use num_complex::Complex;
+use std::f64::consts::TAU;
+pub use steady::Exponents;
+use steady::Steady;
 pub use variation::is_piecewise_constant;
 use variation::{Stretches, Variation};
 
@@ -44,22 +48,31 @@ impl Spectrum {
 #[derive(Debug, Default)]
 pub struct Floquet {
     exponential: Option<Exponential>,
+    steady: Steady,
 }
 
 impl Floquet {
     /// Multipliers over one response period by falling modulus: all, or the leading ones of a long train ([`Spectrum::of`]).
     /// None when they are not known: a law with hidden jumps, an overflow, an iteration that does not converge.
+    /// With them all characteristic exponents of an orbit along which the variational equation has constant coefficients.
     /// `extrema`: of the deformations, one list a connection.
     pub fn multipliers(
         &mut self,
         system: &System,
         orbit: &FourierOrbit,
         extrema: &[Vec<(f64, f64)>],
-    ) -> Vec<Complex<f64>> {
-        match Spectrum::of(system.dof()) {
-            Spectrum::All => multipliers(&self.transition(system, orbit, extrema)),
-            Spectrum::Leading => Floquet::leading(system, orbit, extrema),
+    ) -> (Vec<Complex<f64>>, Option<Exponents>) {
+        let spectrum = Spectrum::of(system.dof());
+        let exponents = self.steady.exponents(system, orbit, extrema);
+        let mut list = match (&exponents, spectrum) {
+            (Some(exponents), _) => steady::multipliers(exponents, TAU / orbit.omega),
+            (None, Spectrum::All) => multipliers(&self.transition(system, orbit, extrema)),
+            (None, Spectrum::Leading) => Floquet::leading(system, orbit, extrema),
+        };
+        if spectrum == Spectrum::Leading {
+            list.truncate(leading::wanted(&list));
         }
+        (list, exponents)
     }
 
     /// The same of a system with memory, and how many more are 1 by construction.

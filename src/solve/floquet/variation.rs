@@ -193,6 +193,12 @@ impl<'a> Variation<'a> {
         exponent.view_mut((n, n), (n, n)).copy_from(&self.dv);
     }
 
+    /// A(tau).
+    pub fn coefficients(&mut self, tau: f64) -> &DMatrix<f64> {
+        self.fill(tau, 1.0);
+        &self.exponent
+    }
+
     /// The exponent of a panel on which A is constant.
     pub fn midpoint(&mut self, from: f64, width: f64) -> &DMatrix<f64> {
         self.fill(from + 0.5 * width, width / self.system.omega());

@@ -296,12 +296,19 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         let orbit = self.fourier_orbit(u, lambda)?;
         let system = self.family.at(lambda)?;
         let extrema = orbit.extrema(system);
-        let (multipliers, neutral) = match extent {
-            Extent::Motion => (Vec::new(), 0),
+        let (mut exponents, mut neutral) = (None, 0);
+        let multipliers = match extent {
+            Extent::Motion => Vec::new(),
             Extent::Stability if system.memory_count() > 0 => {
-                Floquet::with_memory(system, &orbit, &extrema)
+                let (list, more) = Floquet::with_memory(system, &orbit, &extrema);
+                neutral = more;
+                list
             }
-            Extent::Stability => (self.floquet.multipliers(system, &orbit, &extrema), 0),
+            Extent::Stability => {
+                let (list, constant) = self.floquet.multipliers(system, &orbit, &extrema);
+                exponents = constant;
+                list
+            }
         };
         uninterrupted()?;
         let orbit = Orbit::Fourier(orbit);
@@ -311,6 +318,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
             extrema,
             breakpoints: system.breakpoints(),
             multipliers,
+            exponents,
             neutral,
             slips,
         })

@@ -73,7 +73,7 @@ impl<F: Family> Confirmer<'_, F> {
         open.sort_unstable();
         open.dedup();
         for (a, b) in open {
-            if !(self.options.keep_going)() {
+            if !self.goes_on() {
                 break;
             }
             if self.retrace(a, b)? {

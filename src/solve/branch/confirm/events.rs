@@ -39,7 +39,7 @@ impl<F: Family> Confirmer<'_, F> {
     pub(super) fn confirm_events(&mut self) -> Result<(), SolveError> {
         let mut found: Vec<Found> = Vec::new();
         for event in 0..self.branch.events.len() {
-            if !(self.options.keep_going)() || self.branch.events[event].point.is_none() {
+            if !self.goes_on() || self.branch.events[event].point.is_none() {
                 continue;
             }
             // At an onset of slip the flow has one-sided branches, on one of which the memory is data: it has nothing to locate.

@@ -95,6 +95,10 @@ pub(super) struct Flow<'a, F: Family> {
     rough: Newton,
     weight: f64,
     passed: Passed,
+    /// Response periods taken so far.
+    pub periods: f64,
+    /// Passages of breakpoints in them.
+    pub passages: f64,
 }
 
 impl<'a, F: Family> Flow<'a, F> {
@@ -116,6 +120,8 @@ impl<'a, F: Family> Flow<'a, F> {
             shooting,
             weight,
             passed: Passed::default(),
+            periods: 0.0,
+            passages: 0.0,
         }
     }
 
@@ -192,6 +198,9 @@ impl<'a, F: Family> Flow<'a, F> {
             Care::Rough => &mut self.rough,
         };
         let outcome = newton.solve(&mut section, &mut x, lambda)?;
+        let periods = (outcome.iterations + 1) as f64;
+        self.periods += periods;
+        self.passages += periods * self.passed.0.iter().sum::<usize>() as f64;
         if !outcome.is_converged() {
             return Ok(None);
         }
