@@ -122,7 +122,6 @@ impl Judge<'_> {
                 let mut of = |orbit: &FourierOrbit| {
                     self.floquet
                         .multipliers(system, orbit, &orbit.extrema(system))
-                        .0
                 };
                 multipliers = confirm::difference(&of(&orbit), &of(corrected));
             }

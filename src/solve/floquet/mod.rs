@@ -54,9 +54,18 @@ pub struct Floquet {
 impl Floquet {
     /// Multipliers over one response period by falling modulus: all, or the leading ones of a long train ([`Spectrum::of`]).
     /// None when they are not known: a law with hidden jumps, an overflow, an iteration that does not converge.
-    /// With them all characteristic exponents of an orbit along which the variational equation has constant coefficients.
     /// `extrema`: of the deformations, one list a connection.
     pub fn multipliers(
+        &mut self,
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+    ) -> Vec<Complex<f64>> {
+        self.multipliers_and_exponents(system, orbit, extrema).0
+    }
+
+    /// The same, and all characteristic exponents of an orbit along which the variational equation has constant coefficients.
+    pub fn multipliers_and_exponents(
         &mut self,
         system: &System,
         orbit: &FourierOrbit,

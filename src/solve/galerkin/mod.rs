@@ -305,7 +305,9 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
                 list
             }
             Extent::Stability => {
-                let (list, constant) = self.floquet.multipliers(system, &orbit, &extrema);
+                let (list, constant) = self
+                    .floquet
+                    .multipliers_and_exponents(system, &orbit, &extrema);
                 exponents = constant;
                 list
             }
