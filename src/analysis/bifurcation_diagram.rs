@@ -327,11 +327,10 @@ impl BifurcationDiagram {
         let mut values = Vec::new();
         for point in points {
             let count = rows.append(point.run, plan.size.transient, &point.attractor.record);
-            values.extend(std::iter::repeat_n(point.value * plan.factor, count));
+            values.extend(std::iter::repeat_n(point.value, count));
         }
         let mut main = rows.table();
-        main.columns
-            .insert(0, columns::float("parameter", plan.unit.clone(), values));
+        main.columns.splice(0..0, plan.columns(setting, &values));
         let labels = self.run_names(plan);
         let mut warnings: Vec<String> = points.iter().filter_map(|p| p.warning.clone()).collect();
         warnings.sort();
@@ -414,15 +413,11 @@ impl BifurcationDiagram {
     }
 }
 
-/// `parameter, run, label, lyapunov_1..`, exponents in units of omega_c.
+/// `parameter, speed_rpm, run, label, lyapunov_1..`, exponents in units of omega_c.
 fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table {
-    let value = |p: &Point| p.value * plan.factor;
-    let mut list = vec![
-        columns::float(
-            "parameter",
-            plan.unit.clone(),
-            points.iter().map(value).collect(),
-        ),
+    let values: Vec<f64> = points.iter().map(|p| p.value).collect();
+    let mut list = plan.columns(setting, &values);
+    list.extend([
         columns::integer("run", points.iter().map(|p| p.run as i64).collect()),
         columns::text(
             "label",
@@ -431,7 +426,7 @@ fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table 
                 .map(|p| p.attractor.label.to_string())
                 .collect(),
         ),
-    ];
+    ]);
     for i in 0..setting.assembly.system.state_size() {
         let exponent = |p: &Point| {
             let exponents = p.attractor.record.exponents.as_ref();

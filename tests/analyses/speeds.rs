@@ -45,6 +45,20 @@ fn viscous_drag_and_its_balance_follow_the_speed() {
 }
 
 #[test]
+fn diagrams_over_the_frequency_have_speeds() {
+    let diagram = "{type: bifurcation_diagram, parameter: frequency, from: 500 rpm, to: 2000 rpm, points: 3, transient: 2, \
+                   periods: 1, lyapunov: false, extend: 0}";
+    let report = run(&train("0.5 N m"), diagram);
+    for table in &report.tables {
+        let speeds = floats(table, "speed_rpm");
+        for (speed, wanted) in speeds.iter().zip([500.0, 1250.0, 2000.0]) {
+            assert!((speed - wanted).abs() < 1e-9, "{} {speeds:?}", table.name);
+        }
+        assert_eq!(speeds.len(), 3, "{}", table.name);
+    }
+}
+
+#[test]
 fn viscous_drag_turns_round_with_the_speed_and_constant_drag_does_not() {
     let history = "{type: time_history, duration: 4 s, speed: {points: [[0 s, 1000 rpm], [1 s, -1000 rpm]]}, samples: [4 s]}";
     let model = train("{viscous: 0.01 N m s/rad}").replace("amplitude: 3", "amplitude: 0");

@@ -1,10 +1,18 @@
 //! Events of a branch: none missed between two points, none invented, whatever the length of the steps.
 
-use crate::common::{backlash, balance, balance_exactly, load, reference, shoot, system};
+use crate::common::{
+    RecordMeasures, backlash, balance, balance_exactly, load, reference, shoot, system,
+    trace_options,
+};
+use gearlash::postprocess::measures::Meter;
 use gearlash::solve::branch::Branch;
-use gearlash::solve::events::{BifurcationEvent, EventKind};
-use gearlash::solve::galerkin::GalerkinOptions;
+use gearlash::solve::branch::confirm::{ConfirmOptions, Spread, confirm};
+use gearlash::solve::events::{BifurcationEvent, EventKind, Verdict};
+use gearlash::solve::family::FrequencyFamily;
+use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::integrate::IntegratorChoice;
+use gearlash::solve::newton::NewtonOptions;
+use gearlash::solve::shooting::Shooting;
 use gearlash::system::System;
 use nalgebra::DMatrix;
 
@@ -159,4 +167,45 @@ fn a_fold_lies_beyond_its_neighbours() {
         let is_inside = low < fold.lambda && fold.lambda < high;
         assert!(!is_inside, "{low} {} {high}", fold.lambda);
     }
+}
+
+/// Once the work allowed is used up nothing more is begun: events keep the verdict that they have.
+#[test]
+fn the_flow_stops_where_the_work_allowed_is_used_up() {
+    let (system, range) = (pair(3f64.sqrt(), [1.0, 0.1]), (2.5, 1.8));
+    let size = GalerkinOptions {
+        harmonics: 12,
+        samples: GalerkinOptions::default_samples(12, 1),
+    };
+    let family = || FrequencyFamily::new(system.clone());
+    let tried = |most_work: f64| {
+        let mut branch = balance_exactly(&system, range, 12, &[], 0.1);
+        let series = Galerkin::new(family(), range.0, size);
+        let mut series = series
+            .and_then(|p| p.with_exact_quadrature(range.0))
+            .unwrap();
+        let mut flow = Shooting::new(family(), range.0, IntegratorChoice::Exact).unwrap();
+        let options = ConfirmOptions {
+            spread: Spread::Some,
+            begins_at_crossing: false,
+            steps: 20.0,
+            weight: 0.25,
+            range,
+            resolution: trace_options(&system, range, &[], 0.1).resolution,
+            newton: NewtonOptions::default(),
+            most_work,
+            keep_going: &|| true,
+        };
+        let meter = Meter::new(size.samples);
+        let mut recorder = RecordMeasures { meter };
+        let confirmed = confirm(&mut series, &mut flow, &mut branch, &mut recorder, &options);
+        let is_tried = |e: &&BifurcationEvent| e.verdict != Verdict::NotTried;
+        let count = branch.events.iter().filter(is_tried).count();
+        (confirmed.unwrap().is_spent, count, branch.events.len())
+    };
+    let (is_spent, count, all) = tried(f64::INFINITY);
+    assert!(!is_spent && count == all && all >= 3, "{count} of {all}");
+    // One orbit takes about 20 steps of 4 states.
+    let (is_spent, count, all) = tried(20.0 * 16.0 * 60.0);
+    assert!(is_spent && (1..all).contains(&count), "{count} of {all}");
 }

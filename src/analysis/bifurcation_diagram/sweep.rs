@@ -1,10 +1,12 @@
 //! The runs of a bifurcation diagram, spread over the threads. Each value of the results depends on its own run alone.
 
 use super::{Reach, Seeds};
+use crate::analysis::columns;
 use crate::analysis::flow::{self, LabelKeys};
 use crate::analysis::parameter::{Parameter, Systems, joined};
 use crate::analysis::{Fault, Initial, Setting};
 use crate::interrupt;
+use crate::report::Column;
 use crate::solve::attractor::{
     Attractor, Cycle, Label, Map, MapSize, Stop, Stroboscopic, attractor, reconsider, scatter,
 };
@@ -32,6 +34,18 @@ pub(super) struct Plan {
     /// Unit of the reported parameter, and the factor to it.
     pub unit: String,
     pub factor: f64,
+}
+
+impl Plan {
+    /// `parameter`, and `speed_rpm` where it is the frequency and there is a reference shaft.
+    pub fn columns(&self, setting: &Setting<'_>, values: &[f64]) -> Vec<Column> {
+        let reported = values.iter().map(|x| x * self.factor).collect();
+        let mut list = vec![columns::float("parameter", self.unit.clone(), reported)];
+        if self.parameter == Parameter::Frequency {
+            list.extend(columns::speed_rpm(setting, values.iter().copied()));
+        }
+        list
+    }
 }
 
 /// Random states: how many a value, from which seed, how far from rest (2n half widths).

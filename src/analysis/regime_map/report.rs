@@ -6,10 +6,10 @@ use super::overlay::Overlay;
 use super::{RegimeMap, users_unit};
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::{Axes, Axis};
-use crate::analysis::columns::{float, integer, text};
+use crate::analysis::columns::{float, frequency_label, integer, text};
 use crate::analysis::parameter::Parameter;
 use crate::quantity::Quantity;
-use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values};
+use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values, Words};
 use crate::solve::attractor::Label;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -45,7 +45,12 @@ pub(super) fn assemble(
     }
     let is_interrupted = setting.control.is_interrupted();
     let mut report = Report {
-        figure: Some(figure(keys, axes, wanted, &list, (&units, longest(field)))),
+        figure: Some(figure(
+            (setting, keys),
+            (axes, &units),
+            (wanted, longest(field)),
+            &list,
+        )),
         tables,
         warnings,
         ended_early: is_interrupted
@@ -179,15 +184,21 @@ fn kinds(longest: usize) -> Vec<(String, String)> {
 
 /// A panel per seed, or one of the drawn measure per seed, with the curves over it.
 fn figure(
-    keys: &RegimeMap,
-    axes: &Axes,
-    wanted: &Wanted,
+    (setting, keys): (&Setting<'_>, &RegimeMap),
+    (axes, units): (&Axes, &Units),
+    (wanted, longest): (&Wanted, usize),
     curves: &[(String, String)],
-    (units, longest): (&Units, usize),
 ) -> Figure {
-    let axis = |axis: &Axis, unit: &str| match unit {
-        "" => axis.written.clone(),
-        unit => format!("{} [{unit}]", axis.written),
+    let axis = |axis: &Axis, unit: &str| {
+        let written = Words::of_number(&axis.written, unit);
+        match (&axis.parameter, unit) {
+            (Parameter::Frequency, "rpm") => frequency_label(setting, &written),
+            _ => written,
+        }
+    };
+    let heading = |seed: usize| match keys.seeds.len() {
+        1 => String::new(),
+        _ => format!("seed {seed}"),
     };
     let cells = |seed: usize| Curve {
         table: String::new(),
@@ -214,6 +225,7 @@ fn figure(
     let panel = |seed: usize| Panel {
         x_label: axis(&axes.list[0], &units[0].0),
         y_label: axis(&axes.list[1], &units[1].0),
+        heading: heading(seed),
         curves: std::iter::once(cells(seed))
             .chain(curves.iter().map(line))
             .collect(),

@@ -164,7 +164,7 @@ fn basis(rho: f64, count: usize, harmonics: usize) -> DMatrix<f64> {
     for h in 0..harmonics {
         for (k, ((s, c), (s1, c1))) in angles.iter_mut().zip(&first).enumerate() {
             (*s, *c) = (*s * c1 + *c * s1, *c * c1 - *s * s1);
-            (basis[(k, 2 * h + 1)], basis[(k, 2 * h + 2)]) = (*s, *c);
+            (basis[(k, 2 * h + 1)], basis[(k, 2 * h + 2)]) = (*c, *s);
         }
     }
     basis
@@ -195,13 +195,14 @@ fn gram(rho: f64, known: usize, harmonics: usize) -> DMatrix<f64> {
             let mut set = |row: usize, column: usize, value: f64| {
                 (gram[(row, column)], gram[(column, row)]) = (value, value);
             };
-            set(2 * h, 2 * m, 0.5 * (c1 + c2));
+            let (cos_h, cos_m) = ((2 * h).saturating_sub(1), (2 * m).saturating_sub(1));
+            set(cos_h, cos_m, 0.5 * (c1 + c2));
             if h > 0 {
-                set(2 * h - 1, 2 * m, 0.5 * (s2 + s1));
+                set(2 * h, cos_m, 0.5 * (s2 + s1));
             }
             if m > 0 {
-                set(2 * h - 1, 2 * m - 1, 0.5 * (c1 - c2));
-                set(2 * h, 2 * m - 1, 0.5 * (s2 - s1));
+                set(2 * h, 2 * m, 0.5 * (c1 - c2));
+                set(cos_h, 2 * m, 0.5 * (s2 - s1));
             }
         }
     }
