@@ -47,7 +47,7 @@ fn viscous_drag_and_its_balance_follow_the_speed() {
 #[test]
 fn diagrams_over_the_frequency_have_speeds() {
     let diagram = "{type: bifurcation_diagram, parameter: frequency, from: 500 rpm, to: 2000 rpm, points: 3, transient: 2, \
-                   periods: 1, lyapunov: false, extend: 0}";
+                   periods: 1, lyapunov: false, extend: 1}";
     let report = run(&train("0.5 N m"), diagram);
     for table in &report.tables {
         let speeds = floats(table, "speed_rpm");
