@@ -28,14 +28,14 @@ pub(super) fn assemble(
     }
     let early = traced.ends.iter().filter(|end| !end.is_complete());
     let mut reasons: Vec<String> = traced.failure.iter().cloned().collect();
-    reasons.extend(early.map(TorusEnd::message));
+    reasons.extend(early.map(|end| told(axis, end)));
     let mut report = Report {
         tables,
         figure: Some(figure(keys, setting, axis, &traced.rows)),
         ended_early: (!reasons.is_empty()).then(|| reasons.join("; ")),
         ..Report::default()
     };
-    let end = |end: &TorusEnd| json!({"reason": end.reason(), "message": end.message()});
+    let end = |end: &TorusEnd| json!({"reason": end.reason(), "message": told(axis, end)});
     let options = serde_json::to_value(keys).unwrap_or(Value::Null);
     for (key, value) in [
         ("options", options),
@@ -47,6 +47,20 @@ pub(super) fn assemble(
         report.summary.insert(key.into(), value);
     }
     report
+}
+
+/// The end in words.
+fn told(axis: &Axis, end: &TorusEnd) -> String {
+    match end {
+        TorusEnd::Folded(locked) => {
+            format!(
+                "{}, at {}",
+                end.message(),
+                axis.told(axis.value(locked.lambda))
+            )
+        }
+        end => end.message(),
+    }
 }
 
 /// Largest transverse exponent per excitation period.

@@ -1,13 +1,17 @@
 //! Tori followed both ways from the first one.
 
+use super::road::Road;
 use super::{Torus, start};
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::Axis;
 use crate::error::{Error, SolveError};
 use crate::postprocess::measures::Meter;
 use crate::solve::continuation::Side;
+use crate::solve::curve::Shots;
 use crate::solve::orbit::Orbit;
-use crate::solve::torus::{TorusEnd, TorusOptions, TorusPoint, TorusProblem, follow};
+use crate::solve::torus::{
+    TorusArm, TorusEnd, TorusOptions, TorusPoint, TorusProblem, follow, locking,
+};
 use crate::system::System;
 
 /// A torus with its measures.
@@ -71,7 +75,14 @@ pub(super) fn run(
     for side in sides {
         problem.refer_to(&first);
         match follow(&mut problem, &first, side, &options, &mut keep_going) {
-            Ok(Some(arm)) => arms.push((side, arm)),
+            Ok(Some(mut arm)) => {
+                match explained(keys, setting, (axis, at, nu), (&mut problem, &arm)) {
+                    Ok(end) => arm.end = end,
+                    Err(SolveError::Interrupted) => {}
+                    Err(error) => return Err(Error::Solve(error)),
+                }
+                arms.push((side, arm));
+            }
             Ok(None) => return Ok(lost("the first torus cannot be corrected".into())),
             Err(SolveError::Interrupted) => break,
             Err(error) => return Err(Error::Solve(error)),
@@ -102,6 +113,24 @@ pub(super) fn run(
         failure: None,
         integrator: problem.into_shots().integrator(),
     })
+}
+
+/// The end of an arm; where smoothness is lost, a locking is looked for as its cause.
+fn explained(
+    keys: &Torus,
+    setting: &Setting<'_>,
+    (axis, at, nu): (&Axis, f64, usize),
+    (problem, arm): (&mut TorusProblem<'_>, &TorusArm),
+) -> Result<TorusEnd, SolveError> {
+    if arm.end != TorusEnd::BreakUp {
+        return Ok(arm.end.clone());
+    }
+    let mut repeated = |maps: usize, lambda: f64| {
+        let road = Road::new(setting, axis.clone(), at, nu * maps);
+        Shots::new(Box::new(road), [lambda, 0.0], keys.integrator)
+    };
+    let found = locking(problem, &arm.points, &mut repeated)?;
+    Ok(found.map_or(TorusEnd::BreakUp, TorusEnd::Folded))
 }
 
 fn lost(reason: String) -> Traced {

@@ -144,6 +144,7 @@ impl Walker<'_> {
                 return Ok(CurveEnd::Path(PathEnd::Interrupted));
             }
             problem.missing = None;
+            let before = path.point().clone();
             let end = match path.advance(problem)? {
                 Advance::Point(_) => None,
                 Advance::End(end) => Some(end),
@@ -166,7 +167,7 @@ impl Walker<'_> {
                     (None, None) => ended(end),
                 });
             }
-            if reverses(path)
+            if reverses(&before, path)
                 && let Some(end) = self.touch(problem, TOUCHING.1)?
             {
                 return Ok(end);
@@ -206,18 +207,22 @@ impl Walker<'_> {
             return Ok(None);
         };
         let kind = Codimension::MeetsGrazing { connection };
-        let is_known = |(_, event): &(usize, CurveEvent)| {
+        let spot = problem.meeting(&spot)?.unwrap_or(spot);
+        let is_known = |(_, event): &&mut (usize, CurveEvent)| {
             let gaps = event.spot.p.iter().zip(&spot.p).map(|(a, b)| (a - b).abs());
             event.kind == kind && gaps.fold(0.0, f64::max) < 1e-3
         };
-        if !self.arm.events.iter().any(is_known) {
-            let event = CurveEvent {
-                kind,
-                spot,
-                fraction: 1.0,
-                is_birth: None,
-            };
-            self.arm.events.push((self.arm.points.len(), event));
+        match self.arm.events.iter_mut().find(is_known) {
+            Some((_, event)) => event.spot = spot,
+            None => {
+                let event = CurveEvent {
+                    kind,
+                    spot,
+                    fraction: 1.0,
+                    is_birth: None,
+                };
+                self.arm.events.push((self.arm.points.len(), event));
+            }
         }
         Ok(Some(CurveEnd::MeetsGrazing(connection)))
     }
@@ -362,13 +367,18 @@ fn at(
     Ok(nature.map(|nature| point(&spot, &nature, mark)))
 }
 
-/// Whether the last step went back where the path had come from: it had met the end of the curve.
-fn reverses(path: &Continuation) -> bool {
+/// Cosine of the angle between two tangents of a path that goes back on itself.
+const BACK: f64 = -0.95;
+
+/// Whether the last step went back where the path had come from: it had met the end of the curve. At a corner, where the origin of the
+/// step has another tangent than the point `before` it, the path turns by any angle but that.
+fn reverses(before: &PathPoint, path: &Continuation) -> bool {
     let (from, to) = (path.origin(), path.point());
+    let turned = before.tangent_u.dot(&to.tangent_u) + before.tangent_lambda * to.tangent_lambda;
     let ahead = from.tangent_u.dot(&to.tangent_u) + from.tangent_lambda * to.tangent_lambda;
     let along =
         from.tangent_u.dot(&(&to.u - &from.u)) + from.tangent_lambda * (to.lambda - from.lambda);
-    ahead < 0.0 || along < 0.0
+    ahead < 0.0 || along < 0.0 || turned < BACK
 }
 
 fn ended(end: PathEnd) -> CurveEnd {

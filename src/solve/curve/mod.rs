@@ -14,6 +14,7 @@ mod conditions;
 mod defining;
 mod end;
 mod follow;
+mod meeting;
 mod nature;
 mod normal_form;
 mod relocate;
@@ -24,7 +25,7 @@ pub use codimension::{Codimension, CurveEvent};
 pub use defining::{Defining, Spot};
 pub use end::CurveEnd;
 pub use follow::{Arm, CurveOptions, CurvePoint, follow};
-pub use seek::{Guess, Guesses, NoStart, seek};
+pub use seek::{Guess, Guesses, NoStart, corrected, seek};
 pub use shots::{Plane, Shots};
 
 /// Condition along a curve.

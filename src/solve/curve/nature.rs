@@ -100,20 +100,22 @@ impl Defining<'_> {
                 let tests = vec![
                     (Codimension::Resonance(2), resonance),
                     (Codimension::FoldFlip, fold),
-                    (Codimension::GeneralisedFlip, b),
+                    // The coefficient has a pole where the fold's determinant has a root.
+                    (Codimension::GeneralisedFlip, b * fold),
                 ];
                 (tests, -b)
             }
             CurveKind::NeimarkSacker => {
                 let d = self.torus_coefficient(spot, whole)?;
+                let fold = determinant(-1.0);
                 let tests = vec![
                     (Codimension::Resonance(1), spot.extra - 1.0),
                     (Codimension::Resonance(2), spot.extra + 1.0),
                     (Codimension::Resonance(3), spot.extra + 0.5),
                     (Codimension::Resonance(4), spot.extra),
-                    (Codimension::FoldTorus, determinant(-1.0)),
+                    (Codimension::FoldTorus, fold),
                     (Codimension::FlipTorus, determinant(1.0)),
-                    (Codimension::GeneralisedTorus, d),
+                    (Codimension::GeneralisedTorus, d * fold),
                 ];
                 (tests, d)
             }

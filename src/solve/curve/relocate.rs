@@ -37,11 +37,20 @@ const TOUCHED: f64 = 1e-11;
 
 /// The zero of a function on [-1, 1]: `None` where the ends show none, `Some(Ok(None))` where it is lost on the way.
 ///
-/// The function fails with an error, or without one where it has no value.
+/// The function fails with an error, or without one where it has no value. An end beyond the model is an end without a value; other errors,
+/// interruptions among them, are handed on.
 fn crossing(
     mut value: impl FnMut(f64) -> Result<f64, Option<SolveError>>,
 ) -> Option<Result<Option<f64>, SolveError>> {
-    let (a, b) = (value(-1.0).ok()?, value(1.0).ok()?);
+    let mut ends = [0.0; 2];
+    for (end, place) in ends.iter_mut().zip([-1.0, 1.0]) {
+        *end = match value(place) {
+            Ok(found) => found,
+            Err(None | Some(SolveError::NoSystem { .. })) => return None,
+            Err(Some(error)) => return Some(Err(error)),
+        };
+    }
+    let [a, b] = ends;
     let is_bracketed = a * b < 0.0;
     is_bracketed.then(
         || match roots::bracketed(value, (-1.0, a), (1.0, b), WIDTH) {
@@ -296,5 +305,35 @@ impl Residual for Pinned<'_, '_> {
         }
         out.dr_dlambda.fill(0.0);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interruption_at_an_end_of_a_bracket_is_handed_on() {
+        for place in [-1.0, 1.0] {
+            let stopped = |x: f64| match x == place {
+                true => Err(Some(SolveError::Interrupted)),
+                false => Ok(x),
+            };
+            let found = crossing(stopped);
+            assert!(
+                matches!(found, Some(Err(SolveError::Interrupted))),
+                "{found:?}"
+            );
+        }
+        let beyond = |x: f64| match x < 0.0 {
+            true => Err(Some(SolveError::NoSystem {
+                reason: "beyond".into(),
+            })),
+            false => Ok(x),
+        };
+        assert!(crossing(beyond).is_none());
+        assert!(crossing(|_| Err(None)).is_none());
+        let found = crossing(|x| Ok(x - 0.25)).unwrap().unwrap();
+        assert!((found.unwrap() - 0.25).abs() < 1e-8);
     }
 }

@@ -294,7 +294,7 @@ pub(super) fn extrema(
 }
 
 /// Distances of all extrema from breakpoints, the least first, each with its grazing and its phase.
-fn gaps(
+pub(super) fn gaps(
     shots: &mut Shots<'_>,
     connection: Option<usize>,
     (p, u): ([f64; 2], &[f64]),
@@ -336,7 +336,10 @@ impl Defining<'_> {
 }
 
 /// The event to which the corrector leads from a spot at a fixed second parameter, and the flow back.
-fn corrected<'a>(
+///
+/// # Errors
+/// An interruption, or errors of the flow.
+pub fn corrected<'a>(
     shots: Shots<'a>,
     kind: CurveKind,
     spot: &Spot,

@@ -1,6 +1,6 @@
 //! Tori followed one way from a first curve.
 
-use super::{Torus, TorusProblem, ring};
+use super::{Locked, Torus, TorusProblem, ring};
 use crate::error::SolveError;
 use crate::solve::continuation::{
     Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
@@ -55,6 +55,8 @@ pub enum TorusEnd {
         /// Maps.
         maps: usize,
     },
+    /// The rotation comes to a ratio, at which a fold of periodic orbits on the torus has been located.
+    Folded(Locked),
     /// The torus shrinks to a periodic orbit.
     Vanished,
     /// The path follower ended.
@@ -70,7 +72,7 @@ impl TorusEnd {
             TorusEnd::RangeReached => "range_reached",
             TorusEnd::Turned => "turned",
             TorusEnd::BreakUp => "break_up",
-            TorusEnd::Locking { .. } => "locking",
+            TorusEnd::Locking { .. } | TorusEnd::Folded(_) => "locking",
             TorusEnd::Vanished => "vanished",
             TorusEnd::Path(end) => end.reason(),
             TorusEnd::NoModel(_) => "no_model",
@@ -89,6 +91,9 @@ impl TorusEnd {
             TorusEnd::Locking { turns, maps } => {
                 format!("the torus locks: its rotation stays at {turns}/{maps}")
             }
+            TorusEnd::Folded(Locked { turns, maps, .. }) => format!(
+                "the torus locks: its rotation comes to {turns}/{maps}, where two periodic orbits of {maps} maps are born on it"
+            ),
             TorusEnd::Vanished => "the torus shrank to a periodic orbit".into(),
             TorusEnd::Path(end) => end.message(),
             TorusEnd::NoModel(reason) => format!("the model ends: {reason}"),

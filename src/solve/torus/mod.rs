@@ -10,10 +10,12 @@
 mod birth;
 mod exponents;
 mod follow;
+mod locking;
 mod problem;
 mod ring;
 mod section;
 
 pub use birth::{from_event, from_record};
 pub use follow::{TorusArm, TorusEnd, TorusOptions, TorusPoint, follow};
+pub use locking::{Locked, locking};
 pub use problem::{Torus, TorusProblem};
