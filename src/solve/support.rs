@@ -70,6 +70,7 @@ pub fn of(mount: &Mount) -> [Support; 7] {
             Reach::No,
             "velocities jump at impacts: Fourier series do not converge".to_string(),
         ),
+        _ if law.evolving().is_some() => (Reach::No, super::galerkin::EVOLVES.to_string()),
         _ if law.memory_count() > 0 => match ClosedForm::Quadrature.refusal(mount) {
             None => yes("closed form between the events of the march around the period"),
             Some(reason) => (Reach::No, reason),
