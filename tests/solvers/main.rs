@@ -27,6 +27,7 @@ mod exact_energy;
 mod exact_flow;
 mod exact_grazing;
 mod long_trains;
+mod memory_ends;
 mod memory_flow;
 mod memory_series;
 mod quadrature_exact;
