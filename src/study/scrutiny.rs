@@ -37,6 +37,10 @@ const REASONS: &[(&[&str], &str)] = &[
         "a rigid stop has impulses instead of a force",
     ),
     (
+        &["force_mean"],
+        "several stops act in the same direction: the balance of a period does not decide how much each carries",
+    ),
+    (
         &["stable", "multiplier_modulus", "neutral"],
         "multipliers were not computed: by the method of integration, or with `stability: false`",
     ),

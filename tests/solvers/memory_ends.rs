@@ -2,7 +2,7 @@
 
 use crate::common::load;
 use gearlash::element::{Element, Preloaded, RigidStop, Side};
-use gearlash::postprocess::Meter;
+use gearlash::postprocess::measures::Meter;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
 use gearlash::solve::residual::PeriodicResidual;
