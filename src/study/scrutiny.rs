@@ -68,7 +68,7 @@ const REASONS: &[(&[&str], &str)] = &[
     ),
     (
         &["peak_acceleration"],
-        "a force with memory or impacts acts on the body, which accelerations are not computed of",
+        "a rigid stop acts on the body: at an impact its acceleration is an impulse",
     ),
     (&["deviation"], "nothing was compared"),
     (
