@@ -17,7 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
-use sweep::{Plan, Point, Work, integrations};
+use sweep::{Plan, Point, Work, exponents, integrations};
 
 /// Settings of `bifurcation_diagram`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -343,6 +343,7 @@ impl BifurcationDiagram {
             warnings,
             ..Report::default()
         };
+        columns::explain_exponents(&mut report, &exponents(points));
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         for (key, value) in [
             ("options", options),
@@ -427,14 +428,8 @@ fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table 
                 .collect(),
         ),
     ]);
-    for i in 0..setting.assembly.system.state_size() {
-        let exponent = |p: &Point| {
-            let exponents = p.attractor.record.exponents.as_ref();
-            exponents.map_or(f64::NAN, |e| e.values[i])
-        };
-        let values = points.iter().map(exponent).collect();
-        list.push(columns::float(format!("lyapunov_{}", i + 1), "", values));
-    }
+    let count = setting.assembly.system.state_size();
+    list.extend(columns::exponents(count, &exponents(points)));
     Table {
         name: "summary".into(),
         columns: list,

@@ -4,7 +4,8 @@ use super::{Fault, Setting};
 use crate::error::{Diagnostic, Error};
 use crate::measure::Heading;
 use crate::model::Structure;
-use crate::report::{Column, FrequencyAxis, FrequencyUnit, Values};
+use crate::report::{Column, FrequencyAxis, FrequencyUnit, Report, Values};
+use crate::solve::attractor::lyapunov::Exponents;
 use std::f64::consts::TAU;
 
 pub(super) fn float(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Column {
@@ -204,3 +205,40 @@ pub(super) fn refused(setting: &Setting<'_>, fault: Fault) -> Error {
         help: None,
     }])
 }
+
+/// `lyapunov_1, lyapunov_2, ..`, exponents in units of omega_c, one list per row; empty where one is not known or minus infinity.
+pub(super) fn exponents(count: usize, rows: &[Option<&Exponents>]) -> Vec<Column> {
+    let column = |i: usize| {
+        let value = |row: &Option<&Exponents>| row.map_or(f64::NAN, |e| e.values[i]);
+        let shown = |x: f64| if x.is_finite() { x } else { f64::NAN };
+        let values = rows.iter().map(value).map(shown).collect();
+        float(format!("lyapunov_{}", i + 1), "", values)
+    };
+    (0..count).map(column).collect()
+}
+
+/// Says of exponents that are minus infinity in every row why their columns are empty, and lists all that are in some.
+pub(super) fn explain_exponents(report: &mut Report, rows: &[Option<&Exponents>]) {
+    let count = rows.iter().flatten().map(|e| e.values.len()).max();
+    let is_forgotten = |row: &Option<&Exponents>, i: usize| {
+        row.is_some_and(|e| e.values.get(i) == Some(&f64::NEG_INFINITY))
+    };
+    let mut list = Vec::new();
+    for i in 0..count.unwrap_or(0) {
+        let name = format!("lyapunov_{}", i + 1);
+        let forgotten = rows.iter().filter(|row| is_forgotten(row, i)).count();
+        if forgotten == rows.len() {
+            report.explain_empty("summary", &name, FORGOTTEN);
+        }
+        if forgotten > 0 {
+            list.push(name);
+        }
+    }
+    if !list.is_empty() {
+        let entry = serde_json::json!({"columns": list, "reason": FORGOTTEN});
+        report.summary.insert("minus_infinity".into(), entry);
+    }
+}
+
+/// Why an exponent has no number.
+const FORGOTTEN: &str = "minus infinity: a deviation is forgotten within a period (its multiplier is 0), as in held contact or by a slider that slips";

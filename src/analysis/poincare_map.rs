@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::quantity::Quantity;
 use crate::report::{Figure, Panel, Report, Table};
+use crate::solve::attractor::lyapunov::Exponents;
 use crate::solve::attractor::{Attractor, LabelOptions, Lengths, MapSize, Stroboscopic, attractor};
 use crate::solve::integrate::{IntegratorChoice, IntegratorOptions};
 use rayon::prelude::*;
@@ -229,6 +230,7 @@ impl PoincareMap {
             ended_early: (!stops.is_empty()).then(|| stops.join("; ")),
             ..Report::default()
         };
+        columns::explain_exponents(&mut report, &of_runs(runs));
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         for (key, value) in [
             ("options", options),
@@ -252,14 +254,7 @@ impl PoincareMap {
         } else {
             0
         };
-        for i in 0..exponents {
-            let exponent = |run: &Run| {
-                let exponents = run.attractor.record.exponents.as_ref();
-                exponents.map_or(f64::NAN, |e| e.values[i])
-            };
-            let values = runs.iter().map(exponent).collect();
-            list.push(columns::float(format!("lyapunov_{}", i + 1), "", values));
-        }
+        list.extend(columns::exponents(exponents, &of_runs(runs)));
         Table {
             name: "summary".into(),
             columns: list,
@@ -284,4 +279,11 @@ fn figure(setting: &Setting<'_>, labels: &[String]) -> Figure {
         title: String::new(),
         panels: (0..n.min(2)).map(panel).collect(),
     }
+}
+
+/// Lyapunov exponents of every run.
+fn of_runs(runs: &[Run]) -> Vec<Option<&Exponents>> {
+    let list = runs.iter();
+    list.map(|r| r.attractor.record.exponents.as_ref())
+        .collect()
 }

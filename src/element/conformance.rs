@@ -1,6 +1,7 @@
 //! The contract of a law as an executable check, for laws of this crate and of other crates.
 
 mod automata;
+mod evolving;
 mod series;
 mod smoothness;
 mod table;
@@ -49,6 +50,8 @@ impl Violations {
 /// - automata: guards and resets lead to regions that exist, memories are counted; along a path through the regions `respond`
 ///   agrees with them, including partials; a closed loop of a passive law adds no energy; levels and forces scale according
 ///   to their dimensions;
+/// - laws whose memory has a rate: force, rate and their partials against differences, at instants and along a march; kinks are
+///   listed, force and rate continuous there; the recorded programs, first loading, scaling and the energy of a closed loop;
 /// - the force recorded by `trace`, if any, equals that of `eval` in each region between breakpoints;
 /// - `eval_many`, the copy, and the law after a round trip through serde under its tag agree with `eval`.
 ///
@@ -67,6 +70,11 @@ pub fn check(element: &dyn Element) -> Result<(), Violations> {
     parameters(element, &mut found);
     if element.automata().is_some() {
         automata::check(element, &mut found);
+        copies(element, &mut found);
+        return Violations::conclude(found);
+    }
+    if let Some(law) = element.evolving() {
+        evolving::check(element, law, &mut found);
         copies(element, &mut found);
         return Violations::conclude(found);
     }

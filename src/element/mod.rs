@@ -6,6 +6,7 @@
 pub mod automaton;
 pub mod conformance;
 pub mod derivatives;
+pub mod evolving;
 pub mod number;
 mod registry;
 mod scale;
@@ -42,6 +43,7 @@ pub use tanh_friction::TanhFriction;
 pub use traced::Traced;
 
 use automaton::Automaton;
+use evolving::Evolving;
 use tape::Symbol;
 
 /// Force of a law and its partial derivatives at one instant.
@@ -230,8 +232,17 @@ pub trait Element: std::fmt::Debug + Send + Sync {
     }
 
     /// Force and partials with a given memory.
-    fn respond(&self, q: f64, v: f64, phase: f64, _memory: &[f64]) -> Response {
-        self.eval(q, v, phase)
+    fn respond(&self, q: f64, v: f64, phase: f64, memory: &[f64]) -> Response {
+        match self.evolving() {
+            Some(law) => law.evolve([q, v, phase, memory[0]]).response(),
+            None => self.eval(q, v, phase),
+        }
+    }
+
+    /// The law as a force and a rate of its memory, where that rate is a function of motion and memory; such a law has one memory
+    /// and no automata.
+    fn evolving(&self) -> Option<&dyn Evolving> {
+        None
     }
 
     /// Replaces a memory inconsistent with a deformation by the nearest consistent one.

@@ -36,6 +36,23 @@ impl Tape {
         ]
     }
 
+    /// Displacement, velocity, phase and memory at a place, with their partial derivatives by displacement and velocity.
+    pub fn inputs_with_memory(&self, [q, v, phase, z]: [f64; 4]) -> [Symbol<'_>; 4] {
+        let [q, v, phase] = self.inputs(q, v, phase);
+        [q, v, phase, Dual::constant(self.memory(z))]
+    }
+
+    /// The same with the partial derivative by the memory in place of that by the displacement, and none by the velocity.
+    pub fn inputs_by_memory(&self, [q, v, phase, z]: [f64; 4]) -> [Symbol<'_>; 4] {
+        let motion = self.inputs(q, v, phase).map(|x| Dual::constant(x.value));
+        let [q, v, phase] = motion;
+        [q, v, phase, Dual::displacement(self.memory(z))]
+    }
+
+    fn memory(&self, z: f64) -> Traced<'_> {
+        Traced::new(self, z, Output::Register(self.register(Op::Memory)))
+    }
+
     /// The operations required for some numbers, without all others.
     pub fn program(&self, outputs: &[Traced<'_>]) -> Program {
         let ops = self.ops.borrow();
@@ -116,7 +133,7 @@ impl Tape {
 /// Calls back with every register that an operation reads.
 fn reads(op: &Op, mut read: impl FnMut(Register)) {
     match *op {
-        Op::Affine(_) | Op::Phase => {}
+        Op::Affine(_) | Op::Phase | Op::Memory => {}
         Op::Offset(x, _) | Op::Scale(x, _) | Op::Power(x, _) | Op::Exp(x) | Op::Log(x) => read(x),
         Op::Add(x, y) | Op::Subtract(x, y) | Op::Multiply(x, y) | Op::Divide(x, y) => {
             read(x);
@@ -137,7 +154,7 @@ fn reads(op: &Op, mut read: impl FnMut(Register)) {
 /// The same operation with other registers.
 fn moved(op: &Op, to: impl Fn(Register) -> Register) -> Op {
     match *op {
-        Op::Affine(_) | Op::Phase => *op,
+        Op::Affine(_) | Op::Phase | Op::Memory => *op,
         Op::Offset(x, c) => Op::Offset(to(x), c),
         Op::Scale(x, c) => Op::Scale(to(x), c),
         Op::Power(x, n) => Op::Power(to(x), n),
@@ -177,6 +194,7 @@ fn key(op: &Op) -> [u64; 4] {
     match *op {
         Op::Affine(a) => [0, a.constant.to_bits(), a.q.to_bits(), a.v.to_bits()],
         Op::Phase => [1, 0, 0, 0],
+        Op::Memory => [14, 0, 0, 0],
         Op::Offset(x, c) => [2, x as u64, c.to_bits(), 0],
         Op::Scale(x, c) => [3, x as u64, c.to_bits(), 0],
         Op::Power(x, n) => [4, x as u64, n.to_bits(), 0],

@@ -10,7 +10,8 @@ use crate::model::{Load, Model, Structure};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
 use crate::postprocess::connection::is_clearance;
-use crate::solve::orbit::Orbit;
+use crate::solve::galerkin::march::{self, Track};
+use crate::solve::orbit::{FourierOrbit, Orbit};
 use crate::system::{LoadKind, Moment, System};
 use std::f64::consts::TAU;
 
@@ -106,6 +107,9 @@ struct Accelerometer {
     /// Coordinates and their rates, n lists of instants each.
     q: Vec<f64>,
     v: Vec<f64>,
+    /// What laws remember, a list per number, along orbits that have it; along Fourier orbits the stretches of every law with memory.
+    z: Vec<f64>,
+    tracks: Vec<Vec<Track>>,
     /// Forces of the connections, e lists.
     force: Vec<f64>,
     phase: Vec<f64>,
@@ -122,25 +126,27 @@ impl Accelerometer {
             return Vec::new();
         };
         self.sample(system, orbit);
+        self.tracks = match orbit {
+            Orbit::Fourier(orbit) => tracks(system, orbit),
+            Orbit::Segments(_) => Vec::new(),
+        };
         self.respond(system);
         let motion = Motion {
             assembly,
             anchor,
             system,
             orbit,
+            tracks: std::mem::take(&mut self.tracks),
         };
         let bodies = 0..anchor.bodies.len();
         bodies
             .map(|body| {
-                // Forces with a memory and those of stops are not sampled here.
-                let is_unknown = |(_, action): (f64, Action<'_>)| match action {
-                    Action::Force(k) => {
-                        let law = &system.mounts()[k].element;
-                        law.memory_count() > 0 || law.least_impact().is_some()
-                    }
+                // Impulses have no largest acceleration.
+                let is_struck = |(_, action): (f64, Action<'_>)| match action {
+                    Action::Force(k) => system.mounts()[k].element.least_impact().is_some(),
                     _ => false,
                 };
-                if anchor.actions(body).any(is_unknown) {
+                if anchor.actions(body).any(is_struck) {
                     return f64::NAN;
                 }
                 let rounding = ROUNDING * self.accelerate(&motion, body);
@@ -174,8 +180,12 @@ impl Accelerometer {
         match orbit {
             Orbit::Segments(orbit) => {
                 let mut state = vec![0.0; system.state_size()];
+                self.z.resize(system.memory_count() * count, 0.0);
                 for j in 0..count {
                     orbit.state(j as f64 * width, &mut state);
+                    for (m, z) in state[2 * n..].iter().enumerate() {
+                        self.z[m * count + j] = *z;
+                    }
                     for i in 0..n {
                         (self.q[i * count + j], self.v[i * count + j]) = (state[i], state[n + i]);
                     }
@@ -230,7 +240,24 @@ impl Accelerometer {
                 df_dv,
             };
             let (x, rate) = (&self.deformation, &self.rate);
-            mount.element.eval_many(x, rate, &self.phase, out);
+            match (mount.element.memory_count(), self.tracks.get(k)) {
+                (0, _) => mount.element.eval_many(x, rate, &self.phase, out),
+                (_, Some(tracks)) => {
+                    for (j, f) in out.f.iter_mut().enumerate() {
+                        *f = remembered(tracks, TAU * j as f64 / count as f64, x[j]);
+                    }
+                }
+                (memories, None) => {
+                    let mut memory = vec![0.0; memories];
+                    for j in 0..count {
+                        for (z, m) in memory.iter_mut().zip(system.memory_of(k)) {
+                            *z = self.z[m * count + j];
+                        }
+                        let law = &mount.element;
+                        out.f[j] = law.respond(x[j], rate[j], self.phase[j], &memory).f;
+                    }
+                }
+            }
             if let Some(variation) = &mount.stiffness_variation {
                 let values = force.iter_mut().zip(&self.phase);
                 values.for_each(|(f, phase)| *f *= variation.value(*phase));
@@ -277,6 +304,24 @@ impl Accelerometer {
     }
 }
 
+/// Stretches of every connection with memory along a Fourier orbit; empty for the others.
+fn tracks(system: &System, orbit: &FourierOrbit) -> Vec<Vec<Track>> {
+    if system.memory_count() == 0 {
+        return Vec::new();
+    }
+    let mut list = vec![Vec::new(); system.element_count()];
+    for track in march::all_tracks(system, orbit) {
+        list[track.connection].push(track);
+    }
+    list
+}
+
+/// Force of a law with memory at an instant and a deformation, without the stiffness variation.
+fn remembered(tracks: &[Track], tau: f64, x: f64) -> f64 {
+    let here = tracks.iter().filter_map(|t| t.at(tau));
+    here.map(|s| s.slope * x + s.offset).sum()
+}
+
 /// sum += factor values; returns the modulus of the first term.
 fn add(sum: &mut [f64], factor: f64, values: &[f64]) -> f64 {
     for (sum, value) in sum.iter_mut().zip(values) {
@@ -321,6 +366,7 @@ struct Motion<'a> {
     anchor: &'a Anchor,
     system: &'a System,
     orbit: &'a Orbit,
+    tracks: Vec<Vec<Track>>,
 }
 
 impl Motion<'_> {
@@ -361,6 +407,16 @@ impl Motion<'_> {
             [x + w * q, rate + w * v]
         });
         let [x, rate] = mount.deformation(motion, phase, system.excitation_frequency());
-        mount.respond(x, rate, phase).f
+        if mount.element.memory_count() == 0 {
+            return mount.respond(x, rate, phase).f;
+        }
+        if let Some(tracks) = self.tracks.get(connection) {
+            let variation = mount.stiffness_variation.as_ref();
+            return variation.map_or(1.0, |s| s.value(phase)) * remembered(tracks, tau, x);
+        }
+        let mut state = vec![0.0; system.state_size()];
+        self.orbit.state(tau, &mut state);
+        let memory = &state[2 * system.dof()..][system.memory_of(connection)];
+        mount.respond_with([x, rate], phase, memory).f
     }
 }

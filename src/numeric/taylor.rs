@@ -24,6 +24,8 @@ pub enum Op {
     Affine(Affine),
     /// The third input, of degree two: a phase.
     Phase,
+    /// The fourth input: what a law remembers.
+    Memory,
     /// x + constant.
     Offset(Register, f64),
     /// constant x.
@@ -143,7 +145,12 @@ pub struct Inputs<'a> {
     pub y: &'a Polynomial,
     /// Coefficients of the third one.
     pub phase: [f64; 3],
+    /// Fourth series.
+    pub memory: &'a Polynomial,
 }
+
+/// The series of an input that is not there.
+pub const NOTHING: Polynomial = [0.0; COUNT];
 
 /// Operations in an order in which they can be evaluated, and which registers they are for.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -183,8 +190,8 @@ impl Program {
         self.ops.contains(&Op::Phase)
     }
 
-    /// Whether every coefficient is finite along x + x' t, y + y' t and an even phase.
-    pub fn is_analytic_along(&self, x: (f64, f64), y: (f64, f64), phase: (f64, f64)) -> bool {
+    /// Whether every coefficient is finite along x + x' t, y + y' t, z + z' t and an even phase.
+    pub fn is_analytic_along(&self, [x, y, memory, phase]: [(f64, f64); 4]) -> bool {
         let line = |(value, slope): (f64, f64)| {
             let mut series = [0.0; COUNT];
             (series[0], series[1]) = (value, slope);
@@ -195,14 +202,15 @@ impl Program {
             x: &x,
             y: &y,
             phase: [phase.0, phase.1, 0.0],
+            memory: &line(memory),
         };
         let mut registers = vec![[0.0; COUNT]; self.ops.len()];
         (0..COUNT).for_each(|k| self.step(k, &inputs, &mut registers));
         registers.as_flattened().iter().all(|c| c.is_finite())
     }
 
-    /// Values of the outputs at numbers instead of series.
-    pub fn values(&self, x: f64, y: f64, phase: f64) -> Vec<f64> {
+    /// Values of the outputs at numbers x, y, z and a phase instead of series.
+    pub fn values(&self, [x, y, memory, phase]: [f64; 4]) -> Vec<f64> {
         let constant = |value: f64| {
             let mut series = [0.0; COUNT];
             series[0] = value;
@@ -213,6 +221,7 @@ impl Program {
             x: &x,
             y: &y,
             phase: [phase, 0.0, 0.0],
+            memory: &constant(memory),
         };
         let mut registers = vec![[0.0; COUNT]; self.ops.len()];
         self.step(0, &inputs, &mut registers);
@@ -237,6 +246,7 @@ fn coefficient(
             0..3 => inputs.phase[k],
             _ => 0.0,
         },
+        Op::Memory => inputs.memory[k],
         Op::Offset(x, constant) => registers[x][k] + if k == 0 { constant } else { 0.0 },
         Op::Scale(x, constant) => constant * registers[x][k],
         Op::Add(x, y) => registers[x][k] + registers[y][k],
@@ -344,6 +354,7 @@ mod tests {
             x: &x,
             y: &y,
             phase: [0.5, 0.2, 0.0],
+            memory: &NOTHING,
         };
         let mut registers = vec![[0.0; COUNT]; last + 1];
         (0..COUNT).for_each(|k| program.step(k, &inputs, &mut registers));

@@ -11,6 +11,7 @@ use crate::solve::integrate::{Switch, SwitchKind};
 use crate::solve::orbit::Crossing;
 use crate::solve::segment_orbit::{SegmentOrbit, StretchDeformation};
 use crate::system::{Mount, System};
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Sums over an orbit.
@@ -200,7 +201,8 @@ fn mount_of(system: &System, e: usize) -> &dyn Element {
     system.mounts()[e].element.as_ref()
 }
 
-/// Forces of rigid stops: their mean follows from the balance of what is periodic, the rest is not a number.
+/// Forces of rigid stops: their mean follows from the balance of what is periodic, the rest is not a number. A stop that is never
+/// touched has none; between stops that act in the same direction the balance does not decide.
 ///
 /// ```text
 /// sum_stops kappa_e mean f_e = mean Q - sum_others kappa_e mean f_e
@@ -216,14 +218,18 @@ fn carry(system: &System, list: &mut [Measures]) {
     for (e, m) in list.iter().enumerate().filter(|(e, _)| !stops.contains(e)) {
         rest.axpy(-m.force_mean, &system.stiffness().column(e), 1.0);
     }
-    let found = system
-        .stiffness()
-        .select_columns(&stops)
-        .svd(true, true)
-        .solve(&rest, 1e-12);
-    for (k, e) in stops.into_iter().enumerate() {
+    let is_touched = |e: &usize| {
+        let Contacts { front, back, .. } = &list[*e].contacts;
+        [front, back]
+            .iter()
+            .any(|f| f.share > 0.0 || f.impacts > 0.0)
+    };
+    let touched: Vec<usize> = stops.iter().copied().filter(is_touched).collect();
+    let found = mean_forces(&system.stiffness().select_columns(&touched), &rest);
+    for e in stops {
         let m = &mut list[e];
-        m.force_mean = found.as_ref().map_or(f64::NAN, |f| f[k]);
+        let place = touched.iter().position(|t| *t == e);
+        m.force_mean = place.map_or(0.0, |k| found[k]);
         for force in [
             &mut m.force_min,
             &mut m.force_max,
@@ -235,3 +241,29 @@ fn carry(system: &System, list: &mut [Measures]) {
         (m.effective_stiffness, m.effective_stiffness_dc) = (None, None);
     }
 }
+
+/// Solution of columns f = load; NaN where another column acts in the same direction, so that the load does not decide.
+fn mean_forces(columns: &DMatrix<f64>, load: &DVector<f64>) -> Vec<f64> {
+    let count = columns.ncols();
+    if count == 0 {
+        return Vec::new();
+    }
+    let svd = columns.clone().svd(true, true);
+    let Ok(found) = svd.solve(load, SAME_DIRECTION * svd.singular_values.max()) else {
+        return vec![f64::NAN; count];
+    };
+    let rows = svd.v_t.unwrap_or_else(|| DMatrix::zeros(0, count));
+    let values = svd.singular_values;
+    let decided = |k: usize| -> f64 {
+        let counted = (0..values.len()).filter(|i| values[*i] > SAME_DIRECTION * values.max());
+        counted.map(|i| rows[(i, k)].powi(2)).sum()
+    };
+    let value = |k: usize| match decided(k) > 1.0 - 1e-9 {
+        true => found[k],
+        false => f64::NAN,
+    };
+    (0..count).map(value).collect()
+}
+
+/// Share of the largest singular value below which directions are the same.
+const SAME_DIRECTION: f64 = 1e-12;

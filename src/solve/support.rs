@@ -54,9 +54,11 @@ pub fn of(mount: &Mount) -> [Support; 7] {
         Some(reason) => (Reach::No, reason),
     };
     let dopri5 = match (is_hidden, is_jumping) {
-        _ if law.automata().is_some() => {
-            (Reach::No, "knows neither memory nor impacts".to_string())
+        _ if law.least_impact().is_some() => (Reach::No, "knows no impacts".to_string()),
+        _ if law.evolving().is_some() => {
+            yes("memory beside the motion; kinks of its rate under error control")
         }
+        _ if law.memory_count() > 0 => yes("instants of stick and slip located"),
         (true, _) => {
             limited("jumps passed under error control, not located; sticking costs many steps")
         }
@@ -68,6 +70,7 @@ pub fn of(mount: &Mount) -> [Support; 7] {
             Reach::No,
             "velocities jump at impacts: Fourier series do not converge".to_string(),
         ),
+        _ if law.evolving().is_some() => (Reach::No, super::galerkin::EVOLVES.to_string()),
         _ if law.memory_count() > 0 => match ClosedForm::Quadrature.refusal(mount) {
             None => yes("closed form between the events of the march around the period"),
             Some(reason) => (Reach::No, reason),

@@ -37,6 +37,10 @@ const REASONS: &[(&[&str], &str)] = &[
         "a rigid stop has impulses instead of a force",
     ),
     (
+        &["force_mean"],
+        "several stops act in the same direction: the balance of a period does not decide how much each carries",
+    ),
+    (
         &["stable", "multiplier_modulus", "neutral"],
         "multipliers were not computed: by the method of integration, or with `stability: false`",
     ),
@@ -64,7 +68,7 @@ const REASONS: &[(&[&str], &str)] = &[
     ),
     (
         &["peak_acceleration"],
-        "a force with memory or impacts acts on the body, which accelerations are not computed of",
+        "a rigid stop acts on the body: at an impact its acceleration is an impulse",
     ),
     (&["deviation"], "nothing was compared"),
     (

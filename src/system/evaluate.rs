@@ -33,7 +33,8 @@ impl System {
     }
 
     /// Evaluates with the laws of one region: outside its window (low, high), one per connection, a law goes on along its
-    /// tangent, f(c) + df/dq(c) (x - c), c the nearer end. A law is then smooth wherever a trial step looks.
+    /// tangent, f(c) + df/dq(c) (x - c), c the nearer end. A law is then smooth wherever a trial step looks. Laws with memory are left out, with
+    /// the force 0: their regions are not windows.
     pub fn respond_within(
         &self,
         windows: Option<&[(f64, f64)]>,
@@ -60,6 +61,7 @@ impl System {
                     mount.respond_with([x, rate], phase, own)
                 }
                 None => mount.respond(x, rate, phase),
+                Some(_) if mount.element.memory_count() > 0 => Response::default(),
                 Some(windows) => {
                     let inside = x.clamp(windows[k].0, windows[k].1);
                     let mut response = mount.element.eval(inside, rate, phase);
@@ -83,19 +85,12 @@ impl System {
     ///
     /// `state` = [q; v], 2n values; `out`: n values. The responses stay in `scratch`.
     pub fn acceleration(&self, tau: f64, state: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
-        self.acceleration_within(None, tau, state, scratch, out);
+        self.respond(tau, state, scratch);
+        self.accelerate(tau, state, scratch, out);
     }
 
-    /// Evaluates with the laws of one region, as in [`System::respond_within`].
-    pub fn acceleration_within(
-        &self,
-        windows: Option<&[(f64, f64)]>,
-        tau: f64,
-        state: &[f64],
-        scratch: &mut Scratch,
-        out: &mut [f64],
-    ) {
-        self.respond_within(windows, tau, state, scratch);
+    /// The same from responses at hand in `scratch`.
+    pub fn accelerate(&self, tau: f64, state: &[f64], scratch: &Scratch, out: &mut [f64]) {
         out.fill(0.0);
         let at = self.moment(tau);
         for load in &self.loads {

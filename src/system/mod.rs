@@ -10,6 +10,7 @@
 mod alike;
 mod course;
 mod evaluate;
+mod memory;
 mod mount;
 
 pub use course::{Course, Moment};
@@ -193,23 +194,6 @@ impl System {
     /// n, number of relative coordinates.
     pub fn dof(&self) -> usize {
         self.damping.nrows()
-    }
-
-    /// Numbers that all laws remember together.
-    pub fn memory_count(&self) -> usize {
-        self.memory_count
-    }
-
-    /// Numbers of a state [q; v; z].
-    pub fn state_size(&self) -> usize {
-        2 * self.dof() + self.memory_count
-    }
-
-    /// Places of what a law remembers, among the numbers of all.
-    pub fn memory_of(&self, connection: usize) -> std::ops::Range<usize> {
-        let count = |m: &Mount| m.element.memory_count();
-        let begin = self.mounts[..connection].iter().map(count).sum();
-        begin..begin + count(&self.mounts[connection])
     }
 
     /// e, number of connections.
@@ -407,32 +391,6 @@ impl System {
         copy.mounts[connection].element = law;
         copy.index();
         copy
-    }
-
-    /// The system with laws without memory: each on first loading.
-    pub fn at_first_loading(&self) -> System {
-        let mut copy = self.clone();
-        for mount in &mut copy.mounts {
-            if let Some(law) = mount.element.first_loading() {
-                mount.element = law;
-            }
-        }
-        copy.index();
-        copy
-    }
-
-    /// Memories of all laws after their first loading up to a state of rest.
-    pub fn memory_at_rest(&self, q: &[f64]) -> Vec<f64> {
-        let mut memory = vec![0.0; self.memory_count];
-        let mut begin = 0;
-        for (k, mount) in self.mounts.iter().enumerate() {
-            let end = begin + mount.element.memory_count();
-            let x: f64 = self.element_map_row(k).iter().map(|(j, w)| w * q[*j]).sum();
-            let x = x - mount.transmission_error.as_ref().map_or(0.0, |e| e.mean());
-            mount.element.project(x, &mut memory[begin..end]);
-            begin = end;
-        }
-        memory
     }
 
     /// Slopes of the laws in full contact, e values: 1, and 0 of those that are not springs.

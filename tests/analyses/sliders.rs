@@ -71,3 +71,51 @@ fn a_motion_starts_from_a_saved_point() {
     let part = refusal(PAIR, "{type: time_history, at: 2, initial: {point: 3}}");
     assert!(part.contains("a saved point is a folder"), "{part}");
 }
+
+/// Largest accelerations of bodies beside a slider: responses by three methods against the samples of the motion.
+#[test]
+fn peak_accelerations_count_what_sliders_remember() {
+    let model = "
+schema: 1
+bodies: {A: {inertia: 0.02 kg m^2}, B: {inertia: 0.01 kg m^2}}
+connections:
+  spring: {shaft: [A, B], stiffness: 800 N m/rad, damping: 0.4 N m s/rad, length: 1 deg}
+  friction: {shaft: [A, B], stiffness: 500 N m/rad, element: {type: jenkins, slip_force: 2 N m}}
+  teeth: {shaft: [A, B], stiffness: 200 N m/rad, element: {type: backlash, half_gap: 5 deg}}
+loads: {A: {mean: 3 N m, harmonics: [{order: 1, amplitude: 12 N m}]}, B: {mean: -3 N m}}
+";
+    let peak = |analysis: &str, table: &str, column: &str| -> f64 {
+        let report = run(model, analysis);
+        let table = match table {
+            "" => main_table(&report),
+            name => report.table(name).unwrap(),
+        };
+        let list = floats(table, column);
+        list.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
+    };
+    let history =
+        "{type: time_history, at: 20 Hz, transient: 200, periods: 1, samples_per_period: 4000}";
+    let wanted = peak(history, "", "acceleration.B");
+    assert!(wanted > 100.0, "{wanted}");
+    for (method, allowed) in [
+        (
+            "method: shooting, from: 20 Hz, to: 19.99 Hz, marks: [20 Hz]",
+            1e-4,
+        ),
+        (
+            "method: integration, from: 20 Hz, to: 20 Hz, points: 1, transient: 200",
+            1e-4,
+        ),
+        (
+            "harmonics: 40, from: 20 Hz, to: 19.99 Hz, marks: [20 Hz]",
+            1e-2,
+        ),
+    ] {
+        let analysis = format!("{{type: frequency_response, {method}, tables: all}}");
+        let found = peak(&analysis, "rattle", "peak_acceleration.B");
+        assert!(
+            (found / wanted - 1.0).abs() < allowed,
+            "{method}: {found} {wanted}"
+        );
+    }
+}

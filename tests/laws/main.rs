@@ -5,6 +5,7 @@ mod common;
 
 mod clutch;
 mod conformance;
+mod evolving;
 mod expression_law;
 mod expression_mistakes;
 mod laws_closed_forms;

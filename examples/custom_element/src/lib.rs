@@ -1,6 +1,13 @@
-//! A law of one's own: Hertzian contact of two round bodies, with clearance. `docs/plugins.md` explains it line by line.
+//! Laws of one's own: Hertzian contact of two round bodies, with clearance; Bouc and Wen's hysteresis; a one-way clutch.
+//! `docs/plugins.md` explains them.
 
 #![forbid(unsafe_code)]
+
+mod bouc_wen;
+mod one_way_clutch;
+
+pub use bouc_wen::BoucWen;
+pub use one_way_clutch::OneWayClutch;
 
 use gearlash::element::derivatives::from_force;
 use gearlash::element::number::Number;

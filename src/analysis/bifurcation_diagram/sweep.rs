@@ -7,6 +7,7 @@ use crate::analysis::parameter::{Parameter, Systems, joined};
 use crate::analysis::{Fault, Initial, Setting};
 use crate::interrupt;
 use crate::report::Column;
+use crate::solve::attractor::lyapunov::Exponents;
 use crate::solve::attractor::{
     Attractor, Cycle, Label, Map, MapSize, Stop, Stroboscopic, attractor, reconsider, scatter,
 };
@@ -339,4 +340,11 @@ pub(super) fn shortened(stops: &[String]) -> String {
         0 => shown,
         more => format!("{shown}; and {more} more (`stops` in the JSON file)"),
     }
+}
+
+/// Lyapunov exponents of every point.
+pub(super) fn exponents(points: &[Point]) -> Vec<Option<&Exponents>> {
+    let list = points.iter();
+    list.map(|p| p.attractor.record.exponents.as_ref())
+        .collect()
 }

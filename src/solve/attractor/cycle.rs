@@ -1,7 +1,7 @@
 //! Attracting periodic orbits: found by Newton's iteration on iterates of the map, and reached or not by a record.
 
 use super::geometry::{Cloud, distance};
-use super::lyapunov::Exponents;
+use super::lyapunov::{Exponents, FORGOTTEN};
 use super::map::Map;
 use crate::error::SolveError;
 use crate::solve::floquet;
@@ -57,7 +57,11 @@ impl Cycle {
     /// Lyapunov exponents: those of the multipliers.
     pub(super) fn exponents(&self, duration: f64) -> Exponents {
         let span = self.period as f64 * duration;
-        let rate = |mu: &Complex<f64>| mu.norm().max(f64::MIN_POSITIVE).ln() / span;
+        // ln 0 is minus infinity: a deviation that is forgotten.
+        let rate = |mu: &Complex<f64>| match mu.norm() {
+            size if size < FORGOTTEN => f64::NEG_INFINITY,
+            size => size.ln() / span,
+        };
         let values: Vec<f64> = self.multipliers.iter().map(rate).collect();
         Exponents {
             error: 0.0,

@@ -21,7 +21,8 @@ pub struct Lyapunov {
 /// Lyapunov exponents with what the data say about the largest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exponents {
-    /// Exponents in units of 1/time, falling.
+    /// Exponents in units of 1/time, falling; minus infinity where a deviation is forgotten within a period (held contact, a slider that
+    /// slips): its multiplier is 0.
     pub values: Vec<f64>,
     /// Standard error of the largest one, from means over batches of successive periods; infinite for short records.
     pub error: f64,
@@ -31,6 +32,8 @@ pub struct Exponents {
     pub thirds: [f64; 3],
 }
 
+/// Stretching below which a deviation is forgotten.
+pub(super) const FORGOTTEN: f64 = f64::MIN_POSITIVE;
 /// Standard errors that make an exponent significant.
 const SIGMAS: f64 = 3.0;
 /// Logarithm of the stretching over the record: at least that of a chaotic attractor, at most that of a torus.
@@ -100,7 +103,7 @@ impl Lyapunov {
         self.frame = q;
         // A frame that is not known (NaN) stays so.
         let stretch = |i: usize| match r[(i, i)].abs() {
-            tiny if tiny < f64::MIN_POSITIVE => f64::MIN_POSITIVE.ln(),
+            tiny if tiny < FORGOTTEN => FORGOTTEN.ln(),
             stretch => stretch.ln(),
         };
         (0..size).map(stretch).collect()
@@ -114,7 +117,13 @@ impl Lyapunov {
             return None;
         }
         let span = period * count as f64;
-        let sum = |i: usize| self.logarithms.iter().skip(i).step_by(size).sum::<f64>();
+        let sum = |i: usize| -> f64 {
+            let own = || self.logarithms.iter().skip(i).step_by(size);
+            match own().any(|x| *x <= FORGOTTEN.ln()) {
+                true => f64::NEG_INFINITY,
+                false => own().sum(),
+            }
+        };
         let mut order: Vec<(usize, f64)> = (0..size).map(|i| (i, sum(i) / span)).collect();
         order.sort_by(|a, b| b.1.total_cmp(&a.1));
         let largest: Vec<f64> = (self.logarithms.iter())

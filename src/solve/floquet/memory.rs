@@ -23,7 +23,7 @@ pub(super) fn transition(
 ) -> Option<DMatrix<f64>> {
     let is_affine = |m: &crate::system::Mount| {
         let law = m.element.as_ref();
-        let steady = m.stiffness_variation.is_none();
+        let steady = m.stiffness_variation.is_none() && law.evolving().is_none();
         steady && (law.memory_count() > 0 || is_piecewise_constant(m) && !law.is_discontinuous())
     };
     if !system.mounts().iter().all(is_affine) {

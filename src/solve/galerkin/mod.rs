@@ -32,7 +32,7 @@ use crate::system::{LoadKind, System};
 use aft::Sampling;
 use exact::ExactQuadrature;
 use nalgebra::DVector;
-pub use refusal::refuse;
+pub use refusal::{EVOLVES, refuse};
 
 /// Size of the Galerkin approximation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,6 +4,7 @@
 //! smooth even where it overshoots. Where the deformation, a quintic polynomial on the step, passes a breakpoint, the step
 //! is repeated up to the breakpoint. Kinks of loads, stiffness variation and transmission error end a step likewise.
 
+mod memories;
 mod pieces;
 mod regions;
 mod stepper;
@@ -57,6 +58,9 @@ const GROW: f64 = 10.0;
 
 /// Repetitions of a step that is to land on a breakpoint; two or three are enough unless it is grazed.
 const LANDINGS: usize = 16;
+
+/// Rounds in which sliders enter regions at one instant.
+const MOST_AT_ONCE: usize = 8;
 
 /// Shortest and longest trial step that shows which way a connection leaves the breakpoint on which it starts, in units of the
 /// fastest time scale.
@@ -155,7 +159,7 @@ impl Dopri5 {
             if !self.is_bounded() {
                 return IntegrationEnd::Diverged;
             }
-            if self.regions.switches as f64 > switches {
+            if self.work.switches as f64 > switches {
                 return IntegrationEnd::TooManySwitches;
             }
         }
@@ -165,6 +169,7 @@ impl Dopri5 {
     /// Regions, rates and step at the start of a call.
     fn begin(&mut self, system: &System, tau: f64) {
         self.pieces.start(system, tau);
+        self.stepper.place(system, self.pieces.clamp(tau));
         let deformation = self.stepper.deformation(system, self.pieces.clamp(tau));
         self.regions.start(system, deformation);
         self.refresh(system, tau, &mut ());
@@ -206,6 +211,34 @@ impl Dopri5 {
         stepper.refresh(system, regions, pieces, tau / system.omega());
         if regions.settle(system, pieces, &stepper.instant(tau), None, observer) {
             stepper.saltate(system, regions);
+            stepper.refresh(system, regions, pieces, tau / system.omega());
+        }
+        self.settle_memories(system, tau, None, observer);
+    }
+
+    /// Moves sliders on their guards, one after the other where several do at one instant.
+    fn settle_memories(
+        &mut self,
+        system: &System,
+        tau: f64,
+        mut landed: Option<Passage>,
+        observer: &mut dyn Observer,
+    ) {
+        let Dopri5 {
+            stepper,
+            regions,
+            pieces,
+            ..
+        } = self;
+        if stepper.memories.is_empty() {
+            return;
+        }
+        for _ in 0..MOST_AT_ONCE {
+            stepper.hand_over(system);
+            if !stepper.settle_memories(system, tau, landed.take(), observer) {
+                break;
+            }
+            stepper.hand_over(system);
             stepper.refresh(system, regions, pieces, tau / system.omega());
         }
     }
@@ -265,12 +298,14 @@ impl Dopri5 {
         let om = system.omega();
         let taus = [t, t + tried].map(|t| self.pieces.clamp(om * t));
         let error = |k: usize, c: &mut [f64; COUNT]| transmission_error(system, k, taus, tried, c);
-        let begin = (om * t, self.stepper.state());
+        let begin = (om * t, &self.stepper.state()[..2 * system.dof()]);
         let coefficients = &self.stepper.coefficients;
         let passage = self
             .regions
             .first_passage(system, begin, coefficients, error);
-        let Some(passage) = passage else {
+        let sliders = self.stepper.first_passage(system, tried, error);
+        let both = [passage, sliders].into_iter().flatten();
+        let Some(passage) = both.min_by(|a, b| a.x.total_cmp(&b.x)) else {
             return (tried, None);
         };
         let (h, landed) = self.land(system, t, tried, &passage);
@@ -288,9 +323,11 @@ impl Dopri5 {
         for _ in 0..LANDINGS {
             self.attempt(system, t, h);
             let tau = system.omega() * (t + h);
-            let (distance, rate, tolerance) = self
-                .regions
-                .beyond(passage, &self.stepper.trial_instant(tau));
+            let at = self.stepper.trial_instant(tau);
+            let (distance, rate, tolerance) = match passage.slider {
+                None => self.regions.beyond(passage, &at),
+                Some(_) => self.stepper.memories.beyond(system, passage, &at),
+            };
             if distance.abs() <= tolerance {
                 return (h, true);
             }
@@ -349,10 +386,13 @@ impl Dopri5 {
             pieces.advance(system);
             has_changed = true;
         }
+        if let Some(passage) = passage.filter(|p| p.slider.is_some()) {
+            self.settle_memories(system, om * end, Some(passage), observer);
+        }
         if has_changed {
             self.refresh(system, om * end, observer);
         }
-        self.work.switches = self.regions.switches;
+        self.work.switches = self.regions.switches + self.stepper.memories.switches;
     }
 
     fn is_bounded(&self) -> bool {
@@ -370,6 +410,7 @@ impl Dopri5 {
     ) -> IntegrationEnd {
         self.stepper.load(state, phi.as_deref());
         let end = self.integrate(system, tau, observer);
+        self.stepper.hand_over(system);
         self.stepper.store(state, phi);
         end
     }

@@ -310,12 +310,11 @@ pub fn choose(
         };
         Exact::with(system, series)
     };
-    let has_automaton = |m: &Mount| m.element.automata().is_some();
-    if let (IntegratorChoice::Dopri5, Some(connection)) = (
-        options.choice,
-        system.mounts().iter().position(has_automaton),
-    ) {
-        let reason = "DOPRI5 supports neither memory nor impacts; use the exact flow".into();
+    let has_impacts = |m: &Mount| m.element.least_impact().is_some();
+    if let (IntegratorChoice::Dopri5, Some(connection)) =
+        (options.choice, system.mounts().iter().position(has_impacts))
+    {
+        let reason = "DOPRI5 knows no impacts; use the exact flow".into();
         return Err(SolveError::Unsupported { connection, reason });
     }
     match options.choice {

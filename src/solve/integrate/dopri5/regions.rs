@@ -15,9 +15,11 @@ pub(super) const COUNT: usize = 6;
 pub(super) struct Passage {
     /// Share of the step before it.
     pub(super) x: f64,
-    connection: usize,
-    level: f64,
-    direction: Direction,
+    pub(super) connection: usize,
+    pub(super) level: f64,
+    pub(super) direction: Direction,
+    /// Number of the slider whose guard it is, and whether that is a rate; `None` for a breakpoint.
+    pub(super) slider: Option<(usize, bool)>,
 }
 
 /// Breakpoints of every law, and between which two of them the connection is.
@@ -56,7 +58,14 @@ impl Regions {
     /// Reads the breakpoints and places every connection by its deformation alone.
     pub(super) fn start(&mut self, system: &System, deformation: &[f64]) {
         self.levels.clear();
-        let breakpoints = system.mounts().iter().map(|m| m.element.breakpoints());
+        // Laws with memory have regions of another kind.
+        let breakpoints = system
+            .mounts()
+            .iter()
+            .map(|m| match m.element.memory_count() {
+                0 => m.element.breakpoints(),
+                _ => Vec::new(),
+            });
         self.levels.extend(breakpoints);
         self.region.clear();
         let places = self.levels.iter().zip(deformation);
@@ -143,6 +152,7 @@ impl Regions {
                         connection: k,
                         level,
                         direction,
+                        slider: None,
                     });
                 }
             }
@@ -171,7 +181,7 @@ impl Regions {
     ) -> bool {
         let before = self.switches;
         for k in 0..self.levels.len() {
-            if let Some(passage) = landed.filter(|p| p.connection == k) {
+            if let Some(passage) = landed.filter(|p| p.connection == k && p.slider.is_none()) {
                 self.pass((system, pieces), at, k, passage.direction, observer);
                 continue;
             }

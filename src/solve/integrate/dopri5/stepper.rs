@@ -1,8 +1,10 @@
 //! One step of the scheme, of the state and of the variational equation.
 
 use super::Dopri5Options;
+use super::memories::Memories;
 use super::pieces::Pieces;
-use super::regions::{COUNT, Instant, Regions};
+use super::regions::{COUNT, Instant, Passage, Regions};
+use crate::solve::integrate::Observer;
 use crate::solve::jumps;
 use crate::system::{Scratch, System};
 use nalgebra::DMatrix;
@@ -104,7 +106,9 @@ pub(super) struct Stepper {
     dq: DMatrix<f64>,
     dv: DMatrix<f64>,
     scratch: Scratch,
-    /// Coefficients of q on the step, in powers of x.
+    pub(super) memories: Memories,
+    dof: usize,
+    /// Coefficients of q and of the memories on the step, in powers of x.
     pub(super) coefficients: Vec<f64>,
 }
 
@@ -112,13 +116,15 @@ impl Stepper {
     pub(super) fn new(system: &System) -> Stepper {
         let n = system.dof();
         Stepper {
-            state: Stages::new(2 * n),
+            state: Stages::new(system.state_size()),
             variation: Stages::new(0),
             has_variation: false,
             dq: DMatrix::zeros(n, n),
             dv: DMatrix::zeros(n, n),
             scratch: system.scratch(),
-            coefficients: vec![0.0; n * COUNT],
+            memories: Memories::new(system),
+            dof: n,
+            coefficients: vec![0.0; (n + system.memory_count()) * COUNT],
         }
     }
 
@@ -167,7 +173,7 @@ impl Stepper {
         Instant {
             tau,
             state,
-            acceleration: &self.state.rates[stage][state.len() / 2..],
+            acceleration: &self.state.rates[stage][self.dof..2 * self.dof],
             scratch: &self.scratch,
         }
     }
@@ -242,24 +248,30 @@ impl Stepper {
         let n = system.dof();
         let tau = pieces.clamp(system.omega() * t);
         let windows = Some(regions.windows());
-        let (positions, velocities) = self.state.rates[stage].split_at_mut(n);
-        positions.copy_from_slice(&self.state.trial[n..]);
-        system.acceleration_within(
-            windows,
-            tau,
-            &self.state.trial,
-            &mut self.scratch,
-            velocities,
-        );
-        if !self.has_variation {
-            return;
+        let trial = &self.state.trial;
+        let (motion, memories) = self.state.rates[stage].split_at_mut(2 * n);
+        let (positions, velocities) = motion.split_at_mut(n);
+        positions.copy_from_slice(&trial[n..2 * n]);
+        system.respond_within(windows, tau, trial, &mut self.scratch);
+        if !self.memories.is_empty() {
+            let (phase, scratch) = (system.moment(tau).phase, &mut self.scratch);
+            let out = (scratch, memories);
+            self.memories.respond(system, phase, &trial[2 * n..], out);
         }
-        // Phi' = A Phi (18)
+        system.accelerate(tau, trial, &self.scratch, velocities);
+        if self.has_variation {
+            self.rate_of_variation(system, tau, stage);
+        }
+    }
+
+    /// Phi' = A Phi (18)
+    fn rate_of_variation(&mut self, system: &System, tau: f64, stage: usize) {
+        let (n, size) = (system.dof(), system.state_size());
         system.acceleration_partials(&self.scratch, &mut self.dq, &mut self.dv);
-        let columns = self.variation.trial.chunks_exact(2 * n);
-        let rates = self.variation.rates[stage].chunks_exact_mut(2 * n);
+        let columns = self.variation.trial.chunks_exact(size);
+        let rates = self.variation.rates[stage].chunks_exact_mut(size);
         for (phi, rate) in columns.zip(rates) {
-            let (q, v) = phi.split_at(n);
+            let (q, v) = (&phi[..n], &phi[n..2 * n]);
             let (dq, dv) = rate.split_at_mut(n);
             dq.copy_from_slice(v);
             dv.fill(0.0);
@@ -270,14 +282,100 @@ impl Stepper {
                     *r += by_q * q[j] + by_v * v[j];
                 }
             }
+            for at in self.memories.influences() {
+                let (e, z) = (at.connection, phi[2 * n + at.memory]);
+                let row = system.element_map_row(e).iter();
+                let [x, rate] = row.fold([0.0; 2], |[x, r], (j, w)| [x + w * q[*j], r + w * v[*j]]);
+                let [by_q, by_v, by_z] = at.rate_by;
+                dv[n + at.memory] = by_q * x + by_v * rate + by_z * z;
+                let variation = system.mounts()[e].stiffness_variation.as_ref();
+                let factor = variation.map_or(1.0, |s| s.value(system.moment(tau).phase));
+                for (i, kappa) in system.stiffness_column(e) {
+                    dv[*i] -= kappa * factor * at.force_by * z;
+                }
+            }
+        }
+    }
+
+    /// Takes over memories that follow their deformations at the accepted state, and their rows of Phi.
+    pub(super) fn hand_over(&mut self, system: &System) {
+        let (n, size) = (system.dof(), system.state_size());
+        for (e, m, offset) in self.memories.following() {
+            self.state.value[2 * n + m] = self.scratch.deformation[e] + offset;
+            for phi in self.variation.value.chunks_exact_mut(size) {
+                let row = system.element_map_row(e).iter();
+                phi[2 * n + m] = row.map(|(j, w)| w * phi[*j]).sum();
+            }
+        }
+    }
+
+    /// The first guard that a slider passes on the step just tried; `error`: of the transmission errors, in powers of x.
+    pub(super) fn first_passage(
+        &self,
+        system: &System,
+        h: f64,
+        error: impl Fn(usize, &mut [f64; COUNT]),
+    ) -> Option<Passage> {
+        let n = self.dof;
+        let deformation = |e: usize| {
+            let mut sum = [0.0; COUNT];
+            error(e, &mut sum);
+            for (j, w) in system.element_map_row(e) {
+                let q = &self.coefficients[j * COUNT..(j + 1) * COUNT];
+                sum.iter_mut().zip(q).for_each(|(s, c)| *s += w * c);
+            }
+            sum
+        };
+        (self.memories).first_passage((&self.state.value, n, h), deformation)
+    }
+
+    /// Moves sliders on their guards at the accepted state; whether any has moved.
+    pub(super) fn settle_memories(
+        &mut self,
+        system: &System,
+        tau: f64,
+        landed: Option<Passage>,
+        observer: &mut dyn Observer,
+    ) -> bool {
+        let at = Instant {
+            tau,
+            state: &self.state.value,
+            acceleration: &self.state.rates[0][self.dof..2 * self.dof],
+            scratch: &self.scratch,
+        };
+        self.memories.settle(system, &at, landed, observer)
+    }
+
+    /// Moves the memories of the accepted state to what their deformations allow, and finds the regions of their laws; the rows of Phi of
+    /// memories that were moved follow their deformations.
+    pub(super) fn place(&mut self, system: &System, tau: f64) {
+        if self.memories.is_empty() {
+            return;
+        }
+        let (n, size) = (system.dof(), system.state_size());
+        system.respond(tau, &self.state.value[..2 * n], &mut self.scratch);
+        let memory = &mut self.state.value[2 * n..];
+        let before = memory.to_vec();
+        let deformation = &self.scratch.deformation;
+        self.memories.start(system, deformation, memory);
+        for e in 0..system.element_count() {
+            for m in system.memory_of(e).filter(|m| before[*m] != memory[*m]) {
+                for phi in self.variation.value.chunks_exact_mut(size) {
+                    let row = system.element_map_row(e).iter();
+                    phi[2 * n + m] = row.map(|(j, w)| w * phi[*j]).sum();
+                }
+            }
         }
     }
 
     /// Quintic polynomials through q, v and a at both ends of the step just tried.
     pub(super) fn interpolate(&mut self, h: f64) {
-        let n = self.state.value.len() / 2;
+        let n = self.dof;
         let (first, last) = (&self.state.rates[0], &self.state.rates[6]);
-        for (i, c) in self.coefficients.chunks_exact_mut(COUNT).enumerate() {
+        let (motion, memories) = self.coefficients.split_at_mut(n * COUNT);
+        let values = (&self.state.value[2 * n..], &self.state.increment[2 * n..]);
+        Memories::interpolate(memories, values, (&first[2 * n..], &last[2 * n..]), h);
+        for (i, c) in motion.chunks_exact_mut(COUNT).enumerate() {
             let rise = self.state.increment[i];
             let ends = [[first[i], first[n + i]], [last[i], last[n + i]]];
             hermite(c, self.state.value[i], rise, ends, h);

@@ -17,6 +17,8 @@ pub struct Acting {
     variations: Sources,
     variation: Vec<Polynomial>,
     phase: [f64; 3],
+    /// Unit of time of the series in omega_c t.
+    unit: f64,
 }
 
 /// The series of one part of a law.
@@ -28,8 +30,13 @@ struct Part {
     rate: Polynomial,
     law: Polynomial,
     force: Polynomial,
-    /// s df/dx and s df/dv.
-    partials: [Polynomial; 2],
+    /// What the law remembers, and that memory a term later: the terms of a step are judged by it.
+    memory: Polynomial,
+    later: Polynomial,
+    /// Whether the memory has a rate.
+    evolves: bool,
+    /// s df/dx, s df/dv, s df/dz, then the partials of the rate of the memory by the same.
+    partials: [Polynomial; 6],
     /// Whether s is a function of the phase.
     varies: bool,
     /// s where it is constant on the stretch.
@@ -55,7 +62,10 @@ impl Acting {
             rate: zero,
             law: zero,
             force: zero,
-            partials: [zero; 2],
+            memory: zero,
+            later: zero,
+            evolves: part.law.cells.is_some(),
+            partials: [zero; 6],
             varies: (system.mounts()[part.connection].stiffness_variation.iter())
                 .any(|s| s.varies_smoothly()),
             factor: 1.0,
@@ -67,11 +77,13 @@ impl Acting {
             variations,
             variation: vec![zero; e],
             phase: [0.0; 3],
+            unit: 1.0,
         }
     }
 
     /// Sets the excitation frequency over omega_c, the unit of time of the series and the revolutions in a turn.
     pub fn prepare(&mut self, frequency: f64, unit: f64, revolutions: f64) {
+        self.unit = unit;
         self.variations.prepare(frequency, unit, revolutions);
     }
 
@@ -121,9 +133,17 @@ impl Acting {
                     x: &part.x,
                     y: &part.rate,
                     phase: self.phase,
+                    memory: &part.memory,
                 };
                 smooth.force.step(k, &inputs, &mut part.registers);
-                smooth.force.output(0, k, &inputs, &part.registers)
+                let force = smooth.force.output(0, k, &inputs, &part.registers);
+                if part.evolves && k + 1 < COUNT {
+                    // (k + 1) z_{k+1} = h g_k
+                    let rate = smooth.force.output(1, k, &inputs, &part.registers);
+                    part.memory[k + 1] = self.unit * rate / (k + 1) as f64;
+                    part.later[k + 1] = part.memory[k] / (k + 1) as f64;
+                }
+                force
             }
         };
         part.law[k] = law;
@@ -189,7 +209,7 @@ impl Acting {
             let part = &mut self.parts[*k];
             match piece(*k) {
                 Piece::Affine(a) => {
-                    part.partials = [[0.0; COUNT]; 2];
+                    part.partials = [[0.0; COUNT]; 6];
                     (part.partials[0][0], part.partials[1][0]) = (a.q, a.v);
                 }
                 Piece::Smooth(smooth) => {
@@ -197,16 +217,19 @@ impl Acting {
                         x: &part.x,
                         y: &part.rate,
                         phase: self.phase,
+                        memory: &part.memory,
                     };
+                    let outputs = smooth.partials.outputs.len();
                     for j in 0..count {
                         smooth.partials.step(j, &inputs, &mut part.registers);
-                        for (index, partial) in part.partials.iter_mut().enumerate() {
+                        let partials = part.partials[..outputs].iter_mut();
+                        for (index, partial) in partials.enumerate() {
                             partial[j] = smooth.partials.output(index, j, &inputs, &part.registers);
                         }
                     }
                 }
             }
-            for partial in &mut part.partials {
+            for partial in &mut part.partials[..3] {
                 match part.varies {
                     true => multiply(partial, &self.variation[part.connection], count),
                     false => partial[..count].iter_mut().for_each(|c| *c *= part.factor),
@@ -215,9 +238,45 @@ impl Acting {
         }
     }
 
-    /// s df/dx and s df/dv of a part, as made by [`Acting::differentiate`].
-    pub fn partials(&self, part: usize) -> &[Polynomial; 2] {
+    /// s df/dx, s df/dv and s df/dz of a part, then the partials of the rate of its memory, as made by [`Acting::differentiate`].
+    pub fn partials(&self, part: usize) -> &[Polynomial; 6] {
         &self.parts[part].partials
+    }
+
+    /// Whether the memory of a part has a rate.
+    pub fn evolves(&self, part: usize) -> bool {
+        self.parts[part].evolves
+    }
+
+    /// Series of the memory of a part.
+    pub fn memory(&self, part: usize) -> &Polynomial {
+        &self.parts[part].memory
+    }
+
+    /// Begins the series of the memory of a part.
+    pub fn remember(&mut self, part: usize, z: f64) {
+        (self.parts[part].memory, self.parts[part].later) = ([0.0; COUNT], [0.0; COUNT]);
+        self.parts[part].memory[0] = z;
+    }
+
+    /// Coefficient k + 1 of the memory of a part, 0 without a rate.
+    #[inline]
+    pub fn next_memory(&self, part: usize, k: usize) -> f64 {
+        self.parts[part].memory[k + 1]
+    }
+
+    /// Cuts the series of the memories behind a number of coefficients, those of the motion less one, and shows them one by one as rates are
+    /// shown: shifted by a term.
+    pub fn close_memories(&mut self, count: usize) {
+        for part in self.parts.iter_mut().filter(|p| p.evolves) {
+            part.memory[count - 1..].fill(0.0);
+            part.later[count..].fill(0.0);
+        }
+    }
+
+    /// The memories that have a rate, a term later each: their rates are the memories.
+    pub fn later(&self) -> impl Iterator<Item = &Polynomial> {
+        self.parts.iter().filter(|p| p.evolves).map(|p| &p.later)
     }
 }
 

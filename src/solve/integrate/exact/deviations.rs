@@ -3,6 +3,7 @@
 use super::acting::Acting;
 use super::decay::Control;
 use super::entries::Entry;
+use super::regions::Regions;
 use super::series::Series;
 use crate::numeric::roots::root_below;
 use crate::numeric::taylor::{COUNT, Polynomial};
@@ -15,13 +16,17 @@ use nalgebra::DMatrix;
 /// (k + 2)(k + 1) a_{k+2} = -h Gam (k + 1) a_{k+1} - h^2 kappa (slope W a_k + sum_j A_j W a_{k-j} + B_j W r_{k-j})
 /// ```
 ///
-/// A, B: series of s df/dx and s df/dv along the motion; r: rates of a in omega_c t.
+/// A, B: series of s df/dx and s df/dv along the motion; r: rates of a in omega_c t. A memory with a rate has deviations of its own, c:
+///
+/// ```text
+/// force + sum_j C_j c_{k-j},    (k + 1) c_{k+1} = h sum_j (G_j W a_{k-j} + H_j W r_{k-j} + I_j c_{k-j})
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Deviations {
     columns: usize,
     /// terms[(k * n + i) * columns + j]: coefficient k of coordinate i in column j.
     terms: Vec<f64>,
-    /// Deformations and their rates, order by order, of one acting connection behind the other.
+    /// Deformations, their rates and deviations of the memory, order by order, of one acting connection behind the other.
     motions: Vec<f64>,
     /// Rows of the memory, which do not change within a step.
     memory: Vec<f64>,
@@ -35,7 +40,7 @@ impl Deviations {
     pub fn expand(
         &mut self,
         system: &System,
-        (series, acting): (&Series, &Acting),
+        (series, acting, regions): (&Series, &Acting, &Regions),
         phi: &DMatrix<f64>,
     ) -> f64 {
         let (n, columns) = (system.dof(), phi.ncols());
@@ -48,7 +53,16 @@ impl Deviations {
         self.terms.resize(COUNT * n * columns, 0.0);
         self.force.resize(columns, 0.0);
         self.motions
-            .resize(acting.list.len() * 2 * COUNT * columns, 0.0);
+            .resize(acting.list.len() * 3 * COUNT * columns, 0.0);
+        for (place, part) in acting.list.iter().enumerate() {
+            if let Some(m) = regions.parts()[*part]
+                .memory
+                .filter(|_| acting.evolves(*part))
+            {
+                let memory = &mut self.motions[(place * 3 + 2) * COUNT * columns..];
+                memory[..columns].copy_from_slice(&self.memory[m * columns..(m + 1) * columns]);
+            }
+        }
         for i in 0..n {
             for j in 0..columns {
                 self.terms[i * columns + j] = phi[(i, j)];
@@ -58,7 +72,7 @@ impl Deviations {
         for k in 0..self.count - 2 {
             self.step(system, series, acting, k);
         }
-        self.reach(n, series.control)
+        self.reach(n, series.control, acting)
     }
 
     /// Coefficient k + 2 of all coordinates in all columns.
@@ -99,8 +113,9 @@ impl Deviations {
         let square = series.unit * series.unit;
         for (place, part) in acting.list.iter().enumerate() {
             let e = acting.connection(*part);
-            let motions = &mut self.motions[place * 2 * COUNT * columns..][..2 * COUNT * columns];
-            let (x, rate) = motions.split_at_mut(COUNT * columns);
+            let motions = &mut self.motions[place * 3 * COUNT * columns..][..3 * COUNT * columns];
+            let (x, rest) = motions.split_at_mut(COUNT * columns);
+            let (rate, memory) = rest.split_at_mut(COUNT * columns);
             let here = k * columns..(k + 1) * columns;
             x[here.clone()].fill(0.0);
             rate[here.clone()].fill(0.0);
@@ -109,9 +124,23 @@ impl Deviations {
                 let factor = w * order / series.unit;
                 add(&mut rate[here.clone()], factor, &known[row(k + 1, *i)]);
             }
+            let (force_by, rate_by) = acting.partials(*part).split_at(3);
+            let evolves = acting.evolves(*part);
             self.force.fill(0.0);
-            for (partial, motion) in acting.partials(*part).iter().zip([&*x, &*rate]) {
+            let counted = if evolves { 3 } else { 2 };
+            let motions = [&*x, &*rate, &*memory];
+            for (partial, motion) in force_by.iter().zip(motions).take(counted) {
                 convolve(&mut self.force, partial, motion, k);
+            }
+            if evolves {
+                let (known, next) = memory.split_at_mut((k + 1) * columns);
+                let next = &mut next[..columns];
+                next.fill(0.0);
+                for (partial, motion) in rate_by.iter().zip([&*x, &*rate, &*known]) {
+                    convolve(next, partial, motion, k);
+                }
+                let factor = series.unit / order;
+                next.iter_mut().for_each(|c| *c *= factor);
             }
             for (i, kappa) in series.column(system, e) {
                 add(&mut next[out(*i)], -square * kappa, &self.force);
@@ -122,12 +151,20 @@ impl Deviations {
     }
 
     /// Largest theta at which the last two terms, as rates, are negligible.
-    fn reach(&self, n: usize, control: Control) -> f64 {
+    fn reach(&self, n: usize, control: Control, acting: &Acting) -> f64 {
         let block = n * self.columns;
         let largest = |terms: &[f64]| terms.iter().fold(f64::MIN_POSITIVE, |m, c| m.max(c.abs()));
         let values = largest(&self.terms[..block]);
         let rates = largest(&self.terms[block..2 * block]);
         let last = largest(&self.terms[(self.count - 2) * block..self.count * block]);
+        // A memory counts as a rate does.
+        let (mut rates, mut last) = (rates, last);
+        for (place, _) in self.evolving(acting) {
+            let memory = &self.motions[(place * 3 + 2) * COUNT * self.columns..];
+            rates = rates.max(largest(&memory[..self.columns]));
+            let behind = (self.count - 3) * self.columns..(self.count - 1) * self.columns;
+            last = last.max(largest(&memory[behind]));
+        }
         let size = rates.max(control.share * values);
         let ratio = control.tolerance * size / ((self.count - 1) as f64 * last);
         let power = match ratio < 1.0 {
@@ -137,9 +174,31 @@ impl Deviations {
         root_below(ratio, 1.0 / power as f64)
     }
 
+    /// Acting parts whose memory has a rate: their places in the list, and their numbers.
+    fn evolving<'a>(&self, acting: &'a Acting) -> impl Iterator<Item = (usize, usize)> + use<'a> {
+        let list = acting.list.iter().copied().enumerate();
+        list.filter(|(_, part)| acting.evolves(*part))
+    }
+
     /// The transition matrix at theta.
-    pub fn evaluate(&self, phi: &mut DMatrix<f64>, n: usize, (theta, unit): (f64, f64)) {
+    pub fn evaluate(
+        &self,
+        phi: &mut DMatrix<f64>,
+        (acting, regions): (&Acting, &Regions),
+        (n, theta, unit): (usize, f64, f64),
+    ) {
         let columns = self.columns;
+        for (place, part) in self.evolving(acting) {
+            let Some(m) = regions.parts()[part].memory else {
+                continue;
+            };
+            let memory = &self.motions[(place * 3 + 2) * COUNT * columns..];
+            for j in 0..columns {
+                let terms = (0..self.count - 1).rev();
+                phi[(2 * n + m, j)] =
+                    terms.fold(0.0, |sum, k| sum * theta + memory[k * columns + j]);
+            }
+        }
         for i in 0..n {
             for j in 0..columns {
                 let (mut value, mut slope) = (0.0, 0.0);

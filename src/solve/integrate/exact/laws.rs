@@ -1,6 +1,7 @@
 //! The laws of a system as the flow sees them: in every region between breakpoints an affine function or a program.
 
 use super::hidden::{self, Hidden};
+use super::memory::{self, Cells};
 use crate::element::Element;
 use crate::element::automaton::{Automaton, RegionForce, line};
 use crate::element::tape::Tape;
@@ -21,6 +22,8 @@ pub struct Law {
     pub pieces: Vec<Piece>,
     /// Guards of regions that are not bounded by breakpoints.
     pub automaton: Option<Automaton>,
+    /// Regions of a law whose memory has a rate of its own.
+    pub cells: Option<Cells>,
 }
 
 /// The force in one region.
@@ -35,9 +38,9 @@ pub enum Piece {
 /// An analytic force and its partial derivatives.
 #[derive(Debug, Clone)]
 pub struct Smooth {
-    /// One output: f(x, dx/dT, phase).
+    /// f(x, dx/dT, phase); of laws whose memory has a rate f and that rate, with the memory as one argument more.
     pub force: Program,
-    /// Two outputs: df/dx, df/dv.
+    /// df/dx, df/dv; with a memory then df/dz and the same three of its rate.
     pub partials: Program,
     /// Quantities that the series of the force may not resolve.
     pub hidden: Vec<Hidden>,
@@ -49,9 +52,10 @@ impl Law {
     /// # Errors
     /// Reason why it has no series.
     pub fn parts(element: &dyn Element) -> Result<Vec<Law>, String> {
-        match element.automata() {
-            Some(list) => Ok(list.into_iter().map(Law::from).collect()),
-            None => Ok(vec![Law::read(element)?]),
+        match (element.automata(), element.evolving()) {
+            (Some(list), _) => Ok(list.into_iter().map(Law::from).collect()),
+            (None, Some(law)) => Ok(vec![memory::read(element, law)?]),
+            (None, None) => Ok(vec![Law::read(element)?]),
         }
     }
 
@@ -78,6 +82,7 @@ impl Law {
             flanks,
             pieces,
             automaton: None,
+            cells: None,
         };
         law.check_ends()?;
         Ok(law)
@@ -126,8 +131,10 @@ impl Law {
 
     fn steepest(&self, region: usize) -> (f64, f64) {
         let piece = &self.pieces[region];
-        if let Piece::Affine(affine) = piece {
-            return (affine.q.abs(), affine.v.abs());
+        match (piece, &self.cells) {
+            (Piece::Affine(affine), _) => return (affine.q.abs(), affine.v.abs()),
+            (Piece::Smooth(smooth), Some(cells)) => return cells.slopes(smooth, region),
+            (Piece::Smooth(_), None) => {}
         }
         let (low, high) = self.borders(region);
         let ends = [low, low + 1.0, high - 1.0, high];
@@ -170,7 +177,7 @@ impl Piece {
         match self {
             Piece::Affine(affine) => (affine.q, affine.v),
             Piece::Smooth(smooth) => {
-                let values = smooth.partials.values(x, v, 0.0);
+                let values = smooth.partials.values([x, v, 0.0, 0.0]);
                 (values[0], values[1])
             }
         }
@@ -183,7 +190,10 @@ impl Piece {
         };
         [&smooth.force, &smooth.partials]
             .into_iter()
-            .all(|program| program.is_analytic_along((x, 1.0), (0.3, 0.2), (1.0, 1.0)))
+            .all(|program| {
+                let at = [(x, 1.0), (0.3, 0.2), (0.0, 0.0), (1.0, 1.0)];
+                program.is_analytic_along(at)
+            })
     }
 }
 
@@ -202,6 +212,7 @@ impl From<AffineLaw> for Law {
             breakpoints: law.breakpoints,
             flanks: law.flanks,
             automaton: None,
+            cells: None,
         }
     }
 }
@@ -218,12 +229,13 @@ impl From<Automaton> for Law {
             flanks: regions.clone().map(|r| r.contact).collect(),
             pieces: regions.map(|r| Piece::Affine(piece(&r.force))).collect(),
             automaton: Some(automaton),
+            cells: None,
         }
     }
 }
 
 /// A displacement inside a region.
-fn inside(breakpoints: &[f64], region: usize) -> f64 {
+pub(super) fn inside(breakpoints: &[f64], region: usize) -> f64 {
     let below = region.checked_sub(1).map(|k| breakpoints[k]);
     match (below, breakpoints.get(region)) {
         (None, None) => 0.0,
@@ -276,7 +288,8 @@ pub fn read(system: &System) -> Result<Vec<LawPart>, SolveError> {
         let laws = Law::parts(mount.element.as_ref())
             .map_err(|reason| refuse(format!("no series: {reason}")))?;
         for law in laws {
-            let remembers = law.automaton.as_ref().is_some_and(|a| a.has_memory);
+            let remembers =
+                law.cells.is_some() || law.automaton.as_ref().is_some_and(|a| a.has_memory);
             parts.push(LawPart {
                 connection,
                 memory: remembers.then_some(memories),

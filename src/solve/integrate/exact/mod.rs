@@ -21,6 +21,7 @@ mod impulse;
 mod integrator;
 mod lanes;
 mod laws;
+mod memory;
 mod options;
 mod pace;
 mod part;
@@ -249,6 +250,7 @@ impl Exact {
             }
             self.report(tau, theta * per_theta, theta, motion.observer);
             self.transfer(theta, &mut motion);
+            self.regions.evolve(theta);
             is_stale = crossing.is_some();
             self.effort += usize::from(crossing.is_none());
             if theta > SAME_INSTANT {
@@ -290,6 +292,7 @@ impl Exact {
             ..
         } = self;
         series.expand(system, (acting, regions), span, state);
+        regions.take_courses(acting);
         let reach = series.reach(acting);
         let step = reach.min(span.remaining);
         let reach = (acting.come_back(|k| regions.piece(k), series.count, step)).unwrap_or(reach);
@@ -298,7 +301,7 @@ impl Exact {
             Some(_) if acting.list.is_empty() => reach.min(variation::REACH * series.pace()),
             Some(phi) => {
                 acting.differentiate(|k| regions.piece(k), series.count);
-                let own = deviations.expand(system, (series, acting), phi);
+                let own = deviations.expand(system, (series, acting, regions), phi);
                 reach.min(own)
             }
         }
@@ -312,8 +315,9 @@ impl Exact {
         if self.acting.list.is_empty() {
             self.variation.advance(&self.series, phi, theta);
         } else {
-            self.deviations
-                .evaluate(phi, motion.system.dof(), (theta, self.series.unit));
+            let parts = (&self.acting, &self.regions);
+            let at = (motion.system.dof(), theta, self.series.unit);
+            self.deviations.evaluate(phi, parts, at);
         }
     }
 
@@ -398,6 +402,10 @@ impl Exact {
                 continue;
             };
             let out = &mut self.segment[n + m];
+            if part.evolves() {
+                scaled(out, &part.course);
+                continue;
+            }
             match self.regions.follows(k) {
                 Some(offset) => {
                     scaled(out, self.series.deformation(part.connection));

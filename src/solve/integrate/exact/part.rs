@@ -17,6 +17,8 @@ pub enum Watched {
     Rate,
     /// A force in held contact.
     Force,
+    /// A level of a memory that has a rate.
+    Memory,
 }
 
 /// Instant at which a part leaves its region; infinite if it does not.
@@ -33,6 +35,9 @@ pub struct Exits {
     /// Holding forces.
     pub weak: f64,
     pub strong: f64,
+    /// Borders in rate and memory of a law whose memory has a rate.
+    pub rates: (f64, f64),
+    pub memories: (f64, f64),
 }
 
 const NOWHERE: Exits = Exits {
@@ -43,6 +48,8 @@ const NOWHERE: Exits = Exits {
     rate: None,
     weak: f64::NEG_INFINITY,
     strong: f64::INFINITY,
+    rates: (f64::NEG_INFINITY, f64::INFINITY),
+    memories: (f64::NEG_INFINITY, f64::INFINITY),
 };
 
 /// A part of the law of a connection.
@@ -55,6 +62,8 @@ pub struct Part {
     pub memory: Option<usize>,
     pub z: f64,
     pub exits: Exits,
+    /// Series of the memory on the step, where it has a rate.
+    pub course: Polynomial,
     /// Whether it watches levels of the deformation alone.
     pub is_plain: bool,
     /// The stop from which it has just rebounded.
@@ -75,6 +84,7 @@ impl Part {
             region: 0,
             memory: part.memory,
             z: 0.0,
+            course: [0.0; COUNT],
             exits: NOWHERE,
             is_plain: true,
             rebounds: None,
@@ -164,6 +174,11 @@ impl Part {
         self.exits = NOWHERE;
         self.remembered = None;
         self.is_plain = true;
+        if let Some(cells) = &self.law.cells {
+            cells.exits(region, &mut self.exits);
+            self.is_plain = false;
+            return;
+        }
         let Some(automaton) = &self.law.automaton else {
             (self.exits.low, self.exits.high) = self.law.borders(region);
             return;
@@ -230,6 +245,44 @@ impl Part {
         self.enter(homes.unwrap_or(0));
     }
 
+    /// Whether its memory has a rate.
+    #[inline]
+    pub fn evolves(&self) -> bool {
+        self.law.cells.is_some()
+    }
+
+    /// Reports the first passage of a level of rate or memory of a law whose memory has a rate, within a step.
+    pub fn watch_cell(
+        &self,
+        series: &Series,
+        powers: &Polynomial,
+        size: f64,
+        earliest: &mut dyn FnMut(f64, Watched, Direction),
+    ) {
+        let mut rate = rate_of(series.deformation(self.connection), powers);
+        // In units of the step from that of the series.
+        rate.iter_mut().for_each(|c| *c /= series.unit);
+        let mut memory = self.course;
+        for (c, power) in memory.iter_mut().zip(powers) {
+            *c *= power;
+        }
+        let speed = self.weight.max(f64::MIN_POSITIVE) * size / series.unit;
+        let watched = [
+            (Watched::Rate, &rate, self.exits.rates, speed),
+            (Watched::Memory, &memory, self.exits.memories, size),
+        ];
+        for (watched, polynomial, (low, high), size) in watched {
+            for (level, direction) in [(low, Direction::Down), (high, Direction::Up)] {
+                let tolerance = ROUNDING * (level.abs() + size);
+                if level.is_finite()
+                    && let Some(x) = passage(polynomial, level, direction, tolerance)
+                {
+                    earliest(x, watched, direction);
+                }
+            }
+        }
+    }
+
     /// Reports the first passage of rate 0, or of a holding force, within a step.
     pub fn watch(
         &self,
@@ -239,11 +292,7 @@ impl Part {
         earliest: &mut dyn FnMut(f64, Watched, Direction),
     ) {
         if let Some(direction) = self.exits.rate {
-            let mut rate = [0.0; COUNT];
-            let deformation = series.deformation(self.connection);
-            for k in 1..COUNT {
-                rate[k - 1] = k as f64 * deformation[k] * powers[k - 1];
-            }
+            let rate = rate_of(series.deformation(self.connection), powers);
             let tolerance = ROUNDING * self.weight.max(f64::MIN_POSITIVE) * size;
             if let Some(x) = passage(&rate, 0.0, direction, tolerance) {
                 earliest(x, Watched::Rate, direction);
@@ -267,6 +316,15 @@ impl Part {
             }
         }
     }
+}
+
+/// dx/dtheta of a deformation, in powers of the step.
+fn rate_of(deformation: &Polynomial, powers: &Polynomial) -> Polynomial {
+    let mut rate = [0.0; COUNT];
+    for k in 1..COUNT {
+        rate[k - 1] = k as f64 * deformation[k] * powers[k - 1];
+    }
+    rate
 }
 
 fn passage(

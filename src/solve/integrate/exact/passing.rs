@@ -48,14 +48,30 @@ impl Exact {
             }
             self.regions.remember(memory);
         }
-        if self
-            .regions
-            .place(&self.series, (tau, state), &self.deformation)
-        {
+        let mut stands = (self.regions).place(&self.series, (tau, state), &self.deformation);
+        for k in 0..self.regions.parts().len() {
+            if self.regions.parts()[k].evolves() {
+                let motion = self.motion_of(system, tau, state, k);
+                stands |= self.regions.place_cell(&self.series, state, k, motion);
+            }
+        }
+        if stands {
             self.open_series(system, tau, state)?;
             self.regions.leave(&self.series, (tau, state));
         }
         Ok(())
+    }
+
+    /// Deformation of a part, as found by [`Exact::deform`], and its rate.
+    fn motion_of(&self, system: &System, tau: f64, state: &[f64], part: usize) -> [f64; 2] {
+        let connection = self.regions.parts()[part].connection;
+        let v = &state[system.dof()..];
+        let row = system.element_map_row(connection).iter();
+        let rate: f64 = row.map(|(i, w)| w * v[*i]).sum();
+        let error = system.mounts()[connection].transmission_error.as_ref();
+        let at = system.moment(tau);
+        let slope = error.map_or(0.0, |e| at.frequency * e.derivative(at.phase));
+        [self.deformation[connection], rate - slope]
     }
 
     /// What happens to memories and at stops right at the begin.
@@ -93,6 +109,7 @@ impl Exact {
         let span = Span::at(tau);
         let forces = (&mut self.acting, &self.regions);
         self.series.expand(system, forces, span, state);
+        self.regions.take_courses(&self.acting);
         Ok(())
     }
 
@@ -201,6 +218,10 @@ impl Exact {
         let was_held = self.regions.parts()[crossing.part].held_level().is_some();
         let passage = self.regions.pass(crossing, x);
         let part = &self.regions.parts()[crossing.part];
+        if part.evolves() && crossing.watched != Watched::Level {
+            // Force and rate are continuous there.
+            return;
+        }
         if let Some(phi) = motion.phi.as_deref_mut() {
             match part.memory {
                 Some(m) if followed || self.regions.follows(crossing.part).is_some() => {

@@ -88,10 +88,17 @@ impl Series {
         for (i, q) in self.q.iter_mut().enumerate() {
             (q[0], q[1]) = (state[i], state[n + i] * self.unit);
         }
+        for place in 0..acting.list.len() {
+            let part = acting.list[place];
+            if acting.evolves(part) {
+                acting.remember(part, regions.parts()[part].z);
+            }
+        }
         let square = self.unit * self.unit;
         let mut ending = Ending::new(span.remaining, self.control);
         for k in 0..self.terms - 2 {
             let order = (k + 1) as f64;
+            let mut memory = 0.0_f64;
             for (q, load) in self.q.iter_mut().zip(&self.load) {
                 q[k + 2] = load[k];
             }
@@ -113,8 +120,9 @@ impl Series {
                 for (i, kappa) in column {
                     self.q[*i][k + 2] -= kappa * force;
                 }
+                memory = memory.max(acting.next_memory(part, k).abs());
             }
-            let mut largest = 0.0_f64;
+            let mut largest = memory;
             for q in &mut self.q {
                 q[k + 2] *= RECIPROCAL[k + 1] * RECIPROCAL[k + 2];
                 largest = largest.max(q[k + 2].abs());
@@ -127,6 +135,7 @@ impl Series {
         for q in &mut self.q {
             q[self.count..].fill(0.0);
         }
+        acting.close_memories(self.count);
     }
 }
 

@@ -1,6 +1,7 @@
 //! In which region of its law every part is, and where it leaves it.
 
 use super::laws::{Law, LawPart, Piece};
+use super::memory::rate_of;
 use super::part::{Exits, Part, Watched};
 use super::series::Series;
 use crate::element::automaton::{MemoryRate, RegionForce, Reset};
@@ -36,7 +37,7 @@ pub struct Passage {
 /// Regions of all parts.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    parts: Vec<Part>,
+    pub(super) parts: Vec<Part>,
     /// theta^k of the step.
     powers: Polynomial,
     /// Whether some part has an automaton, and whether some part can be held.
@@ -84,7 +85,8 @@ impl Regions {
 
     /// Whether some part has regions between breakpoints.
     pub fn has_lines(&self) -> bool {
-        let has_breakpoints = |p: &Part| p.law.automaton.is_none() && p.law.pieces.len() > 1;
+        let has_breakpoints =
+            |p: &Part| p.law.automaton.is_none() && !p.evolves() && p.law.pieces.len() > 1;
         self.parts.iter().any(has_breakpoints)
     }
 
@@ -120,6 +122,20 @@ impl Regions {
         let part = &mut self.parts[crossing.part];
         let before = part.region;
         let flank = |law: &Law, region: usize| law.flanks[region];
+        if let Some(cells) = &part.law.cells {
+            let next = cells.beside(before, crossing.watched, crossing.direction);
+            let (low, high) = (part.exits.low, part.exits.high);
+            let level = match crossing.direction {
+                Direction::Up => high,
+                Direction::Down => low,
+            };
+            part.enter(next);
+            return Passage {
+                level,
+                from: flank(&part.law, before),
+                to: flank(&part.law, next),
+            };
+        }
         let (next, level) = match part.guard(crossing.watched, crossing.direction) {
             Some(guard) => {
                 let level = match (crossing.watched, crossing.direction) {
@@ -185,8 +201,15 @@ impl Regions {
                     });
                 }
             };
-            if !part.is_plain {
-                part.watch(series, &self.powers, size, &mut earliest);
+            match part.is_plain {
+                true => {}
+                false if part.evolves() => {
+                    part.watch_cell(series, &self.powers, size, &mut earliest);
+                }
+                false => part.watch(series, &self.powers, size, &mut earliest),
+            }
+            if low.is_infinite() && high.is_infinite() {
+                continue;
             }
             let mut polynomial = *series.deformation(part.connection);
             for (c, power) in polynomial.iter_mut().zip(&self.powers) {
@@ -231,7 +254,7 @@ impl Regions {
     ) -> bool {
         let size = size(series, state);
         let mut stands = false;
-        for part in &mut self.parts {
+        for part in self.parts.iter_mut().filter(|p| !p.evolves()) {
             let x = deformation[part.connection];
             if part.law.automaton.is_some() {
                 part.place(x, |p, level| p.tolerance(level, size, tau));
@@ -257,6 +280,15 @@ impl Regions {
         let size = size(series, state);
         for part in &mut self.parts {
             let polynomial = series.deformation(part.connection);
+            if let Some(cells) = &part.law.cells {
+                let rate = rate_of(series, polynomial);
+                let size = [size, size / series.unit, size];
+                let tolerance = |axis: usize, level: f64| ROUNDING * (level.abs() + size[axis]);
+                let moved = [polynomial, &rate, &part.course];
+                let next = cells.leave(part.region, moved, tolerance);
+                part.enter(next);
+                continue;
+            }
             for _ in 0..part.law.pieces.len() {
                 let Exits { low, high, .. } = part.exits;
                 // A motion on a breakpoint has been put below it.
@@ -326,7 +358,7 @@ impl Regions {
     /// Direction in which a part between breakpoints enters a region.
     pub fn towards(&self, part: usize, region: usize) -> Option<Direction> {
         let part = &self.parts[part];
-        if part.law.automaton.is_some() {
+        if part.law.automaton.is_some() || part.evolves() {
             return None;
         }
         match region.cmp(&part.region) {

@@ -351,6 +351,10 @@ impl Series {
             false => reach_within(list, count, self.control),
         };
         let own = reach(&self.q, self.count);
+        let memories = acting.later();
+        let own = memories.fold(own, |own, z| {
+            own.min(reach(std::slice::from_ref(z), self.count))
+        });
         if self.errors.is_none() {
             return own;
         }
