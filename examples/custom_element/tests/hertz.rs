@@ -1,10 +1,13 @@
 //! The law keeps the contract, and its model runs under every method through the crate's own binary.
 
+mod support;
+
 use custom_element::Hertz;
 use gearlash::element::Element;
 use gearlash::element::conformance::{check, check_registered};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Output};
+use support::table;
 
 #[test]
 fn the_law_keeps_the_contract() {
@@ -50,18 +53,6 @@ fn program(arguments: &[&str]) -> Output {
 
 fn text(output: &[u8]) -> String {
     String::from_utf8_lossy(output).into_owned()
-}
-
-/// Rows of a CSV file as maps from column to cell.
-fn table(path: &Path) -> Vec<std::collections::HashMap<String, String>> {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let row = |line: &str| {
-        let cells = line.split(',').map(str::to_owned);
-        names.iter().map(|n| n.to_string()).zip(cells).collect()
-    };
-    lines.map(row).collect()
 }
 
 #[test]

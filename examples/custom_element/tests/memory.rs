@@ -1,10 +1,13 @@
 //! The laws with memory keep the contract, and their models run: series flow, DOPRI5 and shooting agree.
 
+mod support;
+
 use custom_element::{BoucWen, OneWayClutch};
 use gearlash::element::conformance::check;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
+use support::table;
 
 #[test]
 fn the_laws_keep_the_contract() {
@@ -34,17 +37,6 @@ fn run(model: &str) -> PathBuf {
 }
 
 type Rows = Vec<HashMap<String, String>>;
-
-fn table(path: &Path) -> Rows {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let row = |line: &str| {
-        let cells = line.split(',').map(str::to_owned);
-        names.iter().map(|n| n.to_string()).zip(cells).collect()
-    };
-    lines.map(row).collect()
-}
 
 fn values(rows: &Rows, column: &str) -> Vec<f64> {
     rows.iter().map(|r| r[column].parse().unwrap()).collect()

@@ -4,14 +4,14 @@
 //! smooth even where it overshoots. Where the deformation, a quintic polynomial on the step, passes a breakpoint, the step
 //! is repeated up to the breakpoint. Kinks of loads, stiffness variation and transmission error end a step likewise.
 
+mod integrator;
 mod memories;
 mod pieces;
 mod regions;
 mod stepper;
 
-use super::{IntegrationEnd, Integrator, Observer, Segment};
+use super::{IntegrationEnd, Observer, Segment};
 use crate::interrupt::Watch;
-use crate::solve::jumps;
 use crate::system::System;
 use nalgebra::DMatrix;
 use pieces::Pieces;
@@ -413,56 +413,6 @@ impl Dopri5 {
         self.stepper.hand_over(system);
         self.stepper.store(state, phi);
         end
-    }
-}
-
-impl Integrator for Dopri5 {
-    fn name(&self) -> &'static str {
-        "dopri5"
-    }
-
-    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer) {
-        self.stepper.load(state, None);
-        self.begin(system, tau);
-        self.regions
-            .report_begun(system, &self.stepper.instant(tau), observer);
-    }
-
-    fn error(&self) -> f64 {
-        10.0 * self.options.relative
-    }
-
-    fn effort(&self) -> usize {
-        self.work.attempts
-    }
-
-    fn allow(&mut self, steps: usize) {
-        self.allowance = steps;
-    }
-
-    fn advance(
-        &mut self,
-        system: &System,
-        tau: (f64, f64),
-        state: &mut [f64],
-        observer: &mut dyn Observer,
-    ) -> IntegrationEnd {
-        self.run(system, tau, state, None, observer)
-    }
-
-    fn advance_with_variation(
-        &mut self,
-        system: &System,
-        tau: (f64, f64),
-        state: &mut [f64],
-        phi: &mut DMatrix<f64>,
-        observer: &mut dyn Observer,
-    ) -> IntegrationEnd {
-        if jumps::refuse_hidden(system).is_err() {
-            phi.fill(f64::NAN);
-            return self.run(system, tau, state, None, observer);
-        }
-        self.run(system, tau, state, Some(phi), observer)
     }
 }
 

@@ -1,9 +1,10 @@
 //! The laws of a system as the flow sees them: in every region between breakpoints an affine function or a program.
 
+use super::cells::{Cells, inside};
 use super::hidden::{self, Hidden};
-use super::memory::{self, Cells};
 use crate::element::Element;
 use crate::element::automaton::{Automaton, RegionForce, line};
+use crate::element::evolving::Evolving;
 use crate::element::tape::Tape;
 use crate::error::SolveError;
 use crate::numeric::taylor::{Affine, Program};
@@ -54,9 +55,32 @@ impl Law {
     pub fn parts(element: &dyn Element) -> Result<Vec<Law>, String> {
         match (element.automata(), element.evolving()) {
             (Some(list), _) => Ok(list.into_iter().map(Law::from).collect()),
-            (None, Some(law)) => Ok(vec![memory::read(element, law)?]),
+            (None, Some(law)) => Ok(vec![Law::read_evolving(element, law)?]),
             (None, None) => Ok(vec![Law::read(element)?]),
         }
+    }
+
+    /// A law whose memory has a rate, followed once in each of its regions.
+    fn read_evolving(element: &dyn Element, law: &dyn Evolving) -> Result<Law, String> {
+        let kinks = law.kinks();
+        let cells = Cells {
+            levels: [kinks.deformation, kinks.rate, kinks.memory],
+        };
+        let (mut pieces, mut flanks) = (Vec::new(), Vec::new());
+        for region in 0..cells.count() {
+            let [q, v, z] = cells.inside(region);
+            let smooth = trace_evolving(law, [q, v, 1.0, z])?;
+            check_cell(&cells, region, &smooth)?;
+            pieces.push(Piece::Smooth(smooth));
+            flanks.push(element.flank(q));
+        }
+        Ok(Law {
+            breakpoints: Vec::new(),
+            flanks,
+            pieces,
+            automaton: None,
+            cells: Some(cells),
+        })
     }
 
     fn read(element: &dyn Element) -> Result<Law, String> {
@@ -133,7 +157,7 @@ impl Law {
         let piece = &self.pieces[region];
         match (piece, &self.cells) {
             (Piece::Affine(affine), _) => return (affine.q.abs(), affine.v.abs()),
-            (Piece::Smooth(smooth), Some(cells)) => return cells.slopes(smooth, region),
+            (Piece::Smooth(smooth), Some(cells)) => return slopes_of(cells, smooth, region),
             (Piece::Smooth(_), None) => {}
         }
         let (low, high) = self.borders(region);
@@ -234,17 +258,6 @@ impl From<Automaton> for Law {
     }
 }
 
-/// A displacement inside a region.
-pub(super) fn inside(breakpoints: &[f64], region: usize) -> f64 {
-    let below = region.checked_sub(1).map(|k| breakpoints[k]);
-    match (below, breakpoints.get(region)) {
-        (None, None) => 0.0,
-        (Some(below), None) => below + below.abs() + 1.0,
-        (None, Some(above)) => above - above.abs() - 1.0,
-        (Some(below), Some(above)) => 0.5 * (below + above),
-    }
-}
-
 /// The operations of a law at a displacement, at rest.
 fn trace(element: &dyn Element, q: f64) -> Result<Piece, String> {
     let tape = Tape::default();
@@ -299,4 +312,58 @@ pub fn read(system: &System) -> Result<Vec<LawPart>, SolveError> {
         }
     }
     Ok(parts)
+}
+
+/// Moduli of the slopes of the force in a region by the deformation, its change with the memory included, and by the rate.
+fn slopes_of(cells: &Cells, smooth: &Smooth, region: usize) -> (f64, f64) {
+    let [q, v, z] = cells.inside(region);
+    let places = [[q, v, z], [q, v, 0.0], [q, 0.0, z], [q, 0.0, 0.0]];
+    places
+        .into_iter()
+        .fold((0.0_f64, 0.0_f64), |most, [q, v, z]| {
+            let by = smooth.partials.values([q, v, z, 0.0]);
+            let (slope, damping) = ((by[0] + by[2] * by[4]).abs(), by[1].abs());
+            let larger = |most: f64, x: f64| if x.is_finite() { most.max(x) } else { most };
+            (larger(most.0, slope), larger(most.1, damping))
+        })
+}
+
+/// The operations of force and rate at a place.
+fn trace_evolving(law: &dyn Evolving, at: [f64; 4]) -> Result<Smooth, String> {
+    let tape = Tape::default();
+    let [force, rate] = law.trace(tape.inputs_with_memory(at))?;
+    let [force_z, rate_z] = law.trace(tape.inputs_by_memory(at))?;
+    let program = tape.program(&[force.value, rate.value]);
+    let partials = [force.dq, force.dv, force_z.dq, rate.dq, rate.dv, rate_z.dq];
+    Ok(Smooth {
+        hidden: hidden::find(&program),
+        force: program,
+        partials: tape.program(&partials),
+    })
+}
+
+/// A motion that enters a region starts on its border: force and rate have to have a series there.
+fn check_cell(cells: &Cells, region: usize, smooth: &Smooth) -> Result<(), String> {
+    let inside = cells.inside(region);
+    let names = ["deformation", "rate", "memory"];
+    for (axis, name) in names.into_iter().enumerate() {
+        let (low, high) = cells.borders(region, axis);
+        for level in [low, high].into_iter().filter(|x| x.is_finite()) {
+            let mut place = inside;
+            place[axis] = level;
+            let at = [
+                (place[0], 0.7),
+                (place[1], 0.2),
+                (place[2], 0.4),
+                (1.0, 1.0),
+            ];
+            let programs = [&smooth.force, &smooth.partials];
+            if !programs.into_iter().all(|p| p.is_analytic_along(at)) {
+                return Err(format!(
+                    "its force or the rate of its memory is not analytic at the {name} {level}, where motions start"
+                ));
+            }
+        }
+    }
+    Ok(())
 }

@@ -9,6 +9,7 @@
 //! missed and none found twice.
 
 mod acting;
+mod cells;
 mod decay;
 mod deviations;
 mod entries;

@@ -21,6 +21,17 @@ pub enum Watched {
     Memory,
 }
 
+impl Watched {
+    /// Place among deformation, rate and memory.
+    pub fn axis(self) -> usize {
+        match self {
+            Watched::Level | Watched::Force => 0,
+            Watched::Rate => 1,
+            Watched::Memory => 2,
+        }
+    }
+}
+
 /// Instant at which a part leaves its region; infinite if it does not.
 #[derive(Debug, Clone, Copy)]
 pub struct Exits {
@@ -175,7 +186,9 @@ impl Part {
         self.remembered = None;
         self.is_plain = true;
         if let Some(cells) = &self.law.cells {
-            cells.exits(region, &mut self.exits);
+            (self.exits.low, self.exits.high) = cells.borders(region, 0);
+            self.exits.rates = cells.borders(region, 1);
+            self.exits.memories = cells.borders(region, 2);
             self.is_plain = false;
             return;
         }
@@ -340,4 +353,13 @@ fn passage(
         tolerance,
     };
     outline.passage(0, gate, || *polynomial)
+}
+
+/// dx/dT of a deformation, in powers of theta.
+pub fn speed_of(series: &Series, deformation: &Polynomial) -> Polynomial {
+    let mut rate = [0.0; COUNT];
+    for k in 1..COUNT {
+        rate[k - 1] = k as f64 * deformation[k] / series.unit;
+    }
+    rate
 }

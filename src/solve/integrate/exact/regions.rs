@@ -1,8 +1,8 @@
 //! In which region of its law every part is, and where it leaves it.
 
+use super::cells::departs;
 use super::laws::{Law, LawPart, Piece};
-use super::memory::rate_of;
-use super::part::{Exits, Part, Watched};
+use super::part::{Exits, Part, Watched, speed_of};
 use super::series::Series;
 use crate::element::automaton::{MemoryRate, RegionForce, Reset};
 use crate::numeric::bernstein::{Direction, first_passage};
@@ -123,7 +123,7 @@ impl Regions {
         let before = part.region;
         let flank = |law: &Law, region: usize| law.flanks[region];
         if let Some(cells) = &part.law.cells {
-            let next = cells.beside(before, crossing.watched, crossing.direction);
+            let next = cells.beside(before, crossing.watched.axis(), crossing.direction);
             let (low, high) = (part.exits.low, part.exits.high);
             let level = match crossing.direction {
                 Direction::Up => high,
@@ -281,7 +281,7 @@ impl Regions {
         for part in &mut self.parts {
             let polynomial = series.deformation(part.connection);
             if let Some(cells) = &part.law.cells {
-                let rate = rate_of(series, polynomial);
+                let rate = speed_of(series, polynomial);
                 let size = [size, size / series.unit, size];
                 let tolerance = |axis: usize, level: f64| ROUNDING * (level.abs() + size[axis]);
                 let moved = [polynomial, &rate, &part.course];
@@ -418,16 +418,6 @@ fn return_to_level(polynomial: &Polynomial, direction: Direction) -> Option<f64>
         std::array::from_fn(|k| polynomial.get(k + 1).copied().unwrap_or(0.0));
     let size = slope.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     first_passage(&slope, 0.0, direction, ROUNDING * size)
-}
-
-/// Whether a polynomial that starts on a level leaves the tolerance in a direction: the sign of the term that does it first (at rest
-/// in the origin the tolerance is 0, and that is the lowest one).
-pub(super) fn departs(polynomial: &Polynomial, tolerance: f64, direction: Direction) -> bool {
-    let terms = polynomial.iter().enumerate().skip(1);
-    let terms = terms.filter(|(_, c)| **c != 0.0);
-    let leaving = terms.map(|(k, c)| ((tolerance / c.abs()).powf(1.0 / k as f64), *c));
-    let first = leaving.min_by(|a, b| a.0.total_cmp(&b.0));
-    first.is_some_and(|(_, c)| c * direction.sign() > 0.0)
 }
 
 /// theta^k, four at a time.
