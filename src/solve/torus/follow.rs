@@ -1,6 +1,6 @@
 //! Tori followed one way from a first curve.
 
-use super::{Locked, Torus, TorusProblem, ring};
+use super::{Locked, Torus, TorusPoint, TorusProblem, ring};
 use crate::error::SolveError;
 use crate::solve::continuation::{
     Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
@@ -22,21 +22,6 @@ pub struct TorusOptions {
     pub most: usize,
     /// Shares of the parameter that are solved exactly.
     pub marks: Vec<f64>,
-}
-
-/// A torus with what is known of it.
-#[derive(Debug, Clone)]
-pub struct TorusPoint {
-    /// The curve.
-    pub torus: Torus,
-    /// Largest |P(K(theta)) - K(theta + rho)| between the points of the curve.
-    pub error: f64,
-    /// Largest transverse exponent per map, and its uncertainty.
-    pub exponent: (f64, f64),
-    /// Fewest and most passages of breakpoints per map.
-    pub switches: (usize, usize),
-    /// Whether it was solved at a mark.
-    pub is_mark: bool,
 }
 
 /// Reason of the end of a path of tori.

@@ -11,11 +11,13 @@ mod birth;
 mod exponents;
 mod follow;
 mod locking;
+mod point;
 mod problem;
 mod ring;
 mod section;
 
 pub use birth::{from_event, from_record};
-pub use follow::{TorusArm, TorusEnd, TorusOptions, TorusPoint, follow};
+pub use follow::{TorusArm, TorusEnd, TorusOptions, follow};
 pub use locking::{Locked, locking};
+pub use point::TorusPoint;
 pub use problem::{Torus, TorusProblem};
