@@ -226,6 +226,49 @@ fn doublings_and_tori_of_the_pair() {
     );
 }
 
+/// A Neimark-Sacker curve ends where mesh 2 touches its far flank: from both sides of it at one place, which is that of the grazing curve, and
+/// the curve does not go back on itself. The place is where the far flank is passed in the quiet range of an independent program.
+#[test]
+fn a_curve_that_ends_at_a_grazing_ends_there_from_every_start() {
+    let of = |gap: f64| {
+        let analysis = format!(
+            "{{type: bifurcation_curve, confirm: none, parameters: [frequency, reduced.elements.mesh_2.half_gap], \
+             ranges: [[1.2, 1.35], [0.05, 0.3]], max_step: 0.1, \
+             start: {{kind: neimark_sacker, at: {{frequency: 1.2660751289, reduced.elements.mesh_2.half_gap: {gap}}}}}}}"
+        );
+        run(PAIR, &analysis)
+    };
+    let mut places = Vec::new();
+    for gap in [0.09, 0.25] {
+        let report = of(gap);
+        assert_eq!(report.ended_early, None);
+        let seconds: Vec<f64> = points(&report).iter().map(|p| p.1).collect();
+        let falls = seconds.windows(2).filter(|w| w[1] < w[0]).count();
+        assert!(falls == 0 || falls == seconds.len() - 1, "{seconds:?}");
+        let list = events(&report, "meets_grazing");
+        assert_eq!(list.len(), 1, "{list:?}");
+        places.push(list[0]);
+    }
+    has(&places, (1.266075128924, 0.076065474044), (1e-9, 1e-9));
+    let gap = (places[0].1 - places[1].1).abs();
+    assert!(gap < 1e-10, "{places:?}");
+}
+
+/// A doubling and a grazing cross where branches at fixed loads beside it have both at one frequency: extrapolated from loads at which they
+/// are apart, they meet at 0.15357367274.
+#[test]
+fn a_doubling_meets_a_grazing_where_branches_have_both() {
+    let analysis = format!(
+        "{{type: bifurcation_curve, confirm: none, parameters: [frequency, {QA}], ranges: [[1.7, 1.8], [0.15, 0.156]], \
+         start: {{kind: period_doubling, at: {{frequency: 1.7746641994, {QA}: 0.1538}}}}}}"
+    );
+    let report = run(PAIR, &analysis);
+    let list = events(&report, "meets_grazing");
+    assert_eq!(list.len(), 1, "{list:?}");
+    assert!((list[0].1 - 0.15357367274).abs() < 1e-9, "{list:?}");
+    assert!((list[0].0 - 1.77403595665).abs() < 1e-9, "{list:?}");
+}
+
 #[test]
 fn a_curve_starts_at_an_event_of_an_analysis() {
     let analyses = format!(

@@ -61,6 +61,23 @@ fn a_torus_is_born_at_a_neimark_sacker_event() {
     assert!((floats(table, "rms.mesh_2")[row] - 0.36597767257).abs() < 1e-8);
 }
 
+/// The torus of figure 5 ends where its rotation comes to 1/5. Orbits of ten excitation periods were continued through their fold by a program
+/// of another kind (DOP853, pseudo-arclength): it lies at 0.22814.
+#[test]
+fn a_torus_that_locks_is_told_from_one_that_breaks() {
+    let analysis = format!(
+        "{{type: torus, at: 1.2, parameter: {QA}, start: {{attractor: {{value: 0.1795}}}}, from: 0.1795, to: 0.25, most_points: 81, max_step: 0.05}}"
+    );
+    let report = run(FIGURE_5, &analysis);
+    let end = &report.summary["ends"][0];
+    assert_eq!(end["reason"], "locking", "{end}");
+    let message = end["message"].as_str().unwrap();
+    assert!(message.contains("comes to 1/5"), "{message}");
+    let place: f64 = message.rsplit("= ").next().unwrap().parse().unwrap();
+    assert!((place - 0.228136).abs() < 2e-6, "{message}");
+    assert!(report.ended_early.unwrap().contains("locks"));
+}
+
 #[test]
 fn what_is_no_torus_is_named() {
     let report = run(

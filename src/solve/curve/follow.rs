@@ -11,6 +11,7 @@ use crate::solve::continuation::{
     Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
 };
 use crate::solve::newton::NewtonOptions;
+use nalgebra::DVector;
 
 /// Settings.
 #[derive(Debug, Clone)]
@@ -144,7 +145,7 @@ impl Walker<'_> {
                 return Ok(CurveEnd::Path(PathEnd::Interrupted));
             }
             problem.missing = None;
-            let before = path.point().clone();
+            let behind = Chord::of(path);
             let end = match path.advance(problem)? {
                 Advance::Point(_) => None,
                 Advance::End(end) => Some(end),
@@ -167,7 +168,7 @@ impl Walker<'_> {
                     (None, None) => ended(end),
                 });
             }
-            if reverses(&before, path)
+            if reverses(&behind, path)
                 && let Some(end) = self.touch(problem, TOUCHING.1)?
             {
                 return Ok(end);
@@ -367,18 +368,33 @@ fn at(
     Ok(nature.map(|nature| point(&spot, &nature, mark)))
 }
 
-/// Cosine of the angle between two tangents of a path that goes back on itself.
+/// Cosine of the angle between two steps of a path that goes back on itself.
 const BACK: f64 = -0.95;
 
-/// Whether the last step went back where the path had come from: it had met the end of the curve. At a corner, where the origin of the
-/// step has another tangent than the point `before` it, the path turns by any angle but that.
-fn reverses(before: &PathPoint, path: &Continuation) -> bool {
+/// The way of a step.
+struct Chord(DVector<f64>, f64);
+
+impl Chord {
+    /// Of the last step; zero before the first one.
+    fn of(path: &Continuation) -> Chord {
+        let (from, to) = (path.origin(), path.point());
+        Chord(&to.u - &from.u, to.lambda - from.lambda)
+    }
+
+    fn dot(&self, other: &Chord) -> f64 {
+        self.0.dot(&other.0) + self.1 * other.1
+    }
+}
+
+/// Whether the last step went back where the path had come from: it had met the end of the curve. At a corner the path turns by any
+/// angle but that to the step `behind` it, whose tangents may be those of a difference across the corner.
+fn reverses(behind: &Chord, path: &Continuation) -> bool {
     let (from, to) = (path.origin(), path.point());
-    let turned = before.tangent_u.dot(&to.tangent_u) + before.tangent_lambda * to.tangent_lambda;
     let ahead = from.tangent_u.dot(&to.tangent_u) + from.tangent_lambda * to.tangent_lambda;
-    let along =
-        from.tangent_u.dot(&(&to.u - &from.u)) + from.tangent_lambda * (to.lambda - from.lambda);
-    ahead < 0.0 || along < 0.0 || turned < BACK
+    let step = Chord::of(path);
+    let along = from.tangent_u.dot(&step.0) + from.tangent_lambda * step.1;
+    let lengths = (behind.dot(behind) * step.dot(&step)).sqrt();
+    ahead < 0.0 || along < 0.0 || behind.dot(&step) < BACK * lengths
 }
 
 fn ended(end: PathEnd) -> CurveEnd {

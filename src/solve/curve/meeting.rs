@@ -16,8 +16,8 @@ const FIRST: f64 = 1e-6;
 const SECANTS: usize = 16;
 /// Step at which the place is found.
 const LOCATED: f64 = 1e-12;
-/// Largest distance of the place from the last point of the curve, in ranges.
-const REACH: f64 = 1e-3;
+/// Largest distance of the place from the last point of the curve, in ranges: narrow ranges make small distances long.
+const REACH: f64 = 0.05;
 /// Settings of the path along the grazing curve, of which only the planes across it are used.
 const PATH: ContinuationOptions = ContinuationOptions {
     range: (-2.0, 3.0),
