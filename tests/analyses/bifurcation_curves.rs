@@ -259,7 +259,7 @@ fn a_curve_that_ends_at_a_grazing_ends_there_from_every_start() {
 #[test]
 fn a_doubling_meets_a_grazing_where_branches_have_both() {
     let analysis = format!(
-        "{{type: bifurcation_curve, confirm: none, parameters: [frequency, {QA}], ranges: [[1.7, 1.8], [0.15, 0.156]], \
+        "{{type: bifurcation_curve, confirm: none, parameters: [frequency, {QA}], ranges: [[1.7, 2.0], [0.14, 0.2]], \
          start: {{kind: period_doubling, at: {{frequency: 1.7746641994, {QA}: 0.1538}}}}}}"
     );
     let report = run(PAIR, &analysis);
