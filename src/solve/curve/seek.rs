@@ -50,9 +50,8 @@ pub enum NoStart {
 
 /// Distance from the guess, in ranges of the first parameter, within which an event is the one that is meant.
 const NEAR: f64 = 0.02;
-/// Distance below which no better one is looked for: a guess with four digits means one event, and every further orbit costs as much as
-/// the first one, or more where random motions rattle.
-const EXACT: f64 = 1e-4;
+/// Distance below which no better one is looked for.
+const EXACT: f64 = 1e-8;
 /// Guesses tried after the best event so far, in search of a nearer one.
 const FURTHER: usize = 24;
 /// Periods after which a random motion is a guess.
