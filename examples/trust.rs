@@ -221,8 +221,7 @@ fn located(report: &Report) -> Vec<(String, f64)> {
     rows.map(one).collect()
 }
 
-/// Errors below these say nothing: r.m.s. values and forces are in units of their largest, multipliers relative to their modulus
-/// or 1.
+/// Errors below these say nothing: of r.m.s. values and forces relative to their largest, of multipliers to their modulus or 1.
 const LEAST_ERROR: f64 = 1e-8;
 
 /// Estimates by the series, and by default, against the difference from the exact orbit.
@@ -235,18 +234,23 @@ fn errors() -> Result<(), Error> {
         let asked = ("error_estimate", json!(true));
         let alone = response.run(&[asked.clone(), ("confirm", json!("none"))])?;
         let exact = response.run(&[asked])?;
-        let (Some(alone), Some(exact)) = (alone.table("accuracy"), exact.table("accuracy")) else {
+        let tables = [
+            alone.table("accuracy"),
+            exact.table("accuracy"),
+            exact.table(""),
+        ];
+        let [Some(alone), Some(exact), Some(points)] = tables else {
             continue;
         };
         for quantity in ["error_rms.", "error_force_max.", "error_multipliers"] {
-            compare(&response.name, quantity, (alone, exact));
+            compare(&response.name, quantity, (alone, exact, points));
         }
     }
     Ok(())
 }
 
 /// One line: estimates of the series against true errors, of all columns of a quantity.
-fn compare(name: &str, quantity: &str, (alone, exact): (&Table, &Table)) {
+fn compare(name: &str, quantity: &str, (alone, exact, points): (&Table, &Table, &Table)) {
     let judged_by = match exact.column("judged_by").map(|c| &c.values) {
         Some(Values::Text(list)) => &list[..],
         _ => &[],
@@ -258,16 +262,12 @@ fn compare(name: &str, quantity: &str, (alone, exact): (&Table, &Table)) {
         .filter(|c| c.name.starts_with(quantity));
     for column in columns {
         let (estimates, errors) = (floats(alone, &column.name), floats(exact, &column.name));
-        let largest = errors
-            .iter()
-            .copied()
-            .filter(|e| e.is_finite())
-            .fold(0.0, f64::max);
+        let measured = column.name.trim_start_matches("error_");
+        let values = floats(points, measured).iter().map(|x| x.abs());
         let least = LEAST_ERROR
-            * if quantity == "error_multipliers" {
-                1.0
-            } else {
-                largest.max(1e-300)
+            * match quantity {
+                "error_multipliers" => 1.0,
+                _ => values.fold(0.0, f64::max),
             };
         for (k, (estimate, error)) in estimates.iter().zip(errors).enumerate() {
             let is_known =

@@ -18,6 +18,7 @@ mod branches_all;
 mod costs;
 mod crosscheck_methods;
 mod effective_frequencies;
+mod events_of_both_methods;
 mod examples;
 mod first_contact;
 mod floquet_estimate;

@@ -5,12 +5,14 @@
 //! Along the branch the counts must agree with the events; where they do not, the flow's branch is followed through the interval,
 //! and what it shows is adopted.
 
+mod align;
 mod chain;
 mod events;
 mod flow;
 mod restless;
 mod retrace;
 mod root;
+mod stretch;
 
 use super::{Branch, Recorder, Stability};
 use crate::error::SolveError;
@@ -131,6 +133,7 @@ pub fn confirm<F: Family>(
         states,
         located: Vec::new(),
         crossings: Vec::new(),
+        followed: Vec::new(),
         explained: Vec::new(),
     };
     work.spread()?;
@@ -159,6 +162,8 @@ struct Confirmer<'a, F: Family> {
     located: Vec<chain::Located>,
     /// The bifurcations among them: where on the branch, and unstable multipliers of the flow before and after.
     crossings: Vec<chain::Item>,
+    /// The bifurcations of stretches through which the flow's branch was followed.
+    followed: Vec<chain::Item>,
     /// Steps through which the flow's branch was followed.
     explained: Vec<(usize, usize)>,
 }

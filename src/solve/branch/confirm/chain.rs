@@ -80,6 +80,10 @@ impl<F: Family> Confirmer<'_, F> {
                 self.explained.push((a, b));
             }
         }
+        if self.is_quick() {
+            self.follow_open()?;
+        }
+        self.settle();
         let explained = std::mem::take(&mut self.explained);
         self.drop_resolved(&explained);
         let mut left = self.contradictions();
@@ -88,6 +92,10 @@ impl<F: Family> Confirmer<'_, F> {
         for step in left {
             self.leave_open(step);
         }
+        // What an earlier look took over, and the flow's branch does not have.
+        self.branch
+            .events
+            .retain(|e| e.verdict != Verdict::Refuted || e.method_lambda.is_finite());
         self.branch.events.sort_by(|a, b| {
             let steps = a.after_point.cmp(&b.after_point);
             steps.then(a.fraction.total_cmp(&b.fraction))
@@ -98,6 +106,7 @@ impl<F: Family> Confirmer<'_, F> {
     /// Puts the confirmed events into the steps of the flow's branch that hold them.
     fn settle(&mut self) {
         self.crossings.clear();
+        self.crossings.extend_from_slice(&self.followed);
         for k in 0..self.located.len() {
             let Located { event, x } = &self.located[k];
             let (event, first) = (*event, self.branch.events[*event].after_point);
@@ -170,7 +179,7 @@ impl<F: Family> Confirmer<'_, F> {
     }
 
     /// Intervals of points between which the flow's count changes for no confirmed event.
-    fn contradictions(&self) -> Vec<(usize, usize)> {
+    pub(super) fn contradictions(&self) -> Vec<(usize, usize)> {
         let mut items = self.crossings.clone();
         for (k, station) in self.stations.iter().enumerate() {
             let orbit = station.as_ref().and_then(Station::orbit);

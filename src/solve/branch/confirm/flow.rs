@@ -239,7 +239,8 @@ impl<'a, F: Family> Flow<'a, F> {
     }
 }
 
-fn dot(weight: f64, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+/// The inner product of the arclength.
+pub(super) fn dot(weight: f64, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
     let n = a.len() - 1;
     weight * a.rows(0, n).dot(&b.rows(0, n)) + a[n] * b[n]
 }

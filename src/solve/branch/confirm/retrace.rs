@@ -1,7 +1,7 @@
 //! The flow's own branch followed through an interval in which the events leave something open.
 
 use super::events::SAME;
-use super::flow::FlowPoint;
+use super::flow::{FlowPoint, dot};
 use super::{Confirmer, Station};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, BranchPoint, Recorder, TraceOptions, trace};
@@ -24,38 +24,69 @@ const ASTRAY: f64 = 3.0;
 /// the path has gone over to another branch.
 const BESIDE: f64 = 0.02;
 
-/// Ends the path where it passes the end of the interval.
-struct Watch {
+/// The end of a path.
+pub(super) struct Arrival {
+    /// Direction in which it is passed.
+    pub along: DVector<f64>,
+    /// The place.
+    pub to: DVector<f64>,
+    /// Largest distance of the path from it where it passes beside it,
+    pub within: f64,
+    /// and in lengths of the last step.
+    pub share: f64,
+}
+
+/// Ends the path where it arrives, or goes astray.
+pub(super) struct Watch {
     weight: f64,
-    from: DVector<f64>,
-    to: DVector<f64>,
-    length: f64,
+    arrival: Option<Arrival>,
+    /// Place and distance from it at which the path has gone astray.
+    astray: Option<(DVector<f64>, f64)>,
     /// The point before.
     last: DVector<f64>,
-    has_arrived: bool,
+    pub has_arrived: bool,
 }
 
 impl Watch {
-    fn dot(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
-        let n = a.len() - 1;
-        self.weight * a.rows(0, n).dot(&b.rows(0, n)) + a[n] * b[n]
+    /// At the begin of a path.
+    pub fn new(
+        weight: f64,
+        from: DVector<f64>,
+        arrival: Option<Arrival>,
+        astray: Option<(DVector<f64>, f64)>,
+    ) -> Watch {
+        Watch {
+            weight,
+            arrival,
+            astray,
+            last: from,
+            has_arrived: false,
+        }
     }
 
     fn distance(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
         let gap = a - b;
-        self.dot(&gap, &gap).sqrt()
+        dot(self.weight, &gap, &gap).sqrt()
     }
 
-    /// Distance of the end of the interval from the last step, where that passes it.
-    fn passing(&self, x: &DVector<f64>) -> Option<f64> {
-        let along = &self.to - &self.from;
-        let behind = self.dot(&(x - &self.to), &along);
-        let before = self.dot(&(&self.last - &self.to), &along);
-        (before < 0.0 && behind >= 0.0).then(|| {
-            let share = before / (before - behind);
-            let there = &self.last + (x - &self.last) * share;
-            self.distance(&there, &self.to)
-        })
+    /// Whether the last step passes the end.
+    fn passes(&self, x: &DVector<f64>) -> bool {
+        let Some(Arrival {
+            along,
+            to,
+            within,
+            share,
+        }) = &self.arrival
+        else {
+            return false;
+        };
+        let behind = dot(self.weight, &(x - to), along);
+        let before = dot(self.weight, &(&self.last - to), along);
+        if !(before < 0.0 && behind >= 0.0) {
+            return false;
+        }
+        let there = &self.last + (x - &self.last) * (before / (before - behind));
+        self.distance(&there, to) <= within + share * self.distance(x, &self.last)
     }
 }
 
@@ -63,13 +94,12 @@ impl Recorder for Watch {
     fn record(&mut self, _: f64, _: &System, _: &Orbit, _: &mut Vec<f64>) {}
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
-        let mut x = point.unknowns.clone().insert_row(point.unknowns.len(), 0.0);
-        x[point.unknowns.len()] = point.lambda;
-        let passing = self.passing(&x);
-        self.has_arrived = passing.is_some_and(|gap| gap <= BESIDE * self.length);
-        let is_near = self.distance(&x, &self.from) <= ASTRAY * self.length;
+        let x = point.unknowns.clone().push(point.lambda);
+        self.has_arrived = self.passes(&x);
+        let is_astray = |(from, far): &(DVector<f64>, f64)| self.distance(&x, from) > *far;
+        let goes_on = !self.has_arrived && !self.astray.as_ref().is_some_and(is_astray);
         self.last = x;
-        !self.has_arrived && is_near
+        goes_on
     }
 }
 
@@ -114,32 +144,17 @@ impl<F: Family> Confirmer<'_, F> {
             true => [Side::Forward, Side::Backward],
             false => [Side::Backward, Side::Forward],
         };
-        let step = length / finer;
-        let options = TraceOptions {
-            continuation: ContinuationOptions {
-                range,
-                step,
-                min_step: 1e-6 * step,
-                max_step: step,
-                max_points: (MOST_POINTS * finer) as usize,
-                weight: self.options.weight,
-                newton: self.options.newton,
-            },
-            marks: Vec::new(),
-            stability: true,
-            known: None,
-            resolution: self.options.resolution,
-            bounds: Vec::new(),
-        };
+        let options = self.trace_options(length / finer, (MOST_POINTS * finer) as usize);
         for side in sides {
-            let mut watch = Watch {
-                weight: self.options.weight,
-                from: from.x.clone(),
+            let arrival = Arrival {
+                along: &to.x - &from.x,
                 to: to.x.clone(),
-                length,
-                last: from.x.clone(),
-                has_arrived: false,
+                within: BESIDE * length,
+                share: 0.0,
             };
+            let astray = (from.x.clone(), ASTRAY * length);
+            let (weight, begin) = (self.options.weight, from.x.clone());
+            let mut watch = Watch::new(weight, begin, Some(arrival), Some(astray));
             let start = Begin::Inside(from.state(), from.lambda(), side);
             let branch = match trace(self.flow.shooting, start, &options, &mut watch) {
                 Err(SolveError::NoSystem { .. }) => continue,
@@ -192,11 +207,7 @@ impl<F: Family> Confirmer<'_, F> {
             (known.after_point, known.fraction) = (step, fraction);
             return Ok(());
         }
-        let mut recorded = Vec::new();
-        let orbit = self.flow.shooting.orbit(&point.u, point.lambda)?;
-        let system = self.flow.shooting.system_at(point.lambda)?;
-        self.recorder
-            .record(point.lambda, system, &orbit, &mut recorded);
+        let recorded = self.recorded(&event)?;
         self.branch.events.push(BifurcationEvent {
             method_lambda: f64::NAN,
             verdict: Verdict::Confirmed,
@@ -207,5 +218,37 @@ impl<F: Family> Confirmer<'_, F> {
             ..event
         });
         Ok(())
+    }
+
+    /// How the flow's branch is followed in steps of a length.
+    pub(super) fn trace_options(&self, step: f64, max_points: usize) -> TraceOptions {
+        TraceOptions {
+            continuation: ContinuationOptions {
+                range: self.options.range,
+                step,
+                min_step: 1e-6 * step,
+                max_step: step,
+                max_points,
+                weight: self.options.weight,
+                newton: self.options.newton,
+            },
+            marks: Vec::new(),
+            stability: true,
+            known: None,
+            resolution: self.options.resolution,
+            bounds: Vec::new(),
+        }
+    }
+
+    /// Values of the recorder at an event of the flow; none where it was not located.
+    pub(super) fn recorded(&mut self, event: &BifurcationEvent) -> Result<Vec<f64>, SolveError> {
+        let mut recorded = Vec::new();
+        if let Some(point) = &event.point {
+            let orbit = self.flow.shooting.orbit(&point.u, point.lambda)?;
+            let system = self.flow.shooting.system_at(point.lambda)?;
+            self.recorder
+                .record(point.lambda, system, &orbit, &mut recorded);
+        }
+        Ok(recorded)
     }
 }
