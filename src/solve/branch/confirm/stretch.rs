@@ -95,7 +95,7 @@ impl<F: Family> Confirmer<'_, F> {
             }
             let mut tried = None;
             for margin in MARGINS {
-                if !(self.options.keep_going)() {
+                if !self.goes_on() {
                     return Ok(());
                 }
                 let stretch = self.around(open, margin);

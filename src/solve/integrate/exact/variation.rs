@@ -1,6 +1,6 @@
 //! Small deviations from the motion: the recursion without loads, for every column of the transition matrix at once.
 
-use super::entries::{Entry, dense};
+use super::entries::dense;
 use super::series::Series;
 use crate::numeric::taylor::COUNT;
 use nalgebra::DMatrix;
@@ -87,7 +87,22 @@ impl Variation {
     }
 
     fn sparse(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
-        let columns = phi.ncols();
+        // Rows of known length, which the compiler unrolls, as long as they are short.
+        match phi.ncols() {
+            9 => self.rows::<9>(series, phi, theta),
+            10 => self.rows::<10>(series, phi, theta),
+            11 => self.rows::<11>(series, phi, theta),
+            12 => self.rows::<12>(series, phi, theta),
+            13 => self.rows::<13>(series, phi, theta),
+            14 => self.rows::<14>(series, phi, theta),
+            16 => self.rows::<16>(series, phi, theta),
+            _ => self.rows::<0>(series, phi, theta),
+        }
+    }
+
+    /// M: columns, or 0 for any number.
+    fn rows<const M: usize>(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+        let columns = if M > 0 { M } else { phi.ncols() };
         let n = series.q.len();
         for (j, column) in phi.column_iter().enumerate() {
             for (m, z) in column.iter().skip(2 * n).enumerate() {
@@ -101,33 +116,16 @@ impl Variation {
         self.value.copy_from_slice(&self.now);
         self.slope.copy_from_slice(&self.rate);
         add(&mut self.value, theta, &self.rate);
+        let row = |i: usize| i * columns..(i + 1) * columns;
         for k in 0..terms(theta / series.pace()) - 2 {
             let factor = -theta / (k + 1) as f64;
             self.next.fill(0.0);
-            let row = |i: usize| i * columns..(i + 1) * columns;
-            for Entry {
-                row: i,
-                column,
-                value,
-            } in &series.damping
-            {
-                add(
-                    &mut self.next[row(*i)],
-                    factor * value,
-                    &self.rate[row(*column)],
-                );
-            }
-            for Entry {
-                row: i,
-                column,
-                value,
-            } in &series.coupled
-            {
-                add(
-                    &mut self.next[row(*i)],
-                    factor * value,
-                    &self.now[row(*column)],
-                );
+            let parts = [(&series.damping, &self.rate), (&series.coupled, &self.now)];
+            for (entries, terms) in parts {
+                for entry in entries {
+                    let part = &terms[row(entry.column)];
+                    add_terms::<M>(&mut self.next[row(entry.row)], factor * entry.value, part);
+                }
             }
             if k == 0 {
                 for m in &series.memories {
@@ -150,6 +148,18 @@ impl Variation {
             }
         }
     }
+}
+
+/// One row more; M: its length, or 0 for any.
+#[inline(always)]
+fn add_terms<const M: usize>(sum: &mut [f64], factor: f64, part: &[f64]) {
+    if let (Ok(sum), Ok(part)) = (
+        <&mut [f64; M]>::try_from(&mut *sum),
+        <&[f64; M]>::try_from(part),
+    ) {
+        return add_row(sum, factor, part);
+    }
+    add(sum, factor, part);
 }
 
 /// Terms that a step needs: the first rate left out is as small as the term before it.
