@@ -11,7 +11,9 @@ use gearlash::typetag;
 
 /// Bouc and Wen's hysteresis.
 ///
-///     f = a q + (1 - a) z,    z' = v (1 - |z/Y|^n (1 - s + s sign(v z)))
+/// ```text
+/// f = a q + (1 - a) z,    z' = v (1 - |z/Y|^n (1 - s + s sign(v z)))
+/// ```
 ///
 /// Y: deformation at which it yields, a: stiffness after yielding over that before, n: sharpness of the transition, s: shape. With
 /// s = 1/2 it unloads along the elastic line. Rate-independent; loops that do not enclose z = 0 drift, which real joints do not.

@@ -9,7 +9,9 @@ use gearlash::typetag;
 
 /// Locks forwards, overruns backwards.
 ///
-///     locked: f = q - z, z' = 0, until q = z;    overrun: f = 0, z = q, until v = 0
+/// ```text
+/// locked: f = q - z, z' = 0, until q = z;    overrun: f = 0, z = q, until v = 0
+/// ```
 ///
 /// Without friction in the overrun and without backlash when it engages.
 #[derive(Debug, Clone, Serialize, Deserialize)]
