@@ -29,7 +29,7 @@ pub struct Curve {
 }
 
 /// Points looked at.
-const LARGEST: usize = 4096;
+pub(super) const LARGEST: usize = 4096;
 /// Points on one curve below which nothing is said.
 const LEAST: usize = 60;
 /// Harmonics of the curve at most.

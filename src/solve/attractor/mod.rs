@@ -252,13 +252,18 @@ impl Hunt<'_> {
         self.found.record.stop.is_none()
     }
 
-    /// Extends the record until it decides. The motion goes on without deviations while it is expected at a known orbit.
+    /// Extends the record until it decides; where deviations are not followed and no orbit is expected, to as many points as are looked
+    /// at. The motion goes on without deviations while it is expected at a known orbit.
     fn extend(&mut self, periods: usize, gone: usize) {
-        let limit = periods
-            .saturating_mul(self.options.extend)
-            .min(LONGEST_RECORD);
-        let mut total = periods + gone;
         let mut lurking = self.found.cycle.take();
+        let is_told_by_points = lurking.is_none() && !self.walk.follows();
+        let most = if is_told_by_points {
+            periods.max(curve::LARGEST)
+        } else {
+            LONGEST_RECORD
+        };
+        let limit = periods.saturating_mul(self.options.extend).min(most);
+        let mut total = periods + gone;
         while self.found.label == Label::Undecided && total < limit {
             let before = self.walk.state.to_vec();
             let begin = self.walk.period();
