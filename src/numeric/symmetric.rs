@@ -23,6 +23,10 @@ pub fn symmetriser(a: &DMatrix<f64>) -> Option<Vec<f64>> {
                 }
                 if scale[j] == 0.0 {
                     scale[j] = scale[i] * (forth / back).sqrt();
+                    // Numbers that differ by more than a float can hold.
+                    if !(scale[j] > 0.0 && scale[j].is_finite()) {
+                        return None;
+                    }
                     queue.push(j);
                 }
             }
@@ -113,6 +117,14 @@ fn sweep(d: &mut [f64], e: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_scaling_beyond_the_range_of_floats() {
+        for (forth, back) in [(1e-200, 1e200), (1e200, 1e-200)] {
+            let a = DMatrix::from_row_slice(2, 2, &[1.0, forth, back, 1.0]);
+            assert_eq!(symmetriser(&a), None);
+        }
+    }
 
     #[test]
     fn eigenvalues_of_a_chain() {
