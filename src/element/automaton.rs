@@ -36,6 +36,31 @@ impl Automaton {
             _ => 0.0,
         }
     }
+
+    /// The region in which a motion starts at a deformation, on a fixed border the one below; `tolerance`: rounding of a level.
+    /// Beyond a stop the first one: the caller moves the deformation back.
+    pub(crate) fn home(&self, q: f64, tolerance: impl Fn(f64) -> f64) -> usize {
+        let is_home = |region: &Region| region.is_home(q, &tolerance);
+        self.regions.iter().position(is_home).unwrap_or(0)
+    }
+}
+
+impl Region {
+    /// Whether a motion may start in it at a deformation: it keeps its memory, and no guard at a fixed level is passed by more than
+    /// `tolerance` of the level.
+    fn is_home(&self, q: f64, tolerance: impl Fn(f64) -> f64) -> bool {
+        self.memory == MemoryRate::Kept
+            && matches!(self.force, RegionForce::Affine { .. })
+            && self.guards.iter().all(|g| match (g.surface, g.direction) {
+                (Surface::Deformation { level, gain: 0.0 }, Direction::Up) => {
+                    q - level <= tolerance(level)
+                }
+                (Surface::Deformation { level, gain: 0.0 }, Direction::Down) => {
+                    level - q <= tolerance(level)
+                }
+                _ => true,
+            })
+    }
 }
 
 /// A region with one affine force.

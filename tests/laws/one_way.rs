@@ -1,8 +1,6 @@
 //! The worked example of docs/plugins.md: a law with memory that is nobody's but the user's.
 
-use gearlash::element::automaton::{
-    Automaton, Direction, Guard, MemoryRate, Region, RegionForce, Reset, Surface,
-};
+use gearlash::element::automaton::{Automaton, RegionForce};
 use gearlash::element::conformance::check;
 use gearlash::element::{Element, Parameter, Response};
 use gearlash::solve::integrate::{IntegrationEnd, IntegratorChoice, choose};
@@ -11,72 +9,41 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// Locks forwards, overruns backwards.
+#[path = "../../examples/custom_element/src/one_way_clutch.rs"]
+mod one_way_clutch;
+use one_way_clutch::OneWayClutch;
+
+/// The same with another force in its regions than in `respond`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct OneWayClutch {
-    /// Force at the border, where the contract is broken.
-    #[serde(default)]
+struct Broken {
+    law: OneWayClutch,
     bias: f64,
 }
 
-fn guard(surface: Surface, direction: Direction, to: usize) -> Guard {
-    Guard {
-        surface,
-        direction,
-        to,
-        reset: Reset::None,
-    }
-}
-
-#[typetag::serde(name = "test_one_way_clutch")]
-impl Element for OneWayClutch {
+#[typetag::serde(name = "test_broken_one_way_clutch")]
+impl Element for Broken {
     fn eval(&self, q: f64, v: f64, phase: f64) -> Response {
-        self.respond(q, v, phase, &[0.0])
+        self.law.eval(q, v, phase)
     }
 
-    fn respond(&self, q: f64, _v: f64, _phase: f64, memory: &[f64]) -> Response {
-        let stretch = q - memory[0];
-        Response {
-            f: stretch.max(0.0),
-            df_dq: if stretch > 0.0 { 1.0 } else { 0.0 },
-            df_dv: 0.0,
-        }
+    fn respond(&self, q: f64, v: f64, phase: f64, memory: &[f64]) -> Response {
+        self.law.respond(q, v, phase, memory)
     }
 
     fn memory_count(&self) -> usize {
-        1
+        self.law.memory_count()
     }
 
     fn project(&self, q: f64, memory: &mut [f64]) {
-        memory[0] = memory[0].min(q);
+        self.law.project(q, memory);
     }
 
     fn automata(&self) -> Option<Vec<Automaton>> {
-        let at = Surface::Deformation {
-            level: 0.0,
-            gain: 1.0,
-        };
-        let locked = Region {
-            force: RegionForce::Affine {
-                constant: self.bias,
-                q: 1.0,
-                v: 0.0,
-                z: -1.0,
-            },
-            memory: MemoryRate::Kept,
-            guards: vec![guard(at, Direction::Down, 1)],
-            contact: 1,
-        };
-        let overrun = Region {
-            force: RegionForce::line(0.0, 0.0),
-            memory: MemoryRate::Follows { offset: 0.0 },
-            guards: vec![guard(Surface::Rate, Direction::Up, 0)],
-            contact: 0,
-        };
-        Some(vec![Automaton {
-            regions: vec![locked, overrun],
-            has_memory: true,
-        }])
+        let mut automata = self.law.automata()?;
+        if let RegionForce::Affine { constant, .. } = &mut automata[0].regions[0].force {
+            *constant = self.bias;
+        }
+        Some(automata)
     }
 
     fn visit_parameters(&mut self, _visit: &mut dyn FnMut(Parameter<'_>)) {}
@@ -92,8 +59,13 @@ impl Element for OneWayClutch {
 
 #[test]
 fn it_keeps_the_contract_and_a_wrong_force_is_noticed() {
-    check(&OneWayClutch { bias: 0.0 }).unwrap();
-    let error = check(&OneWayClutch { bias: 0.1 }).unwrap_err().to_string();
+    check(&OneWayClutch {}).unwrap();
+    let broken = |bias: f64| Broken {
+        law: OneWayClutch {},
+        bias,
+    };
+    check(&broken(0.0)).unwrap();
+    let error = check(&broken(0.1)).unwrap_err().to_string();
     assert!(error.contains("the regions give"), "{error}");
 }
 
@@ -101,9 +73,7 @@ fn it_keeps_the_contract_and_a_wrong_force_is_noticed() {
 #[test]
 fn it_throws_back_and_overruns() {
     let one = |x| DMatrix::from_element(1, 1, x);
-    let mounts = vec![Mount::new(
-        Box::new(OneWayClutch { bias: 0.0 }) as Box<dyn Element>
-    )];
+    let mounts = vec![Mount::new(Box::new(OneWayClutch {}) as Box<dyn Element>)];
     let mut system = System::new(one(0.0), one(1.0), one(1.0), mounts, vec![]).unwrap();
     system.set_excitation_frequency(TAU / (PI + 2.0));
     let mut flow = choose(&system, IntegratorChoice::Exact).unwrap();

@@ -8,7 +8,7 @@ use super::regions::{COUNT, Instant, Passage};
 use crate::element::Response;
 use crate::element::automaton::{Automaton, Guard, MemoryRate, RegionForce, Surface};
 use crate::element::evolving::Evolution;
-use crate::numeric::bernstein::{Direction, first_passage};
+use crate::numeric::bernstein::first_passage;
 use crate::solve::integrate::{Observer, Switch, SwitchKind};
 use crate::system::{Scratch, System};
 
@@ -81,7 +81,9 @@ impl Memories {
             mount.element.project(deformation[k], &mut memory[places]);
         }
         for slider in &mut self.sliders {
-            slider.region = slider.home(deformation[slider.connection]);
+            slider.region = slider
+                .automaton
+                .home(deformation[slider.connection], |_| 0.0);
         }
     }
 
@@ -195,7 +197,7 @@ impl Memories {
         let tolerance = 0.5 * ROUNDING * (passage.level.abs() + size);
         match passage.slider {
             Some((_, true)) => {
-                let bend = acceleration(system, e, at);
+                let bend = at.bend(system, e, at.tau);
                 (sign * at.scratch.rate[e], sign * bend, tolerance)
             }
             _ => {
@@ -221,7 +223,7 @@ impl Memories {
             let e = slider.connection;
             let (x, v) = (at.scratch.deformation[e], at.scratch.rate[e]);
             let z = slider.memory.map_or(0.0, |m| at.state[2 * dof + m]);
-            let bend = acceleration(system, e, at);
+            let bend = at.bend(system, e, at.tau);
             let passes = |guard: &&Guard| {
                 let is_rate = guard.surface == Surface::Rate;
                 let has_landed = landed.is_some_and(|p| {
@@ -324,34 +326,6 @@ impl Slider {
             RegionForce::Held { .. } => Response::default(),
         }
     }
-
-    /// The region that keeps its memory around a deformation.
-    fn home(&self, x: f64) -> usize {
-        let regions = self.automaton.regions.iter();
-        let contains = |guard: &Guard| match (guard.surface, guard.direction) {
-            (Surface::Deformation { level, gain: 0.0 }, Direction::Up) => x <= level,
-            (Surface::Deformation { level, gain: 0.0 }, Direction::Down) => x >= level,
-            _ => true,
-        };
-        let mut homes = regions.map(|r| {
-            r.memory == MemoryRate::Kept
-                && matches!(r.force, RegionForce::Affine { .. })
-                && r.guards.iter().all(contains)
-        });
-        homes.position(|is_home| is_home).unwrap_or(0)
-    }
-}
-
-/// d^2/d(omega_c t)^2 of a deformation.
-fn acceleration(system: &System, e: usize, at: &Instant<'_>) -> f64 {
-    let row = system.element_map_row(e).iter();
-    let bend: f64 = row.map(|(i, w)| w * at.acceleration[*i]).sum();
-    let Some(error) = &system.mounts()[e].transmission_error else {
-        return bend;
-    };
-    let moment = system.moment(at.tau);
-    bend - moment.frequency.powi(2) * error.second_derivative(moment.phase)
-        - moment.change * error.derivative(moment.phase)
 }
 
 /// Rate of a polynomial on a step h.

@@ -45,6 +45,19 @@ pub(super) struct Jump {
     pub(super) rate: f64,
 }
 
+/// Adds W q of a connection on a step, given the coefficients of q in powers of x.
+pub(super) fn add_deformation(
+    sum: &mut [f64; COUNT],
+    system: &System,
+    connection: usize,
+    coefficients: &[f64],
+) {
+    for (j, w) in system.element_map_row(connection) {
+        let q = &coefficients[j * COUNT..(j + 1) * COUNT];
+        sum.iter_mut().zip(q).for_each(|(s, c)| *s += w * c);
+    }
+}
+
 /// A state with everything that is known about it: tau, [q; v], accelerations, deformations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instant<'a> {
@@ -52,6 +65,20 @@ pub(super) struct Instant<'a> {
     pub(super) state: &'a [f64],
     pub(super) acceleration: &'a [f64],
     pub(super) scratch: &'a Scratch,
+}
+
+impl Instant<'_> {
+    /// d^2/d(omega_c t)^2 of a deformation; the transmission error at `tau`, on the right side of its corners.
+    pub(super) fn bend(&self, system: &System, connection: usize, tau: f64) -> f64 {
+        let row = system.element_map_row(connection).iter();
+        let mut bend: f64 = row.map(|(i, w)| w * self.acceleration[*i]).sum();
+        if let Some(error) = &system.mounts()[connection].transmission_error {
+            let moment = system.moment(tau);
+            bend -= moment.frequency.powi(2) * error.second_derivative(moment.phase)
+                + moment.change * error.derivative(moment.phase);
+        }
+        bend
+    }
 }
 
 impl Regions {
@@ -129,12 +156,7 @@ impl Regions {
             }
             let mut deformation = [0.0; COUNT];
             error(k, &mut deformation);
-            let row = system.element_map().row(k);
-            for (w, q) in row.iter().zip(coefficients.chunks_exact(COUNT)) {
-                for (d, c) in deformation.iter_mut().zip(q) {
-                    *d += w * c;
-                }
-            }
+            add_deformation(&mut deformation, system, k, coefficients);
             let region = self.region[k];
             let ends = [
                 (region.checked_sub(1).map(|r| levels[r]), Direction::Down),
@@ -215,13 +237,7 @@ impl Regions {
         if (x - level).abs() > tolerance {
             return x > level;
         }
-        let row = system.element_map().row(k);
-        let mut bend: f64 = row.iter().zip(at.acceleration).map(|(w, a)| w * a).sum();
-        if let Some(error) = &system.mounts()[k].transmission_error {
-            let moment = system.moment(pieces.clamp(at.tau));
-            bend -= moment.frequency.powi(2) * error.second_derivative(moment.phase)
-                + moment.change * error.derivative(moment.phase);
-        }
+        let bend = at.bend(system, k, pieces.clamp(at.tau));
         // A rate that the acceleration turns round within the tolerance says nothing: later steps show the way.
         if rate * rate > 2.0 * bend.abs() * tolerance {
             return rate > 0.0;

@@ -3,7 +3,7 @@
 use super::Dopri5Options;
 use super::memories::Memories;
 use super::pieces::Pieces;
-use super::regions::{COUNT, Instant, Passage, Regions};
+use super::regions::{COUNT, Instant, Passage, Regions, add_deformation};
 use crate::solve::integrate::Observer;
 use crate::solve::jumps;
 use crate::system::{Scratch, System};
@@ -299,13 +299,9 @@ impl Stepper {
 
     /// Takes over memories that follow their deformations at the accepted state, and their rows of Phi.
     pub(super) fn hand_over(&mut self, system: &System) {
-        let (n, size) = (system.dof(), system.state_size());
         for (e, m, offset) in self.memories.following() {
-            self.state.value[2 * n + m] = self.scratch.deformation[e] + offset;
-            for phi in self.variation.value.chunks_exact_mut(size) {
-                let row = system.element_map_row(e).iter();
-                phi[2 * n + m] = row.map(|(j, w)| w * phi[*j]).sum();
-            }
+            self.state.value[2 * self.dof + m] = self.scratch.deformation[e] + offset;
+            follow(system, (e, m), &mut self.variation.value);
         }
     }
 
@@ -320,10 +316,7 @@ impl Stepper {
         let deformation = |e: usize| {
             let mut sum = [0.0; COUNT];
             error(e, &mut sum);
-            for (j, w) in system.element_map_row(e) {
-                let q = &self.coefficients[j * COUNT..(j + 1) * COUNT];
-                sum.iter_mut().zip(q).for_each(|(s, c)| *s += w * c);
-            }
+            add_deformation(&mut sum, system, e, &self.coefficients);
             sum
         };
         (self.memories).first_passage((&self.state.value, n, h), deformation)
@@ -352,7 +345,7 @@ impl Stepper {
         if self.memories.is_empty() {
             return;
         }
-        let (n, size) = (system.dof(), system.state_size());
+        let n = self.dof;
         system.respond(tau, &self.state.value[..2 * n], &mut self.scratch);
         let memory = &mut self.state.value[2 * n..];
         let before = memory.to_vec();
@@ -360,10 +353,7 @@ impl Stepper {
         self.memories.start(system, deformation, memory);
         for e in 0..system.element_count() {
             for m in system.memory_of(e).filter(|m| before[*m] != memory[*m]) {
-                for phi in self.variation.value.chunks_exact_mut(size) {
-                    let row = system.element_map_row(e).iter();
-                    phi[2 * n + m] = row.map(|(j, w)| w * phi[*j]).sum();
-                }
+                follow(system, (e, m), &mut self.variation.value);
             }
         }
     }
@@ -380,6 +370,15 @@ impl Stepper {
             let ends = [[first[i], first[n + i]], [last[i], last[n + i]]];
             hermite(c, self.state.value[i], rise, ends, h);
         }
+    }
+}
+
+/// The row of Phi of a memory that is its connection's deformation.
+fn follow(system: &System, (connection, memory): (usize, usize), phi: &mut [f64]) {
+    let row = 2 * system.dof() + memory;
+    for phi in phi.chunks_exact_mut(system.state_size()) {
+        let map = system.element_map_row(connection).iter();
+        phi[row] = map.map(|(j, w)| w * phi[*j]).sum();
     }
 }
 

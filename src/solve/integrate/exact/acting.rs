@@ -207,9 +207,10 @@ impl Acting {
     pub fn differentiate<'a>(&mut self, piece: impl Fn(usize) -> &'a Piece, count: usize) {
         for k in &self.list {
             let part = &mut self.parts[*k];
+            let (all, of_force) = if part.evolves { (6, 3) } else { (2, 2) };
             match piece(*k) {
                 Piece::Affine(a) => {
-                    part.partials = [[0.0; COUNT]; 6];
+                    part.partials[..all].fill([0.0; COUNT]);
                     (part.partials[0][0], part.partials[1][0]) = (a.q, a.v);
                 }
                 Piece::Smooth(smooth) => {
@@ -229,7 +230,7 @@ impl Acting {
                     }
                 }
             }
-            for partial in &mut part.partials[..3] {
+            for partial in &mut part.partials[..of_force] {
                 match part.varies {
                     true => multiply(partial, &self.variation[part.connection], count),
                     false => partial[..count].iter_mut().for_each(|c| *c *= part.factor),

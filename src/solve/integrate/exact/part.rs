@@ -236,26 +236,7 @@ impl Part {
         let Some(automaton) = &self.law.automaton else {
             return;
         };
-        let contains = |region: &Region| {
-            let is_home = region.memory == MemoryRate::Kept
-                && matches!(region.force, RegionForce::Affine { .. });
-            is_home
-                && region
-                    .guards
-                    .iter()
-                    .all(|g| match (g.surface, g.direction) {
-                        (Surface::Deformation { level, gain: 0.0 }, Direction::Up) => {
-                            deformation - level <= tolerance(self, level)
-                        }
-                        (Surface::Deformation { level, gain: 0.0 }, Direction::Down) => {
-                            level - deformation <= tolerance(self, level)
-                        }
-                        _ => true,
-                    })
-        };
-        let homes = automaton.regions.iter().position(contains);
-        // Beyond a stop: the caller moves the deformation back.
-        self.enter(homes.unwrap_or(0));
+        self.enter(automaton.home(deformation, |level| tolerance(self, level)));
     }
 
     /// Whether its memory has a rate.
