@@ -107,9 +107,8 @@ struct Accelerometer {
     /// Coordinates and their rates, n lists of instants each.
     q: Vec<f64>,
     v: Vec<f64>,
-    /// What laws remember, a list per number, along orbits that have it; along Fourier orbits the stretches of every law with memory.
+    /// What laws remember, a list per number, along orbits that have it.
     z: Vec<f64>,
-    tracks: Vec<Vec<Track>>,
     /// Forces of the connections, e lists.
     force: Vec<f64>,
     phase: Vec<f64>,
@@ -126,17 +125,17 @@ impl Accelerometer {
             return Vec::new();
         };
         self.sample(system, orbit);
-        self.tracks = match orbit {
+        let tracks = match orbit {
             Orbit::Fourier(orbit) => tracks(system, orbit),
             Orbit::Segments(_) => Vec::new(),
         };
-        self.respond(system);
+        self.respond(system, &tracks);
         let motion = Motion {
             assembly,
             anchor,
             system,
             orbit,
-            tracks: std::mem::take(&mut self.tracks),
+            tracks,
         };
         let bodies = 0..anchor.bodies.len();
         bodies
@@ -210,7 +209,7 @@ impl Accelerometer {
     }
 
     /// Forces of the connections at these instants.
-    fn respond(&mut self, system: &System) {
+    fn respond(&mut self, system: &System, tracks: &[Vec<Track>]) {
         let (count, frequency) = (self.phase.len(), system.excitation_frequency());
         self.force.resize(system.element_count() * count, 0.0);
         for buffer in self.slopes.iter_mut() {
@@ -240,7 +239,7 @@ impl Accelerometer {
                 df_dv,
             };
             let (x, rate) = (&self.deformation, &self.rate);
-            match (mount.element.memory_count(), self.tracks.get(k)) {
+            match (mount.element.memory_count(), tracks.get(k)) {
                 (0, _) => mount.element.eval_many(x, rate, &self.phase, out),
                 (_, Some(tracks)) => {
                     for (j, f) in out.f.iter_mut().enumerate() {
@@ -366,6 +365,7 @@ struct Motion<'a> {
     anchor: &'a Anchor,
     system: &'a System,
     orbit: &'a Orbit,
+    /// Along Fourier orbits the stretches of every law with memory.
     tracks: Vec<Vec<Track>>,
 }
 

@@ -273,12 +273,26 @@ impl<F: Family> Confirmer<'_, F> {
         SAFETY * error >= distance(&self.branch.points[k].multipliers)
     }
 
+    /// From the point before to the point behind.
+    fn direction(&self, k: usize) -> DVector<f64> {
+        let behind = (k + 1).min(self.states.len() - 1);
+        &self.states[behind] - &self.states[k.saturating_sub(1)]
+    }
+
+    /// Whether the parameter hardly changes along the branch.
+    fn is_steep(&self, k: usize) -> bool {
+        let direction = self.direction(k);
+        let along = direction[direction.len() - 1].abs();
+        along < STEEP * self.flow.dot(&direction, &direction).sqrt()
+    }
+
     /// Solves a point by the flow, once.
     fn station(&mut self, k: usize) -> Result<(), SolveError> {
         if self.stations[k].is_some() || !self.goes_on() {
             return Ok(());
         }
         let x = self.states[k].clone();
+        let (direction, is_steep) = (self.direction(k), self.is_steep(k));
         // Points outside the request need only multipliers.
         let care = match self.options.spread {
             Spread::Some => Care::Rough,
@@ -297,9 +311,6 @@ impl<F: Family> Confirmer<'_, F> {
             Some(p) => flow.distance(&p.x, &x),
             None => f64::INFINITY,
         };
-        let direction = &self.states[behind] - &self.states[before];
-        let along = direction[x.len() - 1].abs();
-        let is_steep = along < STEEP * flow.dot(&direction, &direction).sqrt();
         let aside = gap(flow, &level);
         let (mut nearest, mut apart) = (None, aside);
         if (is_steep || aside > 0.5 * room)

@@ -72,16 +72,18 @@ impl Floquet {
         extrema: &[Vec<(f64, f64)>],
     ) -> (Vec<Complex<f64>>, Option<Exponents>) {
         let spectrum = Spectrum::of(system.dof());
-        let exponents = self.steady.exponents(system, orbit, extrema);
-        let mut list = match (&exponents, spectrum) {
-            (Some(exponents), _) => steady::multipliers(exponents, TAU / orbit.omega),
-            (None, Spectrum::All) => multipliers(&self.transition(system, orbit, extrema)),
-            (None, Spectrum::Leading) => Floquet::leading(system, orbit, extrema),
-        };
-        if spectrum == Spectrum::Leading {
-            list.truncate(leading::wanted(&list));
+        if let Some(exponents) = self.steady.exponents(system, orbit, extrema) {
+            let mut list = steady::multipliers(&exponents, TAU / orbit.omega);
+            if spectrum == Spectrum::Leading {
+                list.truncate(leading::wanted(&list));
+            }
+            return (list, Some(exponents));
         }
-        (list, exponents)
+        let list = match spectrum {
+            Spectrum::All => multipliers(&self.transition(system, orbit, extrema)),
+            Spectrum::Leading => Floquet::leading(system, orbit, extrema),
+        };
+        (list, None)
     }
 
     /// The same of a system with memory, and how many more are 1 by construction.

@@ -296,20 +296,16 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         let orbit = self.fourier_orbit(u, lambda)?;
         let system = self.family.at(lambda)?;
         let extrema = orbit.extrema(system);
-        let (mut exponents, mut neutral) = (None, 0);
-        let multipliers = match extent {
-            Extent::Motion => Vec::new(),
+        let (multipliers, exponents, neutral) = match extent {
+            Extent::Motion => (Vec::new(), None, 0),
             Extent::Stability if system.memory_count() > 0 => {
-                let (list, more) = Floquet::with_memory(system, &orbit, &extrema);
-                neutral = more;
-                list
+                let (list, neutral) = Floquet::with_memory(system, &orbit, &extrema);
+                (list, None, neutral)
             }
             Extent::Stability => {
-                let (list, constant) = self
-                    .floquet
-                    .multipliers_and_exponents(system, &orbit, &extrema);
-                exponents = constant;
-                list
+                let floquet = &mut self.floquet;
+                let (list, exponents) = floquet.multipliers_and_exponents(system, &orbit, &extrema);
+                (list, exponents, 0)
             }
         };
         uninterrupted()?;

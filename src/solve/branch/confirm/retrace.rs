@@ -172,9 +172,7 @@ impl<F: Family> Confirmer<'_, F> {
         let Some(point) = &event.point else {
             return Ok(());
         };
-        let n = point.u.len();
-        let mut x = point.u.clone().insert_row(n, 0.0);
-        x[n] = point.lambda;
+        let x = point.u.clone().push(point.lambda);
         let (step, fraction) = self.position(&x, a);
         if self.options.begins_at_crossing && step == 0 && fraction < BESIDE_CROSSING {
             // The crossing itself.

@@ -7,7 +7,7 @@ use super::align::align;
 use super::chain::Item;
 use super::flow::{Care, FlowPoint};
 use super::retrace::{Arrival, Watch};
-use super::{Confirmer, POOR, SAME_ORBIT, STEEP, Station, difference};
+use super::{Confirmer, POOR, SAME_ORBIT, Station, difference};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, Branch, BranchPoint, trace};
 use crate::solve::continuation::{PathEnd, Side};
@@ -152,17 +152,8 @@ impl<F: Family> Confirmer<'_, F> {
         let Some(station) = &self.stations[k] else {
             return false;
         };
-        let direction = self.direction(k);
-        let along = direction[direction.len() - 1].abs();
-        let is_steep = along < STEEP * self.flow.dot(&direction, &direction).sqrt();
         let orbit = station.orbit().filter(|p| p.is_decided());
-        station.is_same && !station.is_nearest_own && orbit.is_some() && !is_steep
-    }
-
-    /// From the point before to the point behind.
-    fn direction(&self, k: usize) -> DVector<f64> {
-        let behind = (k + 1).min(self.states.len() - 1);
-        &self.states[behind] - &self.states[k.saturating_sub(1)]
+        station.is_same && !station.is_nearest_own && orbit.is_some() && !self.is_steep(k)
     }
 
     /// The flow's branch from one point of the series to another; `None` where it does not lead there.
