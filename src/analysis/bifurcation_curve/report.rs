@@ -32,7 +32,10 @@ pub(super) fn assemble(
         tables: tables(setting, (axes, marks), curves),
         figure: Some(figure(setting, axes, curves)),
         ended_early: ended_early(curves),
-        warnings: refuted(curves),
+        warnings: refuted(curves)
+            .into_iter()
+            .chain(unlocated(setting, axes, curves))
+            .collect(),
         ..Report::default()
     };
     let options = serde_json::to_value(keys).unwrap_or(Value::Null);
@@ -75,6 +78,28 @@ fn refuted(curves: &[Traced]) -> Vec<String> {
         })
     };
     curves.iter().enumerate().filter_map(one).collect()
+}
+
+/// Events whose place is not known.
+fn unlocated(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Vec<String> {
+    let names = &setting.assembly.connections;
+    let told = |curve: usize, place: usize, event: &CurveEvent| {
+        let what = match event.kind {
+            Codimension::MeetsGrazing { connection } => format!("{} touches", names[connection]),
+            kind => kind.word().to_string(),
+        };
+        let both = [0, 1].map(|k| axes.list[k].told(axes.list[k].value(event.spot.p[k])));
+        let after = place.saturating_sub(1);
+        format!(
+            "curve {curve}, behind point {after}: {what} near {}; the curve cannot be corrected closer to it, so its place is left empty",
+            both.join(", ")
+        )
+    };
+    let pieces = numbered(curves).into_iter();
+    let events = pieces.flat_map(|(k, _, piece)| piece.events.iter().map(move |e| (k, e)));
+    let open = events.filter(|(_, (_, event))| !event.is_located);
+    open.map(|(k, (place, event))| told(k, *place, event))
+        .collect()
 }
 
 /// What is missing, if anything is.
@@ -176,7 +201,9 @@ fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &Piec
         .collect();
     let value = |k: usize| -> Vec<f64> {
         let axis = &axes.list[k];
-        rows.iter().map(|r| reported(axis, r.3.spot.p[k])).collect()
+        let known = |event: &CurveEvent, x: f64| if event.is_located { x } else { f64::NAN };
+        let place = |event: &CurveEvent| known(event, reported(axis, event.spot.p[k]));
+        rows.iter().map(|r| place(r.3)).collect()
     };
     let names = &setting.assembly.connections;
     let connection = |event: &CurveEvent, kind: CurveKind| match (event.kind, kind) {
@@ -217,7 +244,11 @@ fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &Piec
         ),
     ];
     let list = states(setting).into_iter().enumerate();
-    columns.extend(list.map(|(i, heading)| heading.column(rows.iter().map(|r| r.3.spot.u[i]))));
+    let state = |event: &CurveEvent, i: usize| match event.is_located {
+        true => event.spot.u[i],
+        false => f64::NAN,
+    };
+    columns.extend(list.map(|(i, heading)| heading.column(rows.iter().map(|r| state(r.3, i)))));
     Table {
         name: "events".into(),
         columns,

@@ -2,6 +2,7 @@
 
 use super::defining::Spot;
 use super::nature::Nature;
+use super::passing;
 use super::{CurveKind, Defining};
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -84,14 +85,16 @@ pub struct CurveEvent {
     pub spot: Spot,
     /// Position as a fraction of the step.
     pub fraction: f64,
+    /// Whether the place is located; elsewhere `spot` is the last point before the event.
+    pub is_located: bool,
     /// Of a fold that turns in the second parameter: whether an isolated branch is born there.
     pub is_birth: Option<bool>,
 }
 
 /// Width of a location, in steps.
 const WIDTH: f64 = 1e-13;
-/// Bisections for the place at which a passage comes or goes.
-const BISECTIONS: usize = 42;
+/// Fractions of a step at which tests are made that have no value at one of its ends.
+const INSIDE: [f64; 5] = [0.0625, 0.25, 0.5, 0.75, 0.9375];
 /// Value at a root relative to those at the ends of the step.
 const PLAIN: f64 = 1e-3;
 /// Tangent below which a parameter counts as constant: no turning point.
@@ -105,21 +108,49 @@ pub(super) fn in_step(
     path: &mut Continuation,
     ends: (&Nature, &Nature),
 ) -> Result<Vec<CurveEvent>, SolveError> {
-    let mut list = meetings(problem, path, ends)?;
-    for (number, ((kind, a), (_, b))) in ends.0.tests.iter().zip(&ends.1.tests).enumerate() {
-        if !is_opposite(*a, *b) {
-            continue;
-        }
+    let mut list = passing::in_step(problem, path, ends)?;
+    let samples = samples(problem, path, ends)?;
+    for (number, (kind, _)) in ends.0.tests.iter().enumerate() {
         let value = |problem: &mut Defining<'_>, point: &PathPoint| {
             let spot = problem.spot(&point.u, point.lambda);
             let nature = problem.nature(&spot)?;
             Ok(nature.map_or(f64::NAN, |n| n.tests[number].1))
         };
-        let found = locate(problem, path, (*a, *b), &value)?;
-        list.extend(found.filter(Found::is_plain).map(|e| e.into(*kind)));
+        let known = samples.iter().map(|(x, tests)| (*x, tests[number].1));
+        let known: Vec<(f64, f64)> = known.filter(|(_, test)| test.is_finite()).collect();
+        for pair in known.windows(2).filter(|w| is_opposite(w[0].1, w[1].1)) {
+            let found = locate(problem, path, (pair[0], pair[1]), &value)?;
+            list.extend(found.filter(Found::is_plain).map(|e| e.into(*kind)));
+        }
     }
     list.extend(turnings(problem, path, &list)?);
     list.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+    Ok(list)
+}
+
+/// Values of the tests at fractions of a step.
+type Samples = Vec<(f64, Vec<(Codimension, f64)>)>;
+
+/// The tests at the ends of a step, and inside it where one has no value at an end: differences do not reach across a switch that
+/// comes or goes.
+fn samples(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    ends: (&Nature, &Nature),
+) -> Result<Samples, SolveError> {
+    let is_open = |nature: &Nature| nature.tests.iter().any(|(_, test)| test.is_nan());
+    let mut list = vec![(0.0, ends.0.tests.clone())];
+    if is_open(ends.0) != is_open(ends.1) {
+        for x in INSIDE {
+            let Some(point) = path.at_fraction(problem, x)? else {
+                continue;
+            };
+            let spot = problem.spot(&point.u, point.lambda);
+            let nature = problem.nature(&spot)?;
+            list.extend(nature.map(|n| (x, n.tests)));
+        }
+    }
+    list.push((1.0, ends.1.tests.clone()));
     Ok(list)
 }
 
@@ -143,7 +174,7 @@ fn turnings(
             continue;
         }
         let value = |_: &mut Defining<'_>, point: &PathPoint| Ok(slope(point));
-        let found = locate(problem, path, (a, b), &value)?;
+        let found = locate(problem, path, ((0.0, a), (1.0, b)), &value)?;
         list.extend(found.filter(Found::is_plain).map(|e| e.into(kind)));
     }
     let is_fold = problem.kind == CurveKind::Fold;
@@ -194,6 +225,7 @@ impl Found {
             kind,
             spot: self.spot,
             fraction: self.fraction,
+            is_located: true,
             is_birth: None,
         }
     }
@@ -204,7 +236,7 @@ type Value<'v> = &'v dyn Fn(&mut Defining<'_>, &PathPoint) -> Result<f64, SolveE
 fn locate(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
-    (a, b): (f64, f64),
+    (a, b): ((f64, f64), (f64, f64)),
     value: Value<'_>,
 ) -> Result<Option<Found>, SolveError> {
     let mut at = |x: f64| -> Result<f64, Option<SolveError>> {
@@ -216,7 +248,7 @@ fn locate(
             Err(None)
         }
     };
-    let root = match roots::bracketed(&mut at, (0.0, a), (1.0, b), WIDTH) {
+    let root = match roots::bracketed(&mut at, a, b, WIDTH) {
         Ok(found) => found.root,
         Err(Some(error)) => return Err(error),
         Err(None) => return Ok(None),
@@ -231,50 +263,6 @@ fn locate(
         fraction: root,
         spot: problem.spot(&point.u, point.lambda),
         value: last,
-        largest: a.abs().max(b.abs()),
+        largest: a.1.abs().max(b.1.abs()),
     }))
-}
-
-/// Places at which passages of breakpoints come or go.
-fn meetings(
-    problem: &mut Defining<'_>,
-    path: &mut Continuation,
-    ends: (&Nature, &Nature),
-) -> Result<Vec<CurveEvent>, SolveError> {
-    let (from, to) = (ends.0.passages.counts(), ends.1.passages.counts());
-    if from == to {
-        return Ok(Vec::new());
-    }
-    let (mut low, mut high, mut behind) = (0.0, 1.0, to);
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (low + high);
-        let Some(point) = path.at_fraction(problem, middle)? else {
-            break;
-        };
-        let spot = problem.spot(&point.u, point.lambda);
-        let Some(nature) = problem.nature(&spot)? else {
-            break;
-        };
-        let counts = nature.passages.counts();
-        if counts == from {
-            low = middle;
-        } else {
-            (high, behind) = (middle, counts);
-        }
-    }
-    let Some(point) = path.at_fraction(problem, low)? else {
-        return Ok(Vec::new());
-    };
-    let changed = |list: &[(usize, usize, usize)], other: &[(usize, usize, usize)]| {
-        list.iter().find(|c| !other.contains(c)).map(|c| c.0)
-    };
-    let connection = changed(&behind, &from).or_else(|| changed(&from, &behind));
-    Ok(vec![CurveEvent {
-        kind: Codimension::MeetsGrazing {
-            connection: connection.unwrap_or(0),
-        },
-        spot: problem.spot(&point.u, point.lambda),
-        fraction: low,
-        is_birth: None,
-    }])
 }

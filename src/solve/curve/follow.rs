@@ -65,6 +65,8 @@ const ON_BORDER: f64 = 1e-9;
 const SHORT: f64 = 2e-3;
 /// Distance of an extremum from a breakpoint, in sizes of the state, at which a curve ends there: while it goes on, and where it has ended.
 const TOUCHING: (f64, f64) = (1e-7, 1e-3);
+/// The same at which the end is where the curve has stopped.
+const TOUCHED: f64 = 1e-10;
 /// Width of a location, in steps.
 const WIDTH: f64 = 1e-13;
 
@@ -204,22 +206,26 @@ impl Walker<'_> {
             return Ok(None);
         };
         let nearest = problem.nearest_touch(&spot)?;
-        let Some((_, connection)) = nearest.filter(|(gap, _)| *gap < near * problem.size) else {
+        let Some((gap, connection)) = nearest.filter(|(gap, _)| *gap < near * problem.size) else {
             return Ok(None);
         };
         let kind = Codimension::MeetsGrazing { connection };
-        let spot = problem.meeting(&spot)?.unwrap_or(spot);
+        let met = problem.meeting(&spot)?;
+        let is_located = met.is_some() || gap < TOUCHED * problem.size;
+        let spot = met.unwrap_or(spot);
         let is_known = |(_, event): &&mut (usize, CurveEvent)| {
             let gaps = event.spot.p.iter().zip(&spot.p).map(|(a, b)| (a - b).abs());
             event.kind == kind && gaps.fold(0.0, f64::max) < 1e-3
         };
         match self.arm.events.iter_mut().find(is_known) {
-            Some((_, event)) => event.spot = spot,
+            Some((_, event)) if event.is_located && !is_located => {}
+            Some((_, event)) => (event.spot, event.is_located) = (spot, is_located),
             None => {
                 let event = CurveEvent {
                     kind,
                     spot,
                     fraction: 1.0,
+                    is_located,
                     is_birth: None,
                 };
                 self.arm.events.push((self.arm.points.len(), event));

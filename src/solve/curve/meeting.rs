@@ -11,19 +11,22 @@ use crate::error::SolveError;
 use crate::solve::continuation::{Continuation, ContinuationOptions, Section, Side, Started};
 
 /// First step along the grazing curve, in ranges and sizes.
-const FIRST: f64 = 1e-6;
-/// Steps at most.
-const SECANTS: usize = 16;
-/// Step at which the place is found.
-const LOCATED: f64 = 1e-12;
-/// Largest distance of the place from the last point of the curve, in ranges: narrow ranges make small distances long.
-const REACH: f64 = 0.05;
+const FIRST: f64 = 1e-5;
+/// Steps at most, and the longest one: the whole range.
+const SECANTS: (usize, f64) = (24, 1.0);
+/// Step at which the place is found; and one below which a step that is no shorter than half of the one before is rounding.
+const LOCATED: (f64, f64) = (1e-12, 1e-9);
+/// Extrema nearest to a breakpoint that are tried.
+const EXTREMA: usize = 2;
+/// Largest distance of the orbit at the place from that of the last point, in sizes, over the square root of the gap that is left there: on
+/// the touched side the curve comes to the grazing curve along its tangent, so that its distance is as that square root.
+const REACH: f64 = 10.0;
 /// Settings of the path along the grazing curve, of which only the planes across it are used.
 const PATH: ContinuationOptions = ContinuationOptions {
     range: (-2.0, 3.0),
-    step: REACH,
+    step: FIRST,
     min_step: FIRST,
-    max_step: REACH,
+    max_step: SECANTS.1,
     max_points: 2,
     weight: 1.0,
     newton: NEWTON,
@@ -42,28 +45,31 @@ impl Defining<'_> {
             CurveKind::Grazing { .. } => return Ok(None),
         };
         let nearest = gaps(&mut self.shots, None, (spot.p, &spot.u))?;
-        let Some((_, kind, tau)) = nearest.into_iter().next() else {
-            return Ok(None);
-        };
-        let touching = Spot {
-            extra: tau,
-            ..spot.clone()
-        };
-        let own = (std::mem::replace(&mut self.kind, kind), self.borders.take());
-        let found = self.passage(&touching, test);
-        (self.kind, self.borders) = own;
-        let found = match found {
-            Err(SolveError::NoSystem { .. }) => None,
-            found => found?,
-        };
-        let is_near = |found: &Spot| {
-            let gaps = found.p.iter().zip(&spot.p).map(|(a, b)| (a - b).abs());
-            gaps.fold(0.0, f64::max) < REACH
-        };
-        Ok(found.filter(is_near).map(|found| Spot {
-            extra: spot.extra,
-            ..found
-        }))
+        for (gap, kind, tau) in nearest.into_iter().take(EXTREMA) {
+            let touching = Spot {
+                extra: tau,
+                ..spot.clone()
+            };
+            let own = (std::mem::replace(&mut self.kind, kind), self.borders.take());
+            let found = self.passage(&touching, test);
+            (self.kind, self.borders) = own;
+            let found = match found {
+                Err(SolveError::NoSystem { .. }) => None,
+                found => found?,
+            };
+            let reach = REACH * (gap * self.size).sqrt();
+            let is_near = |found: &Spot| {
+                let mut gaps = found.u.iter().zip(&spot.u).map(|(a, b)| (a - b).abs());
+                gaps.all(|gap| gap <= reach)
+            };
+            if let Some(found) = found.filter(is_near) {
+                return Ok(Some(Spot {
+                    extra: spot.extra,
+                    ..found
+                }));
+            }
+        }
+        Ok(None)
     }
 
     /// The spot of the grazing curve nearest to a first one at which a test vanishes.
@@ -88,15 +94,17 @@ impl Defining<'_> {
         let (Some((_, mut at_a)), Some((_, mut at_b))) = (at(self, a)?, at(self, b)?) else {
             return Ok(None);
         };
-        for _ in 0..SECANTS {
+        for _ in 0..SECANTS.0 {
             let next = b - at_b * (b - a) / (at_b - at_a);
-            if next.is_nan() || next.abs() > REACH {
+            if next.is_nan() || next.abs() > SECANTS.1 {
                 return Ok(None);
             }
             let Some((spot, at_next)) = at(self, next)? else {
                 return Ok(None);
             };
-            if (next - b).abs() < LOCATED || at_next == 0.0 {
+            let (before, step) = ((b - a).abs(), (next - b).abs());
+            let is_rounding = step < LOCATED.1 && step > 0.5 * before;
+            if step < LOCATED.0 || is_rounding || at_next == 0.0 {
                 return Ok(Some(spot));
             }
             (a, at_a, b, at_b) = (b, at_b, next, at_next);

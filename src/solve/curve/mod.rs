@@ -17,6 +17,7 @@ mod follow;
 mod meeting;
 mod nature;
 mod normal_form;
+mod passing;
 mod relocate;
 mod seek;
 mod shots;

@@ -17,8 +17,30 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 
-/// Step of the differences, in sizes of the state.
+/// Step of differences, in sizes of the state.
 const STEP: f64 = 1.5e-3;
+
+/// Central differences: the step in sizes of the state, and the weights of Phi at +-1, +-2, .. steps.
+struct Stencil {
+    step: f64,
+    first: &'static [f64],
+    second: &'static [f64],
+}
+
+/// Differences that are tried one after the other: of sixth order over steps long enough for the rounding of Phi, and of fourth order next to
+/// a passage that comes or goes.
+const STENCILS: [Stencil; 2] = [
+    Stencil {
+        step: 4e-3,
+        first: &[0.75, -0.15, 1.0 / 60.0],
+        second: &[1.5, -0.15, 1.0 / 90.0],
+    },
+    Stencil {
+        step: STEP,
+        first: &[2.0 / 3.0, -1.0 / 12.0],
+        second: &[4.0 / 3.0, -1.0 / 12.0],
+    },
+];
 
 /// First and second derivative of Phi along a direction.
 struct Bend {
@@ -38,28 +60,50 @@ impl Defining<'_> {
         Ok(found.map(|passages| (phi, passages)))
     }
 
-    /// Fourth-order differences along a direction of unit length; `None` where a passage of a breakpoint comes or goes within them.
+    /// Differences along a direction of unit length; `None` where a passage of a breakpoint comes or goes within them.
     fn bend(
         &mut self,
         spot: &Spot,
         direction: &DVector<f64>,
-        (phi, passages): &(DMatrix<f64>, Passages),
+        whole: &(DMatrix<f64>, Passages),
     ) -> Result<Option<Bend>, SolveError> {
-        let h = STEP * self.size;
-        let mut at = Vec::with_capacity(4);
-        for k in [-2.0, -1.0, 1.0, 2.0] {
-            let mut moved = spot.clone();
-            for (u, d) in moved.u.iter_mut().zip(direction.iter()) {
-                *u += k * h * d;
-            }
-            match self.transition(&moved)? {
-                Some((matrix, found)) if found.is_like(passages) => at.push(matrix),
-                _ => return Ok(None),
+        for stencil in &STENCILS {
+            if let Some(bend) = self.differences(spot, direction, (whole, stencil))? {
+                return Ok(Some(bend));
             }
         }
-        let first = ((&at[2] - &at[1]) * 8.0 - (&at[3] - &at[0])) / (12.0 * h);
-        let second = ((&at[2] + &at[1]) * 16.0 - (&at[3] + &at[0]) - phi * 30.0) / (12.0 * h * h);
-        Ok(Some(Bend { first, second }))
+        Ok(None)
+    }
+
+    fn differences(
+        &mut self,
+        spot: &Spot,
+        direction: &DVector<f64>,
+        ((phi, passages), stencil): (&(DMatrix<f64>, Passages), &Stencil),
+    ) -> Result<Option<Bend>, SolveError> {
+        let h = stencil.step * self.size;
+        let mut bend = Bend {
+            first: DMatrix::zeros(phi.nrows(), phi.ncols()),
+            second: phi * (-2.0 * stencil.second.iter().sum::<f64>()),
+        };
+        for (k, (first, second)) in stencil.first.iter().zip(stencil.second).enumerate() {
+            for sign in [-1.0, 1.0] {
+                let mut moved = spot.clone();
+                for (u, d) in moved.u.iter_mut().zip(direction.iter()) {
+                    *u += sign * (k + 1) as f64 * h * d;
+                }
+                match self.transition(&moved)? {
+                    Some((matrix, found)) if found.is_like(passages) => {
+                        bend.first += &matrix * (sign * first);
+                        bend.second += &matrix * *second;
+                    }
+                    _ => return Ok(None),
+                }
+            }
+        }
+        bend.first /= h;
+        bend.second /= h * h;
+        Ok(Some(bend))
     }
 
     /// a of a fold, with vectors of unit length along those of the borders.
