@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::plot_data::rounded;
 use super::series::floats;
 use crate::error::Error;
-use crate::report::{Report, Table};
+use crate::report::{Report, Table, Values};
 
 /// Room for all orbits of a page, in characters: with it, the plotting script and many figures the page stays below 5 MB.
 const ROOM: usize = 1_800_000;
@@ -36,7 +36,7 @@ pub(super) fn value(report: &Report, stride: usize) -> Result<Value, Error> {
         floats(report, table, "branch")?,
         floats(report, table, "point")?,
     );
-    let omega = frequencies(report)?;
+    let (omega, cells) = (frequencies(report)?, Cells::of(report)?);
     let names: Vec<&str> = series(table).collect();
     let columns = names.iter().map(|name| floats(report, table, name));
     let columns = columns.collect::<Result<Vec<_>, Error>>()?;
@@ -51,16 +51,54 @@ pub(super) fn value(report: &Report, stride: usize) -> Result<Value, Error> {
             // Counts: far below 2^53.
             let key = (branch[start] as i64, point[start] as i64);
             let values = columns.iter().map(|c| encoded(&c[start..end]));
-            json!({
+            let mut orbit = json!({
                 "branch": key.0, "point": key.1, "omega": omega.get(&key).map(|x| rounded(*x)),
                 "values": values.collect::<Vec<String>>(),
-            })
+            });
+            if let Some(cells) = &cells {
+                cells.describe(&mut orbit, key.1);
+            }
+            orbit
         })
         .collect();
     let units: Vec<&str> = series(table)
         .filter_map(|name| table.column(name).map(|c| c.unit.as_str()))
         .collect();
     Ok(json!({"names": names, "units": units, "kept": starts.len(), "orbits": orbits}))
+}
+
+/// Cells of a map, by the rows of its main table.
+struct Cells<'a> {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    labels: &'a [String],
+}
+
+impl<'a> Cells<'a> {
+    fn of(report: &'a Report) -> Result<Option<Cells<'a>>, Error> {
+        let Some(main) = report.table("").filter(|t| t.column("seed").is_some()) else {
+            return Ok(None);
+        };
+        let Some(Values::Text(labels)) = main.column("label").map(|c| &c.values) else {
+            return Ok(None);
+        };
+        Ok(Some(Cells {
+            x: floats(report, main, "x")?,
+            y: floats(report, main, "y")?,
+            labels,
+        }))
+    }
+
+    /// Adds the place and the label of a cell to its orbit.
+    fn describe(&self, orbit: &mut Value, row: i64) {
+        let row = row as usize;
+        if let (Some(x), Some(y), Some(label)) =
+            (self.x.get(row), self.y.get(row), self.labels.get(row))
+        {
+            orbit["place"] = json!([rounded(*x), rounded(*y)]);
+            orbit["label"] = json!(label);
+        }
+    }
 }
 
 fn series(table: &Table) -> impl Iterator<Item = &str> {

@@ -106,7 +106,8 @@
     return { ...pointTrace(data, panel, curve, all, marker), name: "", first: true };
   }
 
-  // Cells of a grid: a heat map, and an entry of the legend for every kind of cell. Kinds that are numbers lead to orbits.
+  // Cells of a grid: a heat map, and an entry of the legend for every kind of cell. Kinds that are numbers lead to orbits, and so
+  // do cells of a map: by seed, place and label.
   function cellTraces(panel, curve) {
     const count = curve.levels.length;
     const words = curve.cells.map((row) => row.map((level) => (level === null ? "" : curve.levels[level][0])));
@@ -114,7 +115,9 @@
       ? curve.levels.map(([, color], k) => [k / (count - 1), color])
       : curve.levels.flatMap(([, color], k) => [[k / count, color], [(k + 1) / count, color]]);
     const ends = curve.is_continuous ? [0, count - 1] : [-0.5, count - 0.5];
-    const places = words.map((row) => row.map((word) => (/^\d+/.test(word) ? [parseInt(word, 10), 0] : null)));
+    const ofCell = (word, j, i) => [Number(curve.only), null, curve.x[i], curve.y[j], word];
+    const ofKind = (word) => (/^\d+/.test(word) ? [parseInt(word, 10), 0] : null);
+    const places = words.map((row, j) => row.map((word, i) => (curve.only === null ? ofKind(word) : ofCell(word, j, i))));
     const map = {
       type: "heatmap", x: curve.x, y: curve.y, z: curve.cells, text: words, customdata: places, meta: { connection: connection(curve) },
       zmin: ends[0], zmax: ends[1], colorscale: scale, showscale: false, hoverongaps: false, name: "",

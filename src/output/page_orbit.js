@@ -31,6 +31,16 @@ const orbits = (() => {
     return same.reduce((best, orbit) => (best && distance(best) <= distance(orbit) ? best : orbit), null);
   }
 
+  const APERIODIC = /^(chaotic|quasi-periodic|undecided)/;
+
+  // The kept orbit nearest to a cell of a map: of its seed, and of its label where cells show labels.
+  function nearestCell(kept, [seed, , x, y, word], spans) {
+    const isLike = (orbit) => !/^period \d+$/.test(word) || orbit.label === word;
+    const same = kept.orbits.filter((orbit) => orbit.place && orbit.branch === seed && isLike(orbit));
+    const distance = ({ place }) => Math.hypot((place[0] - x) / spans[0], (place[1] - y) / spans[1]);
+    return same.reduce((best, orbit) => (best && distance(best) <= distance(orbit) ? best : orbit), null);
+  }
+
   function series(kept, orbit, kind, connection) {
     const index = kept.names.indexOf(kind + "." + connection);
     const unit = kept.units[index];
@@ -73,8 +83,17 @@ const orbits = (() => {
     return orbit.point === point ? place : place + ", the kept one nearest to point " + point;
   }
 
+  function cellHeading(orbit, [, , x, y, word]) {
+    if (APERIODIC.test(word)) return "The attractor of this cell is " + word + ": it has no periodic orbit.";
+    if (!orbit) return "No orbit of such a cell was kept.";
+    const place = "Orbit of the cell at " + orbit.place.join(", ") + " (" + orbit.label + ")";
+    const isOwn = orbit.place[0] === x && orbit.place[1] === y;
+    return isOwn ? place : place + ", the kept one nearest to " + x + ", " + y;
+  }
+
   function hint(kept) {
     const shown = kept.orbits.length;
+    if (kept.orbits.some((orbit) => orbit.place)) return "Click a cell for the orbit of its attractor. Orbits of some cells are kept.";
     const some = shown < kept.kept ? " This page holds " + shown + " of " + kept.kept + " orbits; all are in the orbits file." : "";
     return "Click a point for its orbit." + some;
   }
@@ -101,9 +120,15 @@ const orbits = (() => {
     canvas.on("plotly_click", (event) => {
       const { customdata, data: trace } = event.points[0];
       if (!customdata) return;
-      const [branch, point] = customdata;
-      orbit = nearest(kept, branch, point);
-      words.textContent = orbit ? heading(orbit, point) : "No orbit of branch " + branch + " was kept.";
+      const [branch, point, ...cell] = customdata;
+      if (cell.length > 0) {
+        const spans = [trace.x, trace.y].map((places) => Math.abs(places[places.length - 1] - places[0]) || 1);
+        orbit = APERIODIC.test(cell[2]) ? null : nearestCell(kept, customdata, spans);
+        words.textContent = cellHeading(orbit, customdata);
+      } else {
+        orbit = nearest(kept, branch, point);
+        words.textContent = orbit ? heading(orbit, point) : "No orbit of branch " + branch + " was kept.";
+      }
       label.hidden = drawing.hidden = !orbit;
       if (!orbit) return;
       const connection = trace.meta.connection;

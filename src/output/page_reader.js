@@ -3,9 +3,17 @@
 const reader = (() => {
   const HELP = "Left and right arrows walk along a curve, up and down change the curve, Enter shows the orbit of the point.";
 
+  const isMap = (trace) => trace.type === "heatmap";
+
+  // What a trace has at a point; the cells of a map are counted row by row.
+  const at = (trace, values, row) => (values && isMap(trace) ? values[Math.floor(row / trace.x.length)][row % trace.x.length] : values && values[row]);
+
+  const place = (trace, row) => (isMap(trace) ? [trace.x[row % trace.x.length], trace.y[Math.floor(row / trace.x.length)]] : [trace.x[row], trace.y[row]]);
+
   // Numbers of the points of a trace that can be drawn.
   function points(trace) {
     const rows = [];
+    if (isMap(trace)) return Array.from({ length: trace.x.length * trace.y.length }, (_, k) => k);
     for (let k = 0; k < trace.x.length; k++) {
       if (trace.x[k] !== null && trace.y[k] !== null && trace.y[k] !== undefined) rows.push(k);
     }
@@ -15,7 +23,9 @@ const reader = (() => {
   const plain = (html) => html.replace(/<br>/g, ", ").replace(/<[^>]*>/g, "").replace(/&lt;/g, "<").replace(/&gt;/g, ">").replace(/&amp;/g, "&");
 
   function said(trace, row, number, count) {
-    const words = trace.text && trace.text[row] ? plain(trace.text[row]) : plain(trace.name || "") + " " + trace.x[row] + ", " + trace.y[row];
+    const own = at(trace, trace.text, row);
+    const spot = place(trace, row).join(", ");
+    const words = !own ? plain(trace.name || "") + " " + spot : isMap(trace) ? own + ", " + spot : plain(own);
     return words + " (point " + (number + 1) + " of " + count + ")";
   }
 
@@ -37,7 +47,8 @@ const reader = (() => {
       const row = rows[point];
       voice.textContent = said(trace, row, point, rows.length);
       const axis = trace.xaxis ? trace.xaxis + (trace.yaxis || "y") : "xy";
-      Plotly.Fx.hover(canvas, [{ curveNumber: index, pointNumber: row }], axis);
+      const width = trace.x.length;
+      Plotly.Fx.hover(canvas, [{ curveNumber: index, pointNumber: isMap(trace) ? [Math.floor(row / width), row % width] : row }], axis);
     }
 
     canvas.addEventListener("focus", () => { if (point < 0) voice.textContent = HELP; });
@@ -52,7 +63,7 @@ const reader = (() => {
         point = Math.min(Math.max(point, 0), curves[curve].rows.length - 1);
       } else if (event.key === "Enter" && point >= 0) {
         const { trace, rows } = curves[curve];
-        canvas.emit("plotly_click", { points: [{ customdata: trace.customdata && trace.customdata[rows[point]], data: trace }] });
+        canvas.emit("plotly_click", { points: [{ customdata: at(trace, trace.customdata, rows[point]), data: trace }] });
         event.preventDefault();
         return;
       } else return;

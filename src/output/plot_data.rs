@@ -118,6 +118,7 @@ fn curve(
         let level = |l: &Level| json!([l.text, l.color]);
         out["levels"] = raster.levels.iter().map(level).collect();
         out["is_continuous"] = json!(raster.is_continuous);
+        out["only"] = json!(series.curve.only.as_ref().map(|(_, value)| value));
         out["hover"] = json!([]);
         return Ok(out);
     }

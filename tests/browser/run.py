@@ -12,6 +12,17 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 MODEL = os.path.join(HERE, "..", "..", "models", "reverse_idler.yaml")
 ARGUMENTS = ["--only", "fig_08", "--only", "fig_11", "--set", "analyses.fig_11.orbits=true",
              "--set", "analyses.fig_08.points=21", "--quiet"]
+MAPS = """schema: 1
+name: one mesh
+reduced:
+  stiffness: [[1.0]]
+  damping: {matrix: [[0.1]]}
+  elements: {m: {type: backlash, half_gap: 1.0}}
+  loads: {mean: [0.5], harmonics: [{order: 1, cos: [0.2], sin: [0]}]}
+analyses:
+  regimes: {type: regime_map, parameters: {frequency: {from: 0.5, to: 0.9, points: 5}, reduced.loads.harmonics.0.cos.0: {from: 0.1, to: 0.3, points: 3}}, seeds: [rest], refine: 0, transient: 60, periods: 20}
+  basins: {type: basins, at: 0.6, set: {reduced.loads.harmonics.0.cos.0: 0.2}, grid: {q.m: {from: -2, to: 2, points: 9}, v.m: {from: -2, to: 2, points: 9}}}
+"""
 PLOT = "document.querySelector('[data-name=fig_11] .js-plotly-plot')"
 ORBIT = "document.querySelector('#a-fig_11 .orbit')"
 
@@ -153,6 +164,45 @@ def walks_by_keyboard(page):
     page.wait_for(f"{ORBIT}.querySelector('p').textContent.startsWith('Orbit of')", "the orbit of the point by keyboard")
 
 
+def cell(page, plot, i, j):
+    """Where a cell of a heat map lies on the screen."""
+    return page.evaluate(f"""(() => {{
+        const plot = {plot}, trace = plot._fullData[0], box = plot.getBoundingClientRect();
+        const x = plot._fullLayout.xaxis, y = plot._fullLayout.yaxis;
+        return [box.x + x._offset + x.d2p(trace.x[{i}]), box.y + y._offset + y.d2p(trace.y[{j}])];
+    }})()""")
+
+
+def shows_orbits_of_cells(page, program, folder):
+    model = os.path.join(folder, "maps.yaml")
+    os.makedirs(folder, exist_ok=True)
+    with open(model, "w") as file:
+        file.write(MAPS)
+    subprocess.run([program, "run", model, "--out", folder, "--quiet"], check=True, stdout=subprocess.DEVNULL, timeout=120)
+    page.open(os.path.join(folder, "report.html"))
+    page.wait_for("document.querySelectorAll('.js-plotly-plot .main-svg').length >= 4", "both heat maps")
+    for name, words, said in [("regimes", "period 1", "Orbit of the cell at "), ("basins", "1: ", "Orbit of branch ")]:
+        plot = f"document.querySelector('[data-name={name}] .js-plotly-plot')"
+        orbit = f"document.querySelector('#a-{name} .orbit')"
+        page.evaluate(f"{plot}.parentElement.scrollIntoView()")
+        place = cell(page, plot, 1, 1)
+        page.mouse("mouseMoved", [2, 2])
+        page.mouse("mouseMoved", place)
+        page.wait_for(f"{plot}.querySelector('.hoverlayer .hovertext')", "a hover box over a cell")
+        text = page.evaluate(f"{plot}.querySelector('.hoverlayer .hovertext').textContent")
+        check(words in text, f"the hover box names the attractor of a cell ({name}): {text}")
+        page.click(place)
+        page.wait_for(f"{orbit}.querySelectorAll('.subplot').length === 4", "the orbit of a cell")
+        text = page.evaluate(f"{orbit}.querySelector('p').textContent")
+        check(text.startswith(said) and "nearest" not in text, f"a click on a cell shows the orbit of its attractor ({name}): {text}")
+        page.evaluate(f"{orbit}.querySelector('p').textContent = ''")
+        page.evaluate(f"{plot}.focus()")
+        page.key("ArrowRight")
+        page.key("Enter")
+        page.wait_for(f"{orbit}.querySelector('p').textContent.startsWith('Orbit of')", "the orbit of a cell by keyboard")
+    page.screenshot(os.path.join(folder, "maps.png"))
+
+
 def filters_events(page):
     rows = "[...document.querySelectorAll('#a-fig_11 table.events tbody tr')].filter((r) => !r.hidden).length"
     every = page.evaluate(rows)
@@ -216,6 +266,7 @@ def main():
             page.screenshot(os.path.join(folder, "screenshot.png"))
         prints(page, folder)
         suits_a_phone(page, folder)
+        shows_orbits_of_cells(page, program, os.path.join(folder, "maps"))
         if page.faults:
             raise AssertionError("\n".join(page.faults))
     print("the page works; screenshot: " + os.path.join(folder, "screenshot.png"))

@@ -165,15 +165,7 @@ fn saved(
     let row = wanted.read()?;
     let mut p = [f64::NAN; 2];
     for (k, axis) in axes.list.iter().enumerate() {
-        let own = match &axis.parameter {
-            _ if row.get("parameter_2").is_some() => {
-                let name = ["parameter_1", "parameter_2"][k];
-                row.get(name).map(|x| x / axis.factor)
-            }
-            Parameter::Frequency => row.get("omega"),
-            Parameter::Number(knob) => Some(setting.model.get(knob)),
-        };
-        let value = own.ok_or_else(|| format!("no value of {}", axis.written))?;
+        let value = row.value(setting, &axis.parameter)?;
         p[k] = axis.share(value);
         if !(-1e-9..=1.0 + 1e-9).contains(&p[k]) {
             return Err(format!(

@@ -3,6 +3,7 @@
 use super::measures::{Wanted, sheet};
 use super::{RegimeMap, Seed};
 use crate::analysis::bifurcation_curve::{Axes, Grounds};
+use crate::analysis::response::OrbitTable;
 use crate::analysis::summary::measured;
 use crate::analysis::{Setting, flow};
 use crate::interrupt;
@@ -24,7 +25,12 @@ pub(super) struct Cell {
     end: Vec<f64>,
     /// Reason of the missing result.
     pub failure: Option<String>,
+    /// The periodic orbit, where it is kept.
+    pub orbit: Option<OrbitTable>,
 }
+
+/// Orbits kept, and rows of each.
+const ORBITS: (usize, usize) = (200, 128);
 
 /// Times that an undecided motion goes on, each four times as long as the one before.
 const ROUNDS: usize = 2;
@@ -115,7 +121,7 @@ impl<'a> Field<'a> {
         let one = |((seed, place), end): ((usize, Place), Vec<f64>)| {
             flag.scope(|| {
                 let mut grounds = Grounds::new(self.setting, self.axes.clone(), 1);
-                let cell = self.cell(&mut grounds, place, Some(end), longer)?;
+                let cell = self.cell(&mut grounds, (seed, place), Some(end), longer)?;
                 Some(((seed, place), cell))
             })
         };
@@ -206,7 +212,8 @@ impl<'a> Field<'a> {
                     Seed::Rest => None,
                     _ => carried.take().or_else(|| self.nearest(number, place)),
                 };
-                let Some(cell) = self.cell(&mut grounds, place, start, self.keys.size()) else {
+                let key = (number, place);
+                let Some(cell) = self.cell(&mut grounds, key, start, self.keys.size()) else {
                     return list;
                 };
                 if cell.failure.is_none() {
@@ -235,11 +242,25 @@ impl<'a> Field<'a> {
         nearest.map(|(_, cell)| cell.end.clone())
     }
 
+    /// No orbits yet.
+    pub fn no_orbits(setting: &Setting<'_>) -> OrbitTable {
+        OrbitTable::new(setting).with_rows(ORBITS.1)
+    }
+
+    /// Whether the orbit of a cell is kept: every so many cells of the coarsest grid.
+    fn keeps(&self, (i, j): Place) -> bool {
+        let step = self.stride(0);
+        let is_coarse = i.is_multiple_of(step) && j.is_multiple_of(step);
+        let total = self.base[0] * self.base[1] * self.keys.seeds.len();
+        let number = j / step * self.base[0] + i / step;
+        is_coarse && number.is_multiple_of(total.div_ceil(ORBITS.0))
+    }
+
     /// One motion; `None` when it was interrupted.
     fn cell(
         &self,
         grounds: &mut Grounds<'_>,
-        place: Place,
+        (seed, place): (usize, Place),
         start: Option<Vec<f64>>,
         size: MapSize,
     ) -> Option<Cell> {
@@ -251,6 +272,7 @@ impl<'a> Field<'a> {
                 values: vec![f64::NAN; self.wanted.columns.len()],
                 end: Vec::new(),
                 failure: Some(reason),
+                orbit: None,
             })
         };
         let system = match grounds.system(p) {
@@ -279,14 +301,21 @@ impl<'a> Field<'a> {
             values: vec![f64::NAN; self.wanted.columns.len()],
             failure: None,
             end: state.clone(),
+            orbit: None,
         };
-        if self.wanted.columns.is_empty() {
+        let keeps = matches!(found.label, Label::Period(_)) && self.keeps(place);
+        if self.wanted.columns.is_empty() && !keeps {
             return Some(cell);
         }
         let Ok((model, assembly)) = grounds.model(p) else {
             return Some(cell);
         };
         if let Ok((system, orbit)) = measured(setting, (system, keys.integrator), &found, &state) {
+            if keeps {
+                let mut table = Field::no_orbits(setting);
+                table.add((seed, 0), &system, &orbit);
+                cell.orbit = Some(table);
+            }
             let mut connections = Meter::new(16).measure(&system, &orbit);
             let stiffness = assembly.scales.stiffness.iter();
             let written = &setting.assembly.scales.stiffness;

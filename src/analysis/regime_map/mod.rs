@@ -194,7 +194,10 @@ impl Analysis for RegimeMap {
         match (self.axes(setting), wanted) {
             (Ok(axes), Ok(wanted)) => {
                 let field = Field::new(self, setting, &axes, &wanted);
-                vec![report::main_table(self, (&axes, &wanted), &field)]
+                vec![
+                    report::main_table(self, (&axes, &wanted), &field),
+                    report::orbits(setting, &field),
+                ]
             }
             _ => Vec::new(),
         }

@@ -8,6 +8,7 @@ use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::{Axes, Axis};
 use crate::analysis::columns::{float, frequency_label, integer, text};
 use crate::analysis::parameter::Parameter;
+use crate::analysis::response::OrbitTable;
 use crate::quantity::Quantity;
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values, Words};
 use crate::solve::attractor::Label;
@@ -37,7 +38,7 @@ pub(super) fn assemble(
     if lost.len() > SHOWN {
         warnings.push(format!("{} cells in all could not be computed", lost.len()));
     }
-    let mut tables = vec![main];
+    let mut tables = vec![main, orbits(setting, field)];
     let has_curves = !list.is_empty();
     let units = units(keys, axes);
     if has_curves {
@@ -80,14 +81,31 @@ fn units(keys: &RegimeMap, axes: &Axes) -> Units {
     })
 }
 
+/// Cells in the order of the main table.
+fn rows<'f>(field: &'f Field<'_>) -> Vec<(&'f (usize, Place), &'f Cell)> {
+    let mut rows: Vec<(&(usize, Place), &Cell)> = field.cells.iter().collect();
+    rows.sort_by_key(|((seed, (i, j)), _)| (*j, *i, *seed));
+    rows
+}
+
+/// Periodic orbits of some cells: `branch` is the seed, `point` the row of the main table, from 0.
+pub(super) fn orbits(setting: &Setting<'_>, field: &Field<'_>) -> Table {
+    let mut table: OrbitTable = Field::no_orbits(setting);
+    for (row, (_, cell)) in rows(field).into_iter().enumerate() {
+        if let Some(orbit) = &cell.orbit {
+            table.append(orbit, row);
+        }
+    }
+    table.finish(setting)
+}
+
 /// `<path>, <path>, seed, label, <measures>`, then the speed and the values in the user's units.
 pub(super) fn main_table(
     keys: &RegimeMap,
     (axes, wanted): (&Axes, &Wanted),
     field: &Field<'_>,
 ) -> Table {
-    let mut rows: Vec<(&(usize, Place), &Cell)> = field.cells.iter().collect();
-    rows.sort_by_key(|((seed, (i, j)), _)| (*j, *i, *seed));
+    let rows = rows(field);
     let value = |k: usize, place: &Place| {
         let place = if k == 0 { place.0 } else { place.1 };
         axes.list[k].value(field.share(k, place)) * axes.list[k].factor

@@ -139,9 +139,20 @@ impl<'a> Hunt<'a> {
         Ok(state)
     }
 
-    fn system(&self) -> Result<System, SolveError> {
+    /// The system at the value.
+    pub(super) fn system(&self) -> Result<System, SolveError> {
         let no_system = |reason| SolveError::NoSystem { reason };
         self.swept.system(self.lambda).map_err(no_system)
+    }
+
+    /// The solution near a state.
+    pub(super) fn near(&mut self, state: DVector<f64>) -> Result<Option<Found>, SolveError> {
+        let refined = self.refined(state)?;
+        Ok(refined.map(|(state, place)| Found {
+            origin: String::new(),
+            state,
+            place,
+        }))
     }
 
     /// Different orbits that the state of a solution at another value of the parameter leads to, first what attracts it.

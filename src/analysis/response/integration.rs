@@ -42,7 +42,8 @@ pub(super) fn follow(
         swept,
         recorder,
         keep,
-        state: None,
+        // Where its place is wrong, that is told before.
+        state: (settings.start.saved()).and_then(|point| Some(swept.saved(point).ok()?.1)),
         cycle: None,
         delivered: Delivered::new(Method::Integration, 1),
         warnings: Vec::new(),

@@ -111,9 +111,10 @@ macro_rules! response_keys {
             /// Largest residual, relative to the size of its terms.
             #[serde(default = "crate::analysis::response::defaults::tolerance")]
             pub tolerance: f64,
-            /// First guess of the search for the first solution.
+            /// First guess of the search for the first solution, or a point saved by another run, through which the
+            /// branch is followed both ways.
             #[serde(default)]
-            pub start: crate::solve::start::StartMode,
+            pub start: crate::analysis::response::Beginning,
             /// Integration: number of values, evenly spaced, both ends included; default 200.
             #[serde(default)]
             pub points: Option<usize>,
@@ -179,7 +180,7 @@ macro_rules! branch_settings {
             max_steps: $keys.max_steps,
             bound: $keys.bound,
             tolerance: $keys.tolerance,
-            start: $keys.start,
+            start: $keys.start.clone(),
             points: $keys.points,
             direction: $keys.direction,
             transient: $keys.transient,

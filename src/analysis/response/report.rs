@@ -28,6 +28,8 @@ pub(super) struct Delivered {
     pub start: Option<String>,
     /// Whether it goes on behind a break of another one.
     pub is_restart: bool,
+    /// Whether it begins at a point that another run saved.
+    pub is_saved: bool,
     /// Whether it left its crossing as another one did, and was stopped there.
     pub is_twin: bool,
     /// Names of the integrators that ran.
@@ -97,6 +99,7 @@ impl Delivered {
             origin: None,
             start: None,
             is_restart: false,
+            is_saved: false,
             is_twin: false,
             integrators: Vec::new(),
             points: Vec::new(),
@@ -249,6 +252,7 @@ pub(super) fn branches(delivered: &[Delivered]) -> Table {
     let kind = |d: &Delivered| match d.origin {
         Some(origin) => origin.kind.word(),
         None if d.is_restart => "restart",
+        None if d.is_saved => "saved_point",
         None if d.start.is_some() => "random_start",
         None => "start",
     };

@@ -204,6 +204,7 @@ impl BranchSettings {
         faults.extend(self.check_integration());
         faults.extend(self.check_branches());
         faults.extend(self.check_starts(setting));
+        faults.extend(self.check_saved(setting));
         faults.extend(self.check_size(setting, system));
         let orders = self.orders.iter().enumerate();
         faults.extend(orders.filter_map(|(k, order)| {
@@ -261,7 +262,7 @@ impl BranchSettings {
             };
             faults.push(Fault::new(key, setting.name_connection(&error)));
         }
-        let needs_flow = is_asked || self.starts.is_some();
+        let needs_flow = is_asked || self.starts.is_some() || self.start.saved().is_some();
         if needs_flow || methods.iter().any(|m| *m != Method::Galerkin) {
             faults.extend(flow::check_tolerance(self.flow()));
             faults.extend(flow::integrator(setting, system, self.flow()).err());

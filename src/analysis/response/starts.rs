@@ -75,7 +75,8 @@ impl BranchSettings {
 
     /// Whether there may be other branches than the primary one.
     pub(super) fn has_side_branches(&self) -> bool {
-        self.branches.limits().is_some() || self.starts.is_some()
+        let is_saved = self.start.saved().is_some();
+        self.branches.limits().is_some() || self.starts.is_some() || is_saved
     }
 
     /// What is wrong with the random starts.
@@ -219,7 +220,7 @@ impl Work<'_> {
     }
 
     /// Follows the branch through a solution; one way where it closes, or where the other one leaves the range.
-    fn follow_both_ways(
+    pub(super) fn follow_both_ways(
         &mut self,
         method: Method,
         u: &DVector<f64>,

@@ -2,7 +2,8 @@
 
 use super::model_family::ModelFamily;
 use super::{BranchSettings, ResponseTable, Tables};
-use crate::analysis::parameter::{Variation, joined};
+use crate::analysis::parameter::{Parameter, Variation, joined};
+use crate::analysis::saved::SavedPoint;
 use crate::analysis::sections::Sections;
 use crate::analysis::{Fault, Setting};
 use crate::assembly::Assembly;
@@ -42,6 +43,8 @@ pub(in crate::analysis) struct Swept<'a> {
     headings: OnceLock<Vec<(ResponseTable, Heading)>>,
 }
 
+/// Share of the range by which a saved point may lie outside it: what is written is rounded.
+const OUTSIDE: f64 = 1e-9;
 /// A share of the range that is not a special value.
 const INSIDE: f64 = 0.618_033_988_749_894_9;
 
@@ -291,6 +294,34 @@ impl<'a> Swept<'a> {
         match &self.kind {
             Kind::Frequency { .. } => lambda,
             Kind::Number(track) => track.at,
+        }
+    }
+
+    /// Lambda and the state of a saved point.
+    ///
+    /// # Errors
+    /// No such point, or one outside the range.
+    pub fn saved(&self, point: &SavedPoint) -> Result<(f64, Vec<f64>), String> {
+        let row = point.read()?;
+        let lambda = match &self.kind {
+            Kind::Frequency { .. } => row.value(self.setting, &Parameter::Frequency)?,
+            Kind::Number(track) => {
+                let parameter = Parameter::Number(Box::new(track.knob.clone()));
+                let value = row.value(self.setting, &parameter)?;
+                (value - track.ends.0) / (track.ends.1 - track.ends.0)
+            }
+        };
+        let (low, high) = (
+            self.range.0.min(self.range.1),
+            self.range.0.max(self.range.1),
+        );
+        let slack = OUTSIDE * (high - low);
+        match (low - slack..=high + slack).contains(&lambda) {
+            true => Ok((lambda.clamp(low, high), row.state(self.setting)?)),
+            false => Err(format!(
+                "the saved point at {} lies outside the range",
+                self.place(lambda)
+            )),
         }
     }
 

@@ -152,23 +152,34 @@ impl<'a> Work<'a> {
                 continue;
             }
             let number = self.delivered.len();
-            let starts_by_flow = self.starts_by_flow(method);
-            let delivered = match &mut first {
-                _ if starts_by_flow => self.settled(method)?,
-                Some(first) => self.primary(method, first)?,
-                None => {
-                    let found = first.insert(self.first()?);
-                    self.primary(method, found)?
-                }
-            };
-            self.delivered.push(delivered);
-            self.follow_behind_breaks(method)?;
-            self.follow_behind_poles(method)?;
+            match self.settings.start.saved() {
+                Some(point) => self.follow_saved(method, point)?,
+                None => self.follow_primary(method, &mut first)?,
+            }
             self.follow_crossings(method, number)?;
             self.follow_starts(method, number)?;
             self.crossings = Crossings::default();
         }
         Ok(())
+    }
+
+    /// The branch from the beginning of the range, and what goes on behind its ends.
+    fn follow_primary(
+        &mut self,
+        method: Method,
+        first: &mut Option<First<'a>>,
+    ) -> Result<(), Error> {
+        let delivered = match first {
+            _ if self.starts_by_flow(method) => self.settled(method)?,
+            Some(first) => self.primary(method, first)?,
+            None => {
+                let found = first.insert(self.first()?);
+                self.primary(method, found)?
+            }
+        };
+        self.delivered.push(delivered);
+        self.follow_behind_breaks(method)?;
+        self.follow_behind_poles(method)
     }
 
     /// Looks for the first solution at the beginning of the range.
@@ -181,7 +192,7 @@ impl<'a> Work<'a> {
             system,
             system.reference_frequency(),
             settings.size(),
-            settings.start,
+            settings.start.guess(),
             settings.newton(),
         )?;
         self.bounds = sizes(system);

@@ -5,6 +5,7 @@
 use super::CurveKind;
 use super::conditions::{Borders, paired, shifted};
 use super::shots::Shots;
+use super::touching::Passes;
 use crate::error::SolveError;
 use crate::solve::residual::{Linearisation, Residual};
 use nalgebra::{DMatrix, DVector};
@@ -13,10 +14,6 @@ use std::f64::consts::TAU;
 /// Step of the central differences, in sizes of the state and in ranges of the parameters: rounding of the exact flow and curvature are about
 /// equal there.
 const STEP: f64 = 4e-6;
-
-/// Distance from a touching, in sizes, within which images are those of the flow that does not touch, extended: the square of it is
-/// what the extension is wrong by.
-const APART: f64 = 1e-7;
 
 /// A place on or near a curve.
 #[derive(Debug, Clone)]
@@ -39,8 +36,10 @@ pub struct Defining<'a> {
     pub(super) size: f64,
     /// Why there was no system at the last place that has none.
     pub(super) missing: Option<String>,
-    state: Vec<f64>,
-    phi: DMatrix<f64>,
+    pub(super) state: Vec<f64>,
+    pub(super) phi: DMatrix<f64>,
+    /// Transition to the touching of a grazing.
+    pub(super) before: DMatrix<f64>,
 }
 
 impl<'a> Defining<'a> {
@@ -59,13 +58,19 @@ impl<'a> Defining<'a> {
             size: if largest > 0.0 { largest } else { 1.0 },
             state: vec![0.0; n],
             phi: DMatrix::identity(n, n),
+            before: DMatrix::identity(n, n),
         };
+        if matches!(kind, CurveKind::Grazing { .. }) {
+            let repeats = this.shots.repeats(spot.p, &spot.u)?;
+            this.shots.set_repeats(repeats);
+        }
         this.follow_borders(spot)?;
         Ok(this)
     }
 
     /// The flow, for another system.
-    pub fn into_shots(self) -> Shots<'a> {
+    pub fn into_shots(mut self) -> Shots<'a> {
+        self.shots.set_repeats(1);
         self.shots
     }
 
@@ -116,49 +121,24 @@ impl<'a> Defining<'a> {
     /// P(u) and Phi; false where there is no image.
     fn shoot(&mut self, u: &[f64], p: [f64; 2]) -> Result<bool, SolveError> {
         self.state.copy_from_slice(u);
+        let span = (0.0, self.shots.period());
         let into = (self.state.as_mut_slice(), Some(&mut self.phi));
-        self.shots.map(p, (0.0, TAU), into)
-    }
-
-    /// The same as if the touching of a grazing curve did nothing: the flow beside it, which is smooth, extended by its transition matrix.
-    /// The flow that touches has a square root, and behind a stop another motion.
-    fn shoot_beside(&mut self, spot: &Spot, beside: &Spot) -> Result<bool, SolveError> {
-        let is_whole = self.shoot(&beside.u, beside.p)?;
-        if is_whole && beside.u != spot.u {
-            for (j, (u, other)) in spot.u.iter().zip(&beside.u).enumerate() {
-                for (i, x) in self.state.iter_mut().enumerate() {
-                    *x += self.phi[(i, j)] * (u - other);
-                }
-            }
-        }
-        Ok(is_whole)
+        self.shots.map(p, span, into)
     }
 
     /// P(u) - u (+ extra b for a branch point) and the conditions; NaN where there is no image.
     fn residual(&mut self, spot: &Spot, out: &mut [f64]) -> Result<(), SolveError> {
+        if matches!(self.kind, CurveKind::Grazing { .. }) {
+            return self.touching(spot, Passes::Kept, out);
+        }
         out.fill(f64::NAN);
-        let n = spot.u.len();
-        let beside = match self.kind {
-            CurveKind::Grazing { .. } => Some(self.untouched(spot, APART)?),
-            _ => None,
-        };
-        let is_whole = match &beside {
-            Some(beside) => self.shoot_beside(spot, beside)?,
-            None => self.shoot(&spot.u, spot.p)?,
-        };
-        if !is_whole {
+        if !self.shoot(&spot.u, spot.p)? {
             return Ok(());
         }
         for (r, (image, u)) in out.iter_mut().zip(self.state.iter().zip(&spot.u)) {
             *r = (image - u) / self.size;
         }
-        match self.kind {
-            CurveKind::Grazing { .. } => {
-                let beside = beside.unwrap_or_else(|| spot.clone());
-                self.touch((spot, &beside), None, &mut out[n..])
-            }
-            _ => self.events(spot, out),
-        }
+        self.events(spot, out)
     }
 
     /// The conditions on the transition matrix at hand.
@@ -201,63 +181,6 @@ impl<'a> Defining<'a> {
         }
         let [a, b] = images.map(DVector::from_vec);
         Ok((b - a) / (2.0 * STEP))
-    }
-
-    /// Deformation over its breakpoint and its rate at tau of a grazing, with their derivatives to u and tau: those of the flow beside
-    /// the touching, extended.
-    fn touch(
-        &mut self,
-        (spot, beside): (&Spot, &Spot),
-        partials: Option<&mut DMatrix<f64>>,
-        out: &mut [f64],
-    ) -> Result<(), SolveError> {
-        let CurveKind::Grazing {
-            connection,
-            breakpoint,
-        } = self.kind
-        else {
-            return Ok(());
-        };
-        let n = spot.u.len();
-        let tau = spot.extra.rem_euclid(TAU);
-        let (mut state, mut phi) = (beside.u.clone(), DMatrix::identity(n, n));
-        let into = (state.as_mut_slice(), &mut phi);
-        if !self.shots.approach(spot.p, (connection, tau), into)? {
-            return Ok(());
-        }
-        for (j, (u, other)) in spot.u.iter().zip(&beside.u).enumerate() {
-            for (i, x) in state.iter_mut().enumerate() {
-                *x += phi[(i, j)] * (u - other);
-            }
-        }
-        let system = self.shots.system(spot.p)?;
-        let (dof, mut scratch) = (system.dof(), system.scratch());
-        let mut acceleration = vec![0.0; dof];
-        system.acceleration(tau, &state, &mut scratch, &mut acceleration);
-        let levels = system.mounts()[connection].element.breakpoints();
-        let Some(level) = levels.get(breakpoint) else {
-            return Ok(());
-        };
-        out[0] = (scratch.deformation[connection] - level) / self.size;
-        out[1] = scratch.rate[connection] / self.size;
-        let Some(partials) = partials else {
-            return Ok(());
-        };
-        // u is in sizes, as the conditions are.
-        let row = system.element_map().row(connection).into_owned();
-        for j in 0..n {
-            partials[(0, j)] = (0..dof).map(|i| row[i] * phi[(i, j)]).sum();
-            partials[(1, j)] = (0..dof).map(|i| row[i] * phi[(dof + i, j)]).sum();
-        }
-        let nu = system.subharmonic() as f64;
-        let error = system.mounts()[connection].transmission_error.as_ref();
-        let bend = error.map_or(0.0, |e| {
-            system.excitation_frequency() * nu * e.second_derivative(nu * tau)
-        });
-        let rise: f64 = (0..dof).map(|i| row[i] * acceleration[i]).sum();
-        partials[(0, n)] = out[1] / system.omega();
-        partials[(1, n)] = (rise / system.omega() - bend) / self.size;
-        Ok(())
     }
 
     /// Residuals on both sides of an unknown, or of p2 behind the last one, over twice the step.
@@ -346,18 +269,16 @@ impl Defining<'_> {
         let (n, dim) = (self.shots.size(), self.dim());
         let spot = self.spot(x, p2);
         let mut values = vec![f64::NAN; dim];
-        self.residual(&spot, &mut values)?;
+        let is_grazing = matches!(self.kind, CurveKind::Grazing { .. });
+        let mut partials = DMatrix::zeros(2, n + 1);
+        match is_grazing {
+            true => self.touching(&spot, Passes::Varied(&mut partials), &mut values)?,
+            false => self.residual(&spot, &mut values)?,
+        }
         out.r.copy_from_slice(&values);
         out.magnitude = 1.0;
         let phi = self.phi.clone();
-        let is_grazing = matches!(self.kind, CurveKind::Grazing { .. });
         let mut sides = [vec![0.0; dim], vec![0.0; dim]];
-        let mut partials = DMatrix::zeros(2, n + 1);
-        if is_grazing {
-            let mut again = [0.0; 2];
-            let beside = self.untouched(&spot, APART)?;
-            self.touch((&spot, &beside), Some(&mut partials), &mut again)?;
-        }
         let columns = dim + usize::from(out.has_parameter);
         for k in 0..columns {
             let is_known = is_grazing && (k < n || k == n + 1);

@@ -45,13 +45,16 @@ impl Defining<'_> {
             CurveKind::Grazing { .. } => return Ok(None),
         };
         let nearest = gaps(&mut self.shots, None, (spot.p, &spot.u))?;
+        let repeats = self.shots.repeats(spot.p, &spot.u)?;
         for (gap, kind, tau) in nearest.into_iter().take(EXTREMA) {
             let touching = Spot {
                 extra: tau,
                 ..spot.clone()
             };
             let own = (std::mem::replace(&mut self.kind, kind), self.borders.take());
+            self.shots.set_repeats(repeats);
             let found = self.passage(&touching, test);
+            self.shots.set_repeats(1);
             (self.kind, self.borders) = own;
             let found = match found {
                 Err(SolveError::NoSystem { .. }) => None,

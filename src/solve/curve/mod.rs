@@ -21,6 +21,7 @@ mod passing;
 mod relocate;
 mod seek;
 mod shots;
+mod touching;
 
 pub use codimension::{Codimension, CurveEvent};
 pub use defining::{Defining, Spot};

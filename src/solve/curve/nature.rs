@@ -9,7 +9,7 @@ use crate::error::SolveError;
 use crate::solve::floquet;
 use nalgebra::DMatrix;
 use num_complex::Complex;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// A place on a curve with what is known there.
 #[derive(Debug, Clone)]
@@ -42,10 +42,10 @@ impl Defining<'_> {
         let (tests, criticality) = self.tests(spot, &whole, &multipliers)?;
         let mut passages = whole.1;
         if let CurveKind::Grazing { connection, .. } = self.kind {
-            let limit = TOUCHING.1 * self.size;
+            let (limit, period) = (TOUCHING.1 * self.size, self.shots.period());
             passages.0.retain(|(own, _, tau, rate)| {
-                let gap = (tau - spot.extra).rem_euclid(TAU);
-                let is_near = gap.min(TAU - gap) < TOUCHING.0;
+                let gap = (tau - spot.extra).rem_euclid(period);
+                let is_near = gap.min(period - gap) < TOUCHING.0;
                 !(*own == connection && is_near && rate.abs() < limit)
             });
         }
@@ -53,7 +53,7 @@ impl Defining<'_> {
             CurveKind::Fold | CurveKind::BranchPoint => 0.0,
             CurveKind::PeriodDoubling => PI,
             CurveKind::NeimarkSacker => spot.extra.clamp(-1.0, 1.0).acos(),
-            CurveKind::Grazing { .. } => spot.extra.rem_euclid(TAU),
+            CurveKind::Grazing { .. } => spot.extra.rem_euclid(self.shots.period()),
         };
         Ok(Some(Nature {
             theta,
@@ -131,51 +131,5 @@ impl Defining<'_> {
                 (tests, f64::NAN)
             }
         })
-    }
-
-    /// A spot at which the extremum stays clear of its breakpoint by at least a number of sizes: the state moved, against the gradient of the
-    /// touched deformation.
-    pub(super) fn untouched(&mut self, spot: &Spot, away: f64) -> Result<Spot, SolveError> {
-        let CurveKind::Grazing {
-            connection,
-            breakpoint,
-        } = self.kind
-        else {
-            return Ok(spot.clone());
-        };
-        let n = spot.u.len();
-        let tau = spot.extra.rem_euclid(TAU);
-        let (mut state, mut phi) = (spot.u.clone(), DMatrix::identity(n, n));
-        let into = (state.as_mut_slice(), &mut phi);
-        if !self.shots.approach(spot.p, (connection, tau), into)? {
-            return Ok(spot.clone());
-        }
-        let system = self.shots.system(spot.p)?;
-        let (dof, mut scratch) = (system.dof(), system.scratch());
-        let mut acceleration = vec![0.0; dof];
-        system.acceleration(tau, &state, &mut scratch, &mut acceleration);
-        let row = system.element_map().row(connection).into_owned();
-        let rise: f64 = (0..dof).map(|i| row[i] * acceleration[i]).sum();
-        // What is remembered is data.
-        let gradient: Vec<f64> = (0..2 * dof)
-            .map(|j| (0..dof).map(|i| row[i] * phi[(i, j)]).sum())
-            .collect();
-        let square: f64 = gradient.iter().map(|g| g * g).sum();
-        let level = system.mounts()[connection].element.breakpoints()[breakpoint];
-        let (x, rate) = (scratch.deformation[connection], scratch.rate[connection]);
-        // The extremum itself lies beside tau where the rate is not 0. A maximum is kept below the breakpoint, a minimum above.
-        let extremum = match rate * rate < self.size * rise.abs() {
-            true => x - rate * rate / (2.0 * rise),
-            false => x,
-        };
-        let gap = level - extremum - away * self.size * -rise.signum();
-        let mut moved = spot.clone();
-        if gap * rise < 0.0 {
-            return Ok(moved);
-        }
-        for (u, g) in moved.u.iter_mut().zip(&gradient) {
-            *u += g * gap / square.max(f64::MIN_POSITIVE);
-        }
-        Ok(moved)
     }
 }

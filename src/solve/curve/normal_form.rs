@@ -49,7 +49,7 @@ struct Bend {
 }
 
 impl Defining<'_> {
-    /// Phi at a spot, and the passages of breakpoints; `None` where there is no image.
+    /// Phi over the response period at a spot, and the passages of breakpoints in the period of the orbit; `None` where there is no image.
     pub(super) fn transition(
         &mut self,
         spot: &Spot,
@@ -57,6 +57,9 @@ impl Defining<'_> {
         let n = spot.u.len();
         let (mut state, mut phi) = (spot.u.clone(), DMatrix::identity(n, n));
         let found = self.shots.whole(spot.p, &mut state, Some(&mut phi))?;
+        let repeats = (TAU / self.shots.period()).round() as usize;
+        let once = phi.clone();
+        (1..repeats).for_each(|_| phi = &once * &phi);
         Ok(found.map(|passages| (phi, passages)))
     }
 

@@ -70,7 +70,7 @@ impl Defining<'_> {
     pub fn relocated(&mut self, spot: &Spot) -> Result<Option<f64>, SolveError> {
         let found = match self.kind {
             CurveKind::Fold => self.turning(spot),
-            CurveKind::Grazing { .. } => self.touching(spot),
+            CurveKind::Grazing { .. } => self.at_touching(spot),
             _ => self.passing(spot),
         };
         match found {
@@ -133,7 +133,7 @@ impl Defining<'_> {
     }
 
     /// Where an extremum comes to its breakpoint, from the side on which it does not touch.
-    fn touching(&mut self, spot: &Spot) -> Result<Option<f64>, SolveError> {
+    fn at_touching(&mut self, spot: &Spot) -> Result<Option<f64>, SolveError> {
         let CurveKind::Grazing {
             connection,
             breakpoint,

@@ -43,6 +43,8 @@ struct Free {
     integrator: Box<dyn Integrator + Send>,
 }
 
+/// Distance of a state from that a part of the period before, relative to its size, within which the orbit repeats itself.
+const REPEATED: f64 = 1e-6;
 /// Phase before a touching of a stop within which the stop is left out: what lies beyond its level there is the motion without it.
 const WITHOUT: f64 = 0.1;
 
@@ -55,6 +57,8 @@ pub struct Shots<'a> {
     size: usize,
     /// Coordinates and rates: what is behind them in the state is remembered.
     motion: usize,
+    /// Period of the orbits, in tau.
+    period: f64,
 }
 
 /// Passages of breakpoints in a period: connection, breakpoint counted from below, phase, rate.
@@ -100,6 +104,7 @@ impl<'a> Shots<'a> {
             next: 0,
             size,
             motion,
+            period: TAU,
         };
         shots.slot(place)?;
         Ok(shots)
@@ -108,6 +113,35 @@ impl<'a> Shots<'a> {
     /// Values in a state.
     pub fn size(&self) -> usize {
         self.size
+    }
+
+    /// Period of the orbits, in tau: a part of the response period where they repeat themselves before it is over.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// Sets how often orbits repeat themselves in the response period.
+    pub fn set_repeats(&mut self, repeats: usize) {
+        self.period = TAU / repeats as f64;
+    }
+
+    /// How often the orbit of a state repeats itself in the response period.
+    ///
+    /// # Errors
+    /// There is no system at this place, or an interruption.
+    pub fn repeats(&mut self, p: [f64; 2], u: &[f64]) -> Result<usize, SolveError> {
+        let system = self.system(p)?;
+        let most = system.subharmonic() * system.common_order();
+        let size = u.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+        for k in (2..=most).rev().filter(|k| most.is_multiple_of(*k)) {
+            let mut state = u.to_vec();
+            let is_whole = self.map(p, (0.0, TAU / k as f64), (&mut state, None))?;
+            let mut gaps = state.iter().zip(u).map(|(a, b)| (a - b).abs());
+            if is_whole && gaps.all(|gap| gap <= REPEATED * size) {
+                return Ok(k);
+            }
+        }
+        Ok(1)
     }
 
     /// The system at a place.
@@ -139,7 +173,7 @@ impl<'a> Shots<'a> {
         self.observed(p, span, (state, phi), &mut ())
     }
 
-    /// The same over the whole period, with the passages of breakpoints.
+    /// The same over the period of the orbits, with the passages of breakpoints.
     ///
     /// # Errors
     /// As above.
@@ -155,7 +189,8 @@ impl<'a> Shots<'a> {
             breakpoints: &breakpoints,
             found: &mut found,
         };
-        let is_whole = self.observed(p, (0.0, TAU), (state, phi), &mut counting)?;
+        let span = (0.0, self.period);
+        let is_whole = self.observed(p, span, (state, phi), &mut counting)?;
         Ok(is_whole.then_some(found))
     }
 
@@ -171,7 +206,7 @@ impl<'a> Shots<'a> {
         observer: &mut dyn Observer,
     ) -> Result<bool, SolveError> {
         let slot = self.slot(p)?;
-        let motion = self.motion;
+        let (motion, period) = (self.motion, self.period);
         let Slot {
             system, integrator, ..
         } = &mut self.slots[slot];
@@ -180,7 +215,7 @@ impl<'a> Shots<'a> {
             Some(phi) => {
                 phi.fill_with_identity();
                 let end = integrator.advance_with_variation(system, span, state, phi, observer);
-                if span.1 - span.0 >= TAU {
+                if span.1 - span.0 >= period {
                     let kept: Vec<usize> = floquet::kept(phi, motion).collect();
                     kept.into_iter().for_each(|row| phi[(row, row)] = 0.0);
                 }
@@ -200,48 +235,62 @@ impl<'a> Shots<'a> {
         &mut self,
         p: [f64; 2],
         (connection, tau): (usize, f64),
-        (state, phi): (&mut [f64], &mut DMatrix<f64>),
+        (state, mut phi): (&mut [f64], Option<&mut DMatrix<f64>>),
     ) -> Result<bool, SolveError> {
         let slot = self.slot(p)?;
         let law = &self.slots[slot].system.mounts()[connection].element;
-        let is_stop = law.least_impact().is_some();
-        let begin = match is_stop {
-            true => (tau - WITHOUT).max(0.0),
-            false => tau,
+        let begin = match law.least_impact() {
+            Some(_) => (tau - WITHOUT).max(0.0),
+            None => tau,
         };
-        phi.fill_with_identity();
-        if begin > 0.0 && !self.map(p, (0.0, begin), (&mut *state, Some(&mut *phi)))? {
+        if let Some(phi) = phi.as_deref_mut() {
+            phi.fill_with_identity();
+        }
+        if begin > 0.0 && !self.map(p, (0.0, begin), (&mut *state, phi.as_deref_mut()))? {
             return Ok(false);
         }
         if begin >= tau {
             return Ok(true);
         }
-        let Slot { system, free, .. } = &mut self.slots[slot];
-        if free.as_ref().is_none_or(|f| f.connection != connection) {
-            let open = PiecewiseLinear {
-                breakpoints: Vec::new(),
-                slopes: vec![0.0],
-            };
-            let system = system.with_law(connection, Box::new(open));
-            let integrator = choose(&system, self.choice)?;
-            *free = Some(Free {
-                connection,
-                system,
-                integrator,
-            });
-        }
-        let Some(Free {
+        let Free {
             system, integrator, ..
-        }) = free
-        else {
-            return Ok(false);
-        };
-        let mut last = DMatrix::identity(phi.nrows(), phi.ncols());
+        } = self.free(slot, connection)?;
         let span = (begin, tau);
-        let end = integrator.advance_with_variation(system, span, state, &mut last, &mut ());
+        let end = match phi {
+            None => integrator.advance(system, span, state, &mut ()),
+            Some(phi) => {
+                let mut last = DMatrix::identity(phi.nrows(), phi.ncols());
+                let end =
+                    integrator.advance_with_variation(system, span, state, &mut last, &mut ());
+                *phi = last * &*phi;
+                end
+            }
+        };
         uninterrupted()?;
-        *phi = last * &*phi;
         Ok(end == IntegrationEnd::Reached && state.iter().all(|x| x.is_finite()))
+    }
+
+    /// The flow of a slot without the law of a connection.
+    fn free(&mut self, slot: usize, connection: usize) -> Result<&mut Free, SolveError> {
+        let Slot { system, free, .. } = &mut self.slots[slot];
+        let known = free.take().filter(|f| f.connection == connection);
+        let made = match known {
+            Some(known) => known,
+            None => {
+                let open = PiecewiseLinear {
+                    breakpoints: Vec::new(),
+                    slopes: vec![0.0],
+                };
+                let system = system.with_law(connection, Box::new(open));
+                let integrator = choose(&system, self.choice)?;
+                Free {
+                    connection,
+                    system,
+                    integrator,
+                }
+            }
+        };
+        Ok(free.insert(made))
     }
 
     fn slot(&mut self, p: [f64; 2]) -> Result<usize, SolveError> {
