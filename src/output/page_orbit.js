@@ -79,7 +79,8 @@ const orbits = (() => {
   }
 
   function heading(orbit, point) {
-    const place = "Orbit of branch " + orbit.branch + ", point " + orbit.point + " (omega " + orbit.omega + ")";
+    const omega = orbit.omega === null ? "" : " (omega " + orbit.omega + ")";
+    const place = "Orbit of branch " + orbit.branch + ", point " + orbit.point + omega;
     return orbit.point === point ? place : place + ", the kept one nearest to point " + point;
   }
 

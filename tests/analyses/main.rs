@@ -25,6 +25,7 @@ mod first_contact;
 mod floquet_estimate;
 mod from_rust;
 mod honest_ends;
+mod interrupted_maps;
 mod links;
 mod motions;
 mod named_parameters;

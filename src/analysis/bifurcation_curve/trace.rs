@@ -5,7 +5,7 @@ use super::{BifurcationCurve, start};
 use crate::analysis::Setting;
 use crate::error::{Error, SolveError};
 use crate::interrupt;
-use crate::solve::continuation::Side;
+use crate::solve::continuation::{PathEnd, Side};
 use crate::solve::curve::{
     Arm, CurveEnd, CurveEvent, CurveKind, CurveOptions, CurvePoint, Defining, Spot, follow,
 };
@@ -84,11 +84,17 @@ fn both_ways(
         setting.control.progress(setting.name, 0.0, &words);
         !setting.control.is_interrupted()
     };
-    let mut arms: Vec<Arm> = Vec::new();
+    let (mut arms, mut is_stopped) = (Vec::<Arm>::new(), false);
     for side in [Side::Backward, Side::Forward] {
-        let found = follow(&mut problem, &spot, side, &options, &mut keep_going);
-        let Some(arm) = found.map_err(Error::Solve)? else {
-            return Ok(lost("the first point cannot be corrected".into()));
+        let arm = match follow(&mut problem, &spot, side, &options, &mut keep_going) {
+            Ok(Some(arm)) => arm,
+            Ok(None) => return Ok(lost("the first point cannot be corrected".into())),
+            // The other arm is kept.
+            Err(SolveError::Interrupted) => {
+                is_stopped = true;
+                break;
+            }
+            Err(error) => return Err(Error::Solve(error)),
         };
         let is_closed = arm.end == CurveEnd::Closed;
         arms.push(arm);
@@ -96,7 +102,11 @@ fn both_ways(
             break;
         }
     }
-    let ends = arms.iter().map(|arm| arm.end.clone()).collect();
+    if arms.is_empty() {
+        return Ok(lost("interrupted".into()));
+    }
+    let mut ends: Vec<CurveEnd> = arms.iter().map(|arm| arm.end.clone()).collect();
+    ends.extend(is_stopped.then_some(CurveEnd::Path(PathEnd::Interrupted)));
     let kind = Some(problem.kind);
     let mut pieces = pieces(arms);
     if let Some(stride) = keys.confirm_stride() {

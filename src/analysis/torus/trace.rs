@@ -5,14 +5,16 @@ use super::{Torus, start};
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::Axis;
 use crate::error::{Error, SolveError};
+use crate::interrupt::Interrupt;
 use crate::postprocess::measures::Meter;
-use crate::solve::continuation::Side;
+use crate::solve::continuation::{PathEnd, Side};
 use crate::solve::curve::Shots;
 use crate::solve::orbit::Orbit;
 use crate::solve::torus::{
     TorusArm, TorusEnd, TorusOptions, TorusPoint, TorusProblem, follow, locking,
 };
 use crate::system::System;
+use std::time::{Duration, Instant};
 
 /// A torus with its measures.
 pub(super) struct Row {
@@ -71,7 +73,7 @@ pub(super) fn run(
         (_, true, _) => vec![Side::Backward],
         _ => vec![Side::Backward, Side::Forward],
     };
-    let mut arms = Vec::new();
+    let (mut arms, mut is_stopped) = (Vec::new(), false);
     for side in sides {
         problem.refer_to(&first);
         match follow(&mut problem, &first, side, &options, &mut keep_going) {
@@ -84,12 +86,16 @@ pub(super) fn run(
                 arms.push((side, arm));
             }
             Ok(None) => return Ok(lost("the first torus cannot be corrected".into())),
-            Err(SolveError::Interrupted) => break,
+            Err(SolveError::Interrupted) => {
+                is_stopped = true;
+                break;
+            }
             Err(error) => return Err(Error::Solve(error)),
         }
     }
     let mut points: Vec<TorusPoint> = Vec::new();
-    let ends = arms.iter().map(|(_, arm)| arm.end.clone()).collect();
+    let mut ends: Vec<TorusEnd> = arms.iter().map(|(_, arm)| arm.end.clone()).collect();
+    ends.extend(is_stopped.then_some(TorusEnd::Path(PathEnd::Interrupted)));
     for (side, arm) in arms {
         match side {
             Side::Backward => points.extend(arm.points.into_iter().rev()),
@@ -99,16 +105,9 @@ pub(super) fn run(
             }
         }
     }
-    let mut rows = Vec::new();
-    for point in points {
-        match row(&mut problem, (point, nu), keys.curve) {
-            Ok(row) => rows.push(row),
-            Err(SolveError::Interrupted) => break,
-            Err(error) => return Err(Error::Solve(error)),
-        }
-    }
+    let rows = rows(setting, &mut problem, (points, nu), keys.curve);
     Ok(Traced {
-        rows,
+        rows: rows.map_err(Error::Solve)?,
         ends,
         failure: None,
         integrator: problem.into_shots().integrator(),
@@ -140,6 +139,36 @@ fn lost(reason: String) -> Traced {
         failure: Some(reason),
         integrator: "",
     }
+}
+
+/// Time in which tori are measured after an interruption; the measures of the others stay empty.
+const LAST: Duration = Duration::from_millis(700);
+
+/// All tori with their measures. An interruption ends the path, not the measures of what was found before.
+fn rows(
+    setting: &Setting<'_>,
+    problem: &mut TorusProblem<'_>,
+    (points, nu): (Vec<TorusPoint>, usize),
+    keeps_curve: bool,
+) -> Result<Vec<Row>, SolveError> {
+    let (mut list, mut stopped) = (Vec::with_capacity(points.len()), None);
+    let elements = setting.assembly.system.element_count();
+    for point in points {
+        if stopped.is_none() && setting.control.is_interrupted() {
+            stopped = Some(Instant::now());
+        }
+        let is_late = stopped.is_some_and(|at| at.elapsed() > LAST);
+        list.push(match is_late {
+            true => Row {
+                rms: vec![f64::NAN; elements],
+                curve: Vec::new(),
+                nu,
+                point,
+            },
+            false => Interrupt::default().scope(|| row(problem, (point, nu), keeps_curve))?,
+        });
+    }
+    Ok(list)
 }
 
 /// The measures of a torus: means over all angles and over time.

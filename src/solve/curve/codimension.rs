@@ -7,6 +7,7 @@ use super::{CurveKind, Defining};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::{Continuation, PathPoint};
+use nalgebra::{DMatrix, DVector};
 
 /// Kind of a point on a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,6 +66,14 @@ impl Codimension {
         }
     }
 
+    /// Whether a coefficient of a normal form vanishes there.
+    fn is_coefficient(self) -> bool {
+        matches!(
+            self,
+            Codimension::GeneralisedFlip | Codimension::GeneralisedTorus
+        )
+    }
+
     /// Other curve at a crossing with a grazing curve.
     pub fn met(self) -> Option<&'static str> {
         match self {
@@ -93,23 +102,36 @@ pub struct CurveEvent {
 
 /// Width of a location, in steps.
 const WIDTH: f64 = 1e-13;
-/// Fractions of a step at which tests are made that have no value at one of its ends.
+/// Fractions of a step at which tests are made that have no value at one of its ends, or that should have changed their sign.
 const INSIDE: [f64; 5] = [0.0625, 0.25, 0.5, 0.75, 0.9375];
+/// Values from which a coefficient of a normal form is smoothed, and how far they reach to each side, in steps: second differences of Phi
+/// have its rounding over the square of their step.
+const SMOOTHED: (usize, f64) = (41, 0.1);
+/// Uncertainty of a smoothed place, in ranges and sizes, beyond which it is not known.
+const DOUBT: f64 = 1e-7;
+/// Rounds in which the root of the polynomial settles.
+const ROUNDS: usize = 12;
+/// Least reach.
+const LEAST: f64 = 1e-3;
 /// Value at a root relative to those at the ends of the step.
 const PLAIN: f64 = 1e-3;
 /// Tangent below which a parameter counts as constant: no turning point.
 const STILL: f64 = 1e-7;
+/// Share of the way to the ends of a step at which a parameter is compared with that of its turning point.
+const BESIDE: f64 = 0.3;
 /// Distance in steps within which turning points belong to a cusp.
 const AT_CUSP: f64 = 1e-3;
 
-/// Locates everything in the last step of a path, with what is known of its ends, in the order of the path.
+/// Locates everything in the last step of a path, with what is known of its ends and the tests expected at the second one, in the order of
+/// the path.
 pub(super) fn in_step(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
     ends: (&Nature, &Nature),
+    expected: &[f64],
 ) -> Result<Vec<CurveEvent>, SolveError> {
     let mut list = passing::in_step(problem, path, ends)?;
-    let samples = samples(problem, path, ends)?;
+    let samples = samples(problem, path, ends, expected)?;
     for (number, (kind, _)) in ends.0.tests.iter().enumerate() {
         let value = |problem: &mut Defining<'_>, point: &PathPoint| {
             let spot = problem.spot(&point.u, point.lambda);
@@ -120,7 +142,13 @@ pub(super) fn in_step(
         let known: Vec<(f64, f64)> = known.filter(|(_, test)| test.is_finite()).collect();
         for pair in known.windows(2).filter(|w| is_opposite(w[0].1, w[1].1)) {
             let found = locate(problem, path, (pair[0], pair[1]), &value)?;
-            list.extend(found.filter(Found::is_plain).map(|e| e.into(*kind)));
+            let Some(mut found) = found.filter(Found::is_plain) else {
+                continue;
+            };
+            if kind.is_coefficient() {
+                smooth(problem, path, &mut found, &value)?;
+            }
+            list.push(found.into(*kind));
         }
     }
     list.extend(turnings(problem, path, &list)?);
@@ -131,16 +159,20 @@ pub(super) fn in_step(
 /// Values of the tests at fractions of a step.
 type Samples = Vec<(f64, Vec<(Codimension, f64)>)>;
 
-/// The tests at the ends of a step, and inside it where one has no value at an end: differences do not reach across a switch that
-/// comes or goes.
+/// The tests at the ends of a step, and inside it where one has no value at an end, because differences do not reach across a switch that
+/// comes or goes, or where one was on its way to a change of sign: two roots in one step leave none.
 fn samples(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
     ends: (&Nature, &Nature),
+    expected: &[f64],
 ) -> Result<Samples, SolveError> {
     let is_open = |nature: &Nature| nature.tests.iter().any(|(_, test)| test.is_nan());
+    let both = ends.0.tests.iter().zip(&ends.1.tests);
+    let mut both = both.map(|((_, a), (_, b))| (*a, *b)).zip(expected);
+    let is_missed = both.any(|((a, b), c)| is_opposite(a, *c) && !is_opposite(a, b));
     let mut list = vec![(0.0, ends.0.tests.clone())];
-    if is_open(ends.0) != is_open(ends.1) {
+    if is_open(ends.0) != is_open(ends.1) || is_missed {
         for x in INSIDE {
             let Some(point) = path.at_fraction(problem, x)? else {
                 continue;
@@ -175,7 +207,13 @@ fn turnings(
         }
         let value = |_: &mut Defining<'_>, point: &PathPoint| Ok(slope(point));
         let found = locate(problem, path, ((0.0, a), (1.0, b)), &value)?;
-        list.extend(found.filter(Found::is_plain).map(|e| e.into(kind)));
+        let Some(found) = found.filter(Found::is_plain) else {
+            continue;
+        };
+        let parameter = usize::from(kind == Codimension::TurningSecond);
+        if turns(problem, path, &found, parameter)? {
+            list.push(found.into(kind));
+        }
     }
     let is_fold = problem.kind == CurveKind::Fold;
     let is_cusp = |x: f64| {
@@ -198,6 +236,26 @@ fn turnings(
     Ok(list)
 }
 
+/// Whether a parameter is on one side of its value at a place everywhere around it: tangents alone deceive next to a grazing, where differences
+/// reach across it.
+fn turns(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    found: &Found,
+    parameter: usize,
+) -> Result<bool, SolveError> {
+    let mut rises = [0.0; 2];
+    for (rise, end) in rises.iter_mut().zip([0.0, 1.0]) {
+        let x = found.fraction + BESIDE * (end - found.fraction);
+        let Some(point) = path.at_fraction(problem, x)? else {
+            return Ok(true);
+        };
+        let spot = problem.spot(&point.u, point.lambda);
+        *rise = spot.p[parameter] - found.spot.p[parameter];
+    }
+    Ok(rises[0] * rises[1] > 0.0)
+}
+
 /// A component of the tangent.
 type Slope<'s> = &'s dyn Fn(&PathPoint) -> f64;
 
@@ -212,6 +270,7 @@ struct Found {
     spot: Spot,
     value: f64,
     largest: f64,
+    is_located: bool,
 }
 
 impl Found {
@@ -225,10 +284,58 @@ impl Found {
             kind,
             spot: self.spot,
             fraction: self.fraction,
-            is_located: true,
+            is_located: self.is_located,
             is_birth: None,
         }
     }
+}
+
+/// Moves a root to that of a cubic polynomial through many values around it.
+fn smooth(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    found: &mut Found,
+    value: Value<'_>,
+) -> Result<(), SolveError> {
+    let (count, reach) = SMOOTHED;
+    let reach = reach.min(found.fraction).min(1.0 - found.fraction);
+    if reach < LEAST {
+        return Ok(());
+    }
+    let (mut places, mut values) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for k in 0..count {
+        let t = 2.0 * k as f64 / (count - 1) as f64 - 1.0;
+        let Some(point) = path.at_fraction(problem, found.fraction + reach * t)? else {
+            return Ok(());
+        };
+        places.push(t);
+        values.push(value(problem, &point)?);
+    }
+    let matrix = DMatrix::from_fn(count, 4, |k, power| places[k].powi(power as i32));
+    let right = DVector::from_column_slice(&values);
+    let fit = matrix.svd(true, true).solve(&right, 0.0);
+    let Ok(fit) = fit else {
+        return Ok(());
+    };
+    let mut t = 0.0;
+    for _ in 0..ROUNDS {
+        t = -(fit[0] + (fit[2] + fit[3] * t) * t * t) / fit[1];
+    }
+    let model = |t: f64| fit[0] + (fit[1] + (fit[2] + fit[3] * t) * t) * t;
+    let squares = places
+        .iter()
+        .zip(&values)
+        .map(|(t, v)| (v - model(*t)).powi(2));
+    let spread = (squares.sum::<f64>() / (count - 4) as f64).sqrt();
+    // A mean of so many, in lengths of the step.
+    let doubt = reach * spread / fit[1].abs() * 2.0 / (count as f64).sqrt();
+    found.is_located = doubt * path.chord() < DOUBT;
+    let is_near = t.abs() < 0.5;
+    if is_near && let Some(point) = path.at_fraction(problem, found.fraction + reach * t)? {
+        found.fraction += reach * t;
+        found.spot = problem.spot(&point.u, point.lambda);
+    }
+    Ok(())
 }
 
 type Value<'v> = &'v dyn Fn(&mut Defining<'_>, &PathPoint) -> Result<f64, SolveError>;
@@ -264,5 +371,6 @@ fn locate(
         spot: problem.spot(&point.u, point.lambda),
         value: last,
         largest: a.1.abs().max(b.1.abs()),
+        is_located: true,
     }))
 }

@@ -1,6 +1,7 @@
 //! A curve followed one way from a first point.
 
 use super::CurveKind;
+use super::chord::{Chord, reverses};
 use super::codimension::{self, Codimension, CurveEvent};
 use super::defining::{Defining, Spot};
 use super::end::CurveEnd;
@@ -11,7 +12,6 @@ use crate::solve::continuation::{
     Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
 };
 use crate::solve::newton::NewtonOptions;
-use nalgebra::DVector;
 
 /// Settings.
 #[derive(Debug, Clone)]
@@ -142,6 +142,7 @@ impl Walker<'_> {
         };
         let mark = self.mark(first.lambda);
         self.arm.points.push(point(&spot, &nature, mark));
+        let mut slopes: Vec<f64> = Vec::new();
         loop {
             if !keep_going(self.arm.points.len()) {
                 return Ok(CurveEnd::Path(PathEnd::Interrupted));
@@ -180,11 +181,18 @@ impl Walker<'_> {
             let Some(next) = problem.nature(&spot)? else {
                 return Ok(CurveEnd::Path(PathEnd::Unbounded));
             };
-            let is_over = self.step(problem, path, (&nature, &next), &spot)?;
+            let length = path.chord();
+            let tests = nature.tests.iter().zip(&slopes);
+            let expected: Vec<f64> = tests.map(|((_, a), slope)| a + slope * length).collect();
+            let events = codimension::in_step(problem, path, (&nature, &next), &expected)?;
+            let both = nature.tests.iter().zip(&next.tests);
+            slopes = both.map(|((_, a), (_, b))| (b - a) / length).collect();
+            let is_over = self.step(problem, path, events, (&next, &spot))?;
             if let Some(end) = is_over {
                 return Ok(end);
             }
             if path.chord() < SHORT * self.options.step.0
+                && self.approaches(problem)?
                 && let Some(end) = self.touch(problem, TOUCHING.0)?
             {
                 return Ok(end);
@@ -193,6 +201,18 @@ impl Walker<'_> {
             // Seen with the borders of the next step.
             nature = problem.nature(&spot)?.unwrap_or(next);
         }
+    }
+
+    /// Whether the last point is nearer to a touching than the one before.
+    fn approaches(&self, problem: &mut Defining<'_>) -> Result<bool, SolveError> {
+        let [.., before, last] = self.arm.points.as_slice() else {
+            return Ok(true);
+        };
+        let mut gap = |point: &CurvePoint| {
+            let nearest = problem.nearest_touch(&point.spot)?;
+            Ok::<f64, SolveError>(nearest.map_or(f64::INFINITY, |(gap, _)| gap))
+        };
+        Ok(gap(last)? < gap(before)?)
     }
 
     /// The end of a curve of bifurcations at a grazing, where its last point is that near to one; with the event.
@@ -239,10 +259,9 @@ impl Walker<'_> {
         &mut self,
         problem: &mut Defining<'_>,
         path: &mut Continuation,
-        ends: (&Nature, &Nature),
-        spot: &Spot,
+        events: Vec<CurveEvent>,
+        (nature, spot): (&Nature, &Spot),
     ) -> Result<Option<CurveEnd>, SolveError> {
-        let events = codimension::in_step(problem, path, ends)?;
         let mut turns: Vec<f64> = (events.iter())
             .filter(|e| matches!(e.kind, Codimension::TurningSecond | Codimension::Cusp))
             .map(|e| e.fraction)
@@ -272,7 +291,7 @@ impl Walker<'_> {
         let last = self.arm.points.last().map(|p| p.spot.p);
         if last != Some(spot.p) {
             let mark = self.mark(spot.p[1]);
-            self.arm.points.push(point(spot, ends.1, mark));
+            self.arm.points.push(point(spot, nature, mark));
         }
         let margin = self.options.margin;
         let is_beyond = |x: f64| !(-margin..=1.0 + margin).contains(&x);
@@ -372,35 +391,6 @@ fn at(
     let spot = problem.spot(&found.u, found.lambda);
     let nature = problem.nature(&spot)?;
     Ok(nature.map(|nature| point(&spot, &nature, mark)))
-}
-
-/// Cosine of the angle between two steps of a path that goes back on itself.
-const BACK: f64 = -0.95;
-
-/// The way of a step.
-struct Chord(DVector<f64>, f64);
-
-impl Chord {
-    /// Of the last step; zero before the first one.
-    fn of(path: &Continuation) -> Chord {
-        let (from, to) = (path.origin(), path.point());
-        Chord(&to.u - &from.u, to.lambda - from.lambda)
-    }
-
-    fn dot(&self, other: &Chord) -> f64 {
-        self.0.dot(&other.0) + self.1 * other.1
-    }
-}
-
-/// Whether the last step went back where the path had come from: it had met the end of the curve. At a corner the path turns by any
-/// angle but that to the step `behind` it, whose tangents may be those of a difference across the corner.
-fn reverses(behind: &Chord, path: &Continuation) -> bool {
-    let (from, to) = (path.origin(), path.point());
-    let ahead = from.tangent_u.dot(&to.tangent_u) + from.tangent_lambda * to.tangent_lambda;
-    let step = Chord::of(path);
-    let along = from.tangent_u.dot(&step.0) + from.tangent_lambda * step.1;
-    let lengths = (behind.dot(behind) * step.dot(&step)).sqrt();
-    ahead < 0.0 || along < 0.0 || behind.dot(&step) < BACK * lengths
 }
 
 fn ended(end: PathEnd) -> CurveEnd {

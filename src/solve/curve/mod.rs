@@ -9,6 +9,7 @@
 //!
 //! g comes from bordered systems, which are smooth where eigenvalues are not; the borders follow along the curve.
 
+mod chord;
 mod codimension;
 mod conditions;
 mod defining;

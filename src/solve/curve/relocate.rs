@@ -15,8 +15,11 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 
-/// Half widths in which an event is bracketed, in ranges of the first parameter: the next one is tried where there is no change of sign.
-const WIDTHS: [f64; 3] = [1e-4, 1e-5, 1e-3];
+/// Half widths in which an event is bracketed, in ranges of the first parameter: the next one is tried where there is no change of sign,
+/// or that of another event beside this one, as near a corner of the curve.
+const WIDTHS: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-3];
+/// Distance within which it is this event.
+const OWN: f64 = 1e-8;
 /// Half widths of a fold in its coordinate, in sizes of the state.
 const BENDS: [f64; 3] = [1e-3, 1e-4, 1e-2];
 /// Width of a location, in half widths.
@@ -82,6 +85,7 @@ impl Defining<'_> {
 
     /// Where a multiplier passes the circle.
     fn passing(&mut self, spot: &Spot) -> Result<Option<f64>, SolveError> {
+        let mut other = None;
         for width in WIDTHS {
             let mut start = spot.u.clone();
             let mut value = |share: f64| {
@@ -91,11 +95,17 @@ impl Defining<'_> {
                 start = u;
                 Ok(test(self.kind, &phi, spot.extra))
             };
-            if let Some(found) = crossing(&mut value) {
-                return Ok(found?.map(|root| spot.p[0] + width * root));
+            let Some(found) = crossing(&mut value) else {
+                continue;
+            };
+            match found? {
+                Some(root) if (width * root).abs() < OWN => {
+                    return Ok(Some(spot.p[0] + width * root));
+                }
+                found => other = other.or(found.map(|root| spot.p[0] + width * root)),
             }
         }
-        Ok(None)
+        Ok(other)
     }
 
     /// Where the branch turns: the first parameter against one coordinate.

@@ -64,6 +64,9 @@ const ROUGH: f64 = 1e-3;
 const SEED: u64 = 2;
 /// Extrema nearest to a breakpoint that are tried.
 const EXTREMA: usize = 3;
+/// Distance from a touching, in sizes, within which a curve does not begin, and how far aside it begins instead, in ranges.
+const CORNER: f64 = 2e-5;
+const ASIDE: [f64; 6] = [1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 
 /// u -> P(u) - u at a place.
 pub(super) struct Closing<'s, 'a> {
@@ -143,8 +146,9 @@ pub fn seek<'a>(
             continue;
         }
         orbits.push(u.clone());
+        let is_given = orbits.len() == 1 && !guesses.states.is_empty();
         for (kind, spot) in candidates(&mut shots, guess, (p, &u))? {
-            let (back, found) = corrected(shots, kind, &spot)?;
+            let (back, found) = beside_corner(shots, kind, &spot, is_given)?;
             shots = back;
             let Some(found) = found else { continue };
             if nearest.is_none_or(|q: [f64; 2]| gap(&found) < (q[0] - p[0]).abs()) {
@@ -168,6 +172,47 @@ pub fn seek<'a>(
             nearest,
         }),
     })
+}
+
+/// The event to which the corrector leads from a spot. At the end of a curve, where it touches, differences of the flow reach across the
+/// touching: the curve begins a little aside, at another value of the second parameter.
+fn beside_corner<'a>(
+    mut shots: Shots<'a>,
+    kind: CurveKind,
+    spot: &Spot,
+    is_given: bool,
+) -> Result<(Shots<'a>, Option<Spot>), SolveError> {
+    let (back, found) = corrected(shots, kind, spot)?;
+    shots = back;
+    let is_grazing = matches!(kind, CurveKind::Grazing { .. });
+    let nearest = match &found {
+        _ if is_grazing => None,
+        Some(found) => gaps(&mut shots, None, (found.p, &found.u))?
+            .into_iter()
+            .next(),
+        None => None,
+    };
+    let size = spot.u.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+    let is_corner = nearest.is_some_and(|(gap, _, _)| gap < CORNER * size);
+    if is_grazing || !(is_corner || found.is_none() && is_given) {
+        return Ok((shots, found));
+    }
+    for aside in ASIDE {
+        let mut moved = found.clone().unwrap_or_else(|| spot.clone());
+        moved.p[1] += aside;
+        let (back, beside) = corrected(shots, kind, &moved)?;
+        shots = back;
+        let is_near = |other: &Spot| (other.p[0] - spot.p[0]).abs() < NEAR;
+        if let Some(beside) = beside.filter(is_near) {
+            let clear = gaps(&mut shots, None, (beside.p, &beside.u))?
+                .into_iter()
+                .next();
+            if clear.is_none_or(|(gap, _, _)| gap >= CORNER * size) {
+                return Ok((shots, Some(beside)));
+            }
+        }
+    }
+    Ok((shots, found))
 }
 
 /// States to begin with: those given, then random ones, each with a number of periods to go.
