@@ -8,19 +8,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 const QA: &str = "reduced.loads.harmonics.0.cos.0";
 
-/// Raises the flag that reaches every loop after a number of questions, as a signal and a time limit do.
+/// Raises the flag that reaches every loop, as a signal and a time limit do, after a number of reports of progress with a word.
 struct After {
-    asked: AtomicUsize,
+    told: AtomicUsize,
     patience: usize,
+    word: &'static str,
     flag: Interrupt,
 }
 
 impl Control for After {
     fn is_interrupted(&self) -> bool {
-        if self.asked.fetch_add(1, Ordering::Relaxed) >= self.patience {
+        self.flag.is_requested()
+    }
+
+    fn progress(&self, _: &str, _: f64, words: &str) {
+        let is_meant = words.contains(self.word);
+        if is_meant && self.told.fetch_add(1, Ordering::Relaxed) >= self.patience {
             self.flag.request();
         }
-        self.flag.is_requested()
     }
 
     fn interrupt(&self) -> Interrupt {
@@ -32,10 +37,11 @@ impl Control for After {
     }
 }
 
-fn interrupted(model: &str, analysis: &str, patience: usize) -> Report {
+fn interrupted(model: &str, analysis: &str, (word, patience): (&'static str, usize)) -> Report {
     let control = After {
-        asked: AtomicUsize::new(0),
+        told: AtomicUsize::new(0),
         patience,
+        word,
         flag: Interrupt::default(),
     };
     let report = run_with(model, &format!("  it: {analysis}"), 1, &control).remove(0);
@@ -54,7 +60,7 @@ fn a_curve_keeps_its_points() {
     let whole = main_table(&run(PAIR, &analysis)).rows();
     let mut before = 0;
     for patience in [6, 20, 45] {
-        let report = interrupted(PAIR, &analysis, patience);
+        let report = interrupted(PAIR, &analysis, ("points", patience));
         let rows = main_table(&report).rows();
         assert!(
             rows >= before && rows > patience / 2 && rows < whole,
@@ -79,8 +85,7 @@ reduced:
     let analysis = format!(
         "{{type: torus, at: 1.2, parameter: {QA}, start: {{attractor: {{value: 0.1795}}}}, from: 0.1795, to: 0.19, max_step: 0.02, transient: 400}}"
     );
-    // The attractor asks before every period, the path before every torus.
-    let report = interrupted(model, &analysis, 1500);
+    let report = interrupted(model, &analysis, ("tori", 5));
     let table = main_table(&report);
     assert!(table.rows() > 2 && table.rows() < 40, "{}", table.rows());
     assert!(
@@ -96,7 +101,7 @@ fn a_map_keeps_its_cells() {
     let analysis = format!(
         "{{type: regime_map, parameters: {{frequency: {{from: 1.0, to: 2.0, points: 8}}, {QA}: {{from: 0.1, to: 0.3, points: 8}}}}, transient: 20, periods: 20}}"
     );
-    let report = interrupted(PAIR, &analysis, 2000);
+    let report = interrupted(PAIR, &analysis, ("cell", 30));
     let rows = main_table(&report).rows();
     assert!(rows > 10 && rows < 128, "{rows}");
     assert!(

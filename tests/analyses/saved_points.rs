@@ -27,7 +27,7 @@ fn at_mark(report: &Report, mark: f64, column: &str) -> Vec<f64> {
 #[test]
 fn a_response_goes_on_from_a_saved_point() {
     let folder = tempfile::tempdir().unwrap();
-    let first = "  fr: {type: frequency_response, method: shooting, from: 1.2, to: 0.5, marks: [0.7, 0.85], orbits: marks}";
+    let first = "  fr: {type: frequency_response, method: shooting, from: 1.2, to: 0.5, marks: [0.7, 0.65], orbits: marks}";
     let study = load(ONE, first, folder.path()).unwrap();
     let settings = gearlash::study::RunSettings {
         out: folder.path().join("out"),
@@ -40,21 +40,21 @@ fn a_response_goes_on_from_a_saved_point() {
     let is_unstable = floats(table, "stable")
         .into_iter()
         .zip(floats(table, "omega"))
-        .position(|(stable, omega)| stable == 0.0 && omega == 0.85);
+        .position(|(stable, omega)| stable == 0.0 && omega == 0.65);
     let point = is_unstable.expect("an unstable orbit between two folds");
     let start = |method: &str, more: &str| {
         format!(
-            "{{type: frequency_response, method: {method}, harmonics: 30, from: 1.2, to: 0.5, marks: [0.7, 0.85], {more} \
+            "{{type: frequency_response, method: {method}, harmonics: 30, from: 1.2, to: 0.5, marks: [0.7, 0.65], {more} \
              start: {{results: \"{}\", analysis: fr, point: {point}}}}}",
             settings.out.display()
         )
     };
-    let wanted = at_mark(&whole, 0.85, "rms.m");
+    let wanted = at_mark(&whole, 0.65, "rms.m");
     assert_eq!(wanted.len(), 3, "{wanted:?}");
     for (method, near) in [("shooting", 1e-9), ("galerkin", 1e-5)] {
         let report = run(ONE, &start(method, ""));
         assert_eq!(report.ended_early, None);
-        let found = at_mark(&report, 0.85, "rms.m");
+        let found = at_mark(&report, 0.65, "rms.m");
         assert_eq!(found.len(), 3, "{method}: {found:?}");
         for (a, b) in found.iter().zip(&wanted) {
             assert!((a - b).abs() < near, "{method}: {a} {b}");
@@ -66,7 +66,7 @@ fn a_response_goes_on_from_a_saved_point() {
     let report = run(
         ONE,
         &format!(
-            "{{type: parameter_response, method: shooting, parameter: {QA}, at: 0.85, from: 0.1, to: 0.3, marks: [0.2], \
+            "{{type: parameter_response, method: shooting, parameter: {QA}, at: 0.65, from: 0.1, to: 0.3, marks: [0.2], \
              start: {{results: \"{}\", analysis: fr, point: {point}}}}}",
             settings.out.display()
         ),
@@ -78,7 +78,7 @@ fn a_response_goes_on_from_a_saved_point() {
     );
     let outside = start("shooting", "")
         .replace("to: 0.5", "to: 0.9")
-        .replace("0.7, 0.85", "1");
+        .replace("0.7, 0.65", "1");
     let lost = refusal(ONE, &outside);
     assert!(lost.contains("lies outside the range"), "{lost}");
     let absent = refusal(

@@ -7,7 +7,6 @@ use super::{CurveKind, Defining};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::{Continuation, PathPoint};
-use nalgebra::{DMatrix, DVector};
 
 /// Kind of a point on a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,14 +65,6 @@ impl Codimension {
         }
     }
 
-    /// Whether a coefficient of a normal form vanishes there.
-    fn is_coefficient(self) -> bool {
-        matches!(
-            self,
-            Codimension::GeneralisedFlip | Codimension::GeneralisedTorus
-        )
-    }
-
     /// Other curve at a crossing with a grazing curve.
     pub fn met(self) -> Option<&'static str> {
         match self {
@@ -104,15 +95,6 @@ pub struct CurveEvent {
 const WIDTH: f64 = 1e-13;
 /// Fractions of a step at which tests are made that have no value at one of its ends, or that should have changed their sign.
 const INSIDE: [f64; 5] = [0.0625, 0.25, 0.5, 0.75, 0.9375];
-/// Values from which a coefficient of a normal form is smoothed, and how far they reach to each side, in steps: second differences of Phi
-/// have its rounding over the square of their step.
-const SMOOTHED: (usize, f64) = (41, 0.1);
-/// Uncertainty of a smoothed place, in ranges and sizes, beyond which it is not known.
-const DOUBT: f64 = 1e-7;
-/// Rounds in which the root of the polynomial settles.
-const ROUNDS: usize = 12;
-/// Least reach.
-const LEAST: f64 = 1e-3;
 /// Value at a root relative to those at the ends of the step.
 const PLAIN: f64 = 1e-3;
 /// Tangent below which a parameter counts as constant: no turning point.
@@ -142,13 +124,7 @@ pub(super) fn in_step(
         let known: Vec<(f64, f64)> = known.filter(|(_, test)| test.is_finite()).collect();
         for pair in known.windows(2).filter(|w| is_opposite(w[0].1, w[1].1)) {
             let found = locate(problem, path, (pair[0], pair[1]), &value)?;
-            let Some(mut found) = found.filter(Found::is_plain) else {
-                continue;
-            };
-            if kind.is_coefficient() {
-                smooth(problem, path, &mut found, &value)?;
-            }
-            list.push(found.into(*kind));
+            list.extend(found.filter(Found::is_plain).map(|e| e.into(*kind)));
         }
     }
     list.extend(turnings(problem, path, &list)?);
@@ -270,7 +246,6 @@ struct Found {
     spot: Spot,
     value: f64,
     largest: f64,
-    is_located: bool,
 }
 
 impl Found {
@@ -284,58 +259,10 @@ impl Found {
             kind,
             spot: self.spot,
             fraction: self.fraction,
-            is_located: self.is_located,
+            is_located: true,
             is_birth: None,
         }
     }
-}
-
-/// Moves a root to that of a cubic polynomial through many values around it.
-fn smooth(
-    problem: &mut Defining<'_>,
-    path: &mut Continuation,
-    found: &mut Found,
-    value: Value<'_>,
-) -> Result<(), SolveError> {
-    let (count, reach) = SMOOTHED;
-    let reach = reach.min(found.fraction).min(1.0 - found.fraction);
-    if reach < LEAST {
-        return Ok(());
-    }
-    let (mut places, mut values) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    for k in 0..count {
-        let t = 2.0 * k as f64 / (count - 1) as f64 - 1.0;
-        let Some(point) = path.at_fraction(problem, found.fraction + reach * t)? else {
-            return Ok(());
-        };
-        places.push(t);
-        values.push(value(problem, &point)?);
-    }
-    let matrix = DMatrix::from_fn(count, 4, |k, power| places[k].powi(power as i32));
-    let right = DVector::from_column_slice(&values);
-    let fit = matrix.svd(true, true).solve(&right, 0.0);
-    let Ok(fit) = fit else {
-        return Ok(());
-    };
-    let mut t = 0.0;
-    for _ in 0..ROUNDS {
-        t = -(fit[0] + (fit[2] + fit[3] * t) * t * t) / fit[1];
-    }
-    let model = |t: f64| fit[0] + (fit[1] + (fit[2] + fit[3] * t) * t) * t;
-    let squares = places
-        .iter()
-        .zip(&values)
-        .map(|(t, v)| (v - model(*t)).powi(2));
-    let spread = (squares.sum::<f64>() / (count - 4) as f64).sqrt();
-    // A mean of so many, in lengths of the step.
-    let doubt = reach * spread / fit[1].abs() * 2.0 / (count as f64).sqrt();
-    found.is_located = doubt * path.chord() < DOUBT;
-    let is_near = t.abs() < 0.5;
-    if is_near && let Some(point) = path.at_fraction(problem, found.fraction + reach * t)? {
-        found.fraction += reach * t;
-        found.spot = problem.spot(&point.u, point.lambda);
-    }
-    Ok(())
 }
 
 type Value<'v> = &'v dyn Fn(&mut Defining<'_>, &PathPoint) -> Result<f64, SolveError>;
@@ -371,6 +298,5 @@ fn locate(
         spot: problem.spot(&point.u, point.lambda),
         value: last,
         largest: a.1.abs().max(b.1.abs()),
-        is_located: true,
     }))
 }

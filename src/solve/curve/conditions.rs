@@ -35,6 +35,35 @@ pub(super) fn paired(phi: &DMatrix<f64>, k: f64) -> DMatrix<f64> {
     shifted(&(phi * phi - phi * (2.0 * k)), 1.0)
 }
 
+/// Singular vectors to rounding, from those of the decomposition, which now and then are some orders of magnitude worse:
+///
+/// ```text
+/// [M    l] [v]   [0]    [M^T  r] [w]   [0]
+/// [r^T  0] [g] = [1],   [l^T  0] [g] = [1]
+/// ```
+fn sharpened(
+    m: &DMatrix<f64>,
+    left: &DMatrix<f64>,
+    right: &DMatrix<f64>,
+) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    let n = m.nrows();
+    let mut bordered = DMatrix::zeros(n + 1, n + 1);
+    bordered.view_mut((0, 0), (n, n)).copy_from(m);
+    bordered.view_mut((0, n), (n, 1)).copy_from(left);
+    bordered
+        .view_mut((n, 0), (1, n))
+        .copy_from(&right.transpose());
+    let mut unit = DMatrix::zeros(n + 1, 1);
+    unit[n] = 1.0;
+    let solved = |matrix: DMatrix<f64>| {
+        let whole = matrix.lu().solve(&unit)?;
+        let vector: DMatrix<f64> = whole.rows(0, n).into_owned();
+        let length = vector.norm();
+        length.is_normal().then(|| vector / length)
+    };
+    Some((solved(bordered.transpose())?, solved(bordered)?))
+}
+
 impl Borders {
     /// Of a matrix with a given rank deficiency; the orientation of single vectors is that of the borders before. `None` where there
     /// are not singular vectors.
@@ -54,6 +83,9 @@ impl Borders {
             DMatrix::from_columns(&columns)
         };
         let (mut left, mut right) = (pick(&u), pick(&v));
+        if let Some(sharper) = (rank == 1).then(|| sharpened(m, &left, &right)).flatten() {
+            (left, right) = sharper;
+        }
         if let Some(before) = before.filter(|_| rank == 1) {
             if left.dot(&before.left) < 0.0 {
                 left.neg_mut();

@@ -17,29 +17,16 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 
-/// Step of differences, in sizes of the state.
+/// Step of the differences, in sizes of the state.
 const STEP: f64 = 1.5e-3;
 
-/// Central differences: the step in sizes of the state, and the weights of Phi at +-1, +-2, .. steps.
-struct Stencil {
-    step: f64,
-    first: &'static [f64],
-    second: &'static [f64],
-}
+/// Weights of Phi at +-1, +-2, .. steps in central differences of the first and of the second order.
+type Stencil = (&'static [f64], &'static [f64]);
 
-/// Differences that are tried one after the other: of sixth order over steps long enough for the rounding of Phi, and of fourth order next to
-/// a passage that comes or goes.
+/// Differences of sixth order, and of fourth where a passage comes or goes within them.
 const STENCILS: [Stencil; 2] = [
-    Stencil {
-        step: 4e-3,
-        first: &[0.75, -0.15, 1.0 / 60.0],
-        second: &[1.5, -0.15, 1.0 / 90.0],
-    },
-    Stencil {
-        step: STEP,
-        first: &[2.0 / 3.0, -1.0 / 12.0],
-        second: &[4.0 / 3.0, -1.0 / 12.0],
-    },
+    (&[0.75, -0.15, 1.0 / 60.0], &[1.5, -0.15, 1.0 / 90.0]),
+    (&[2.0 / 3.0, -1.0 / 12.0], &[4.0 / 3.0, -1.0 / 12.0]),
 ];
 
 /// First and second derivative of Phi along a direction.
@@ -82,14 +69,14 @@ impl Defining<'_> {
         &mut self,
         spot: &Spot,
         direction: &DVector<f64>,
-        ((phi, passages), stencil): (&(DMatrix<f64>, Passages), &Stencil),
+        ((phi, passages), (first, second)): (&(DMatrix<f64>, Passages), &Stencil),
     ) -> Result<Option<Bend>, SolveError> {
-        let h = stencil.step * self.size;
+        let h = STEP * self.size;
         let mut bend = Bend {
             first: DMatrix::zeros(phi.nrows(), phi.ncols()),
-            second: phi * (-2.0 * stencil.second.iter().sum::<f64>()),
+            second: phi * (-2.0 * second.iter().sum::<f64>()),
         };
-        for (k, (first, second)) in stencil.first.iter().zip(stencil.second).enumerate() {
+        for (k, (first, second)) in first.iter().zip(*second).enumerate() {
             for sign in [-1.0, 1.0] {
                 let mut moved = spot.clone();
                 for (u, d) in moved.u.iter_mut().zip(direction.iter()) {
@@ -251,8 +238,26 @@ fn eigenvectors(a: &DMatrix<Complex<f64>>, mu: Complex<f64>) -> Option<(Vector, 
     let values = svd.singular_values.iter().enumerate();
     let (k, _) = values.min_by(|a, b| a.1.total_cmp(b.1))?;
     let (u, v) = (svd.u?, svd.v_t?);
-    let q = v.row(k).adjoint();
-    let p = u.column(k).into_owned();
+    let (left, right) = (u.column(k).into_owned(), v.row(k).adjoint());
+    // To rounding, as [`Borders::of`] does.
+    let mut bordered = DMatrix::zeros(n + 1, n + 1);
+    let shifted = a - DMatrix::identity(n, n) * mu;
+    bordered.view_mut((0, 0), (n, n)).copy_from(&shifted);
+    bordered.view_mut((0, n), (n, 1)).copy_from(&left);
+    bordered
+        .view_mut((n, 0), (1, n))
+        .copy_from(&right.adjoint());
+    let mut unit = Vector::zeros(n + 1);
+    unit[n] = Complex::new(1.0, 0.0);
+    let solved = |matrix: DMatrix<Complex<f64>>| {
+        let whole = matrix.lu().solve(&unit)?;
+        let vector: Vector = whole.rows(0, n).into_owned();
+        let length = vector.norm();
+        length
+            .is_normal()
+            .then(|| vector / Complex::new(length, 0.0))
+    };
+    let (p, q) = (solved(bordered.adjoint())?, solved(bordered)?);
     let product = p.dotc(&q);
     (product.norm() > 1e-12).then(|| (p / product.conj(), q))
 }
