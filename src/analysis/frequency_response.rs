@@ -49,6 +49,11 @@ impl Analysis for FrequencyResponse {
         }
         let mut faults = settings.check_range(&|written| setting.frequency(written));
         faults.extend(settings.check(setting, &setting.assembly.system));
+        if faults.is_empty()
+            && let Ok(swept) = Swept::frequency(setting, &settings)
+        {
+            faults.extend(swept.check_start(&settings));
+        }
         if let Some((_, slowest)) = self.range(setting) {
             faults.extend(settings.check_steps(setting, slowest));
         }

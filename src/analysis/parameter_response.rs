@@ -46,6 +46,12 @@ impl Analysis for ParameterResponse {
         }
         if let Ok(at) = setting.frequency(&self.at) {
             faults.extend(settings.check_steps(setting, at));
+            if faults.is_empty()
+                && let Ok(knob) = self.knob(setting)
+                && let Ok(swept) = Swept::number(setting, &settings, (&knob, &self.parameter), at)
+            {
+                faults.extend(swept.check_start(&settings));
+            }
         }
         faults
     }

@@ -3,7 +3,8 @@
 use crate::time_domain_support::*;
 use gearlash::report::Report;
 
-const ONE: &str = "
+/// One mass behind a gap.
+pub const ONE: &str = "
 schema: 1
 reduced:
   stiffness: [[1.0]]
@@ -11,7 +12,7 @@ reduced:
   elements: {m: {type: backlash, half_gap: 1.0}}
   loads: {mean: [0.5], harmonics: [{order: 1, cos: [0.2], sin: [0]}]}
 ";
-const QA: &str = "reduced.loads.harmonics.0.cos.0";
+pub const QA: &str = "reduced.loads.harmonics.0.cos.0";
 
 fn points(report: &Report) -> Vec<(f64, f64)> {
     let table = main_table(report);
@@ -19,7 +20,8 @@ fn points(report: &Report) -> Vec<(f64, f64)> {
     a.into_iter().zip(b).collect()
 }
 
-fn events(report: &Report, kind: &str) -> Vec<(f64, f64)> {
+/// Places of the events of a kind.
+pub fn events(report: &Report, kind: &str) -> Vec<(f64, f64)> {
     let table = report.table("events").unwrap();
     let (a, b) = (floats(table, "parameter_1"), floats(table, "parameter_2"));
     let kinds = texts(table, "kind");

@@ -1,12 +1,12 @@
 //! Curves, tori and maps that are interrupted keep what they have, and the reason.
 
+use crate::bifurcation_curves::QA;
 use crate::time_domain_support::*;
+use crate::tori::FIGURE_5;
 use gearlash::analysis::Control;
 use gearlash::interrupt::Interrupt;
 use gearlash::report::Report;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-const QA: &str = "reduced.loads.harmonics.0.cos.0";
 
 /// Raises the flag that reaches every loop, as a signal and a time limit do, after a number of reports of progress with a word.
 struct After {
@@ -74,18 +74,10 @@ fn a_curve_keeps_its_points() {
 
 #[test]
 fn tori_keep_their_points_and_measures() {
-    let model = "
-schema: 1
-reduced:
-  stiffness: [[1.4180125, 0.4180125], [0.4180125, 1.4180125]]
-  damping: {matrix: [[0.0671175, 0.0101175], [0.0101175, 0.0671175]]}
-  elements: {mesh_1: {type: backlash, half_gap: 1.0}, mesh_2: {type: backlash, half_gap: 1.0}}
-  loads: {mean: [0.5, 0.5], harmonics: [{order: 1, cos: [0.18, 0], sin: [0, 0]}]}
-";
     let analysis = format!(
         "{{type: torus, at: 1.2, parameter: {QA}, start: {{attractor: {{value: 0.1795}}}}, from: 0.1795, to: 0.19, max_step: 0.02, transient: 400}}"
     );
-    let report = interrupted(model, &analysis, ("tori", 5));
+    let report = interrupted(FIGURE_5, &analysis, ("tori", 5));
     let table = main_table(&report);
     assert!(table.rows() > 2 && table.rows() < 40, "{}", table.rows());
     assert!(

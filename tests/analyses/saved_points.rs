@@ -1,17 +1,22 @@
 //! Responses that begin at points saved by other runs.
 
+use crate::bifurcation_curves::{ONE, QA};
 use crate::time_domain_support::*;
 use gearlash::report::Report;
+use std::path::PathBuf;
 
-const ONE: &str = "
-schema: 1
-reduced:
-  stiffness: [[1.0]]
-  damping: {matrix: [[0.1]]}
-  elements: {m: {type: backlash, half_gap: 1.0}}
-  loads: {mean: [0.5], harmonics: [{order: 1, cos: [0.2], sin: [0]}]}
-";
-const QA: &str = "reduced.loads.harmonics.0.cos.0";
+/// A response with its orbits in a folder of results, and as a report; they go with the folder.
+fn kept(analysis: &str) -> (tempfile::TempDir, PathBuf, Report) {
+    let folder = tempfile::tempdir().unwrap();
+    let study = load(ONE, &format!("  fr: {analysis}"), folder.path()).unwrap();
+    let settings = gearlash::study::RunSettings {
+        out: folder.path().join("out"),
+        figures: vec![],
+        jobs: 1,
+    };
+    study.run(&settings, &Quiet).unwrap();
+    (folder, settings.out, run(ONE, analysis))
+}
 
 /// Values of a column at a mark, ascending, those of two arms through one point once.
 fn at_mark(report: &Report, mark: f64, column: &str) -> Vec<f64> {
@@ -26,16 +31,9 @@ fn at_mark(report: &Report, mark: f64, column: &str) -> Vec<f64> {
 
 #[test]
 fn a_response_goes_on_from_a_saved_point() {
-    let folder = tempfile::tempdir().unwrap();
-    let first = "  fr: {type: frequency_response, method: shooting, from: 1.2, to: 0.5, marks: [0.7, 0.65], orbits: marks}";
-    let study = load(ONE, first, folder.path()).unwrap();
-    let settings = gearlash::study::RunSettings {
-        out: folder.path().join("out"),
-        figures: vec![],
-        jobs: 1,
-    };
-    study.run(&settings, &Quiet).unwrap();
-    let whole = run(ONE, first.trim().strip_prefix("fr: ").unwrap());
+    let (_folder, out, whole) = kept(
+        "{type: frequency_response, method: shooting, from: 1.2, to: 0.5, marks: [0.7, 0.65], orbits: marks}",
+    );
     let table = main_table(&whole);
     let is_unstable = floats(table, "stable")
         .into_iter()
@@ -46,7 +44,7 @@ fn a_response_goes_on_from_a_saved_point() {
         format!(
             "{{type: frequency_response, method: {method}, harmonics: 30, from: 1.2, to: 0.5, marks: [0.7, 0.65], {more} \
              start: {{results: \"{}\", analysis: fr, point: {point}}}}}",
-            settings.out.display()
+            out.display()
         )
     };
     let wanted = at_mark(&whole, 0.65, "rms.m");
@@ -68,7 +66,7 @@ fn a_response_goes_on_from_a_saved_point() {
         &format!(
             "{{type: parameter_response, method: shooting, parameter: {QA}, at: 0.65, from: 0.1, to: 0.3, marks: [0.2], \
              start: {{results: \"{}\", analysis: fr, point: {point}}}}}",
-            settings.out.display()
+            out.display()
         ),
     );
     let rms = floats(main_table(&report), "rms.m");
@@ -91,16 +89,9 @@ fn a_response_goes_on_from_a_saved_point() {
 /// A motion by integration begins in the saved state.
 #[test]
 fn an_integration_begins_in_a_saved_state() {
-    let folder = tempfile::tempdir().unwrap();
-    let first = "  fr: {type: frequency_response, method: shooting, from: 1.2, to: 0.5, marks: [0.85], orbits: marks}";
-    let study = load(ONE, first, folder.path()).unwrap();
-    let settings = gearlash::study::RunSettings {
-        out: folder.path().join("out"),
-        figures: vec![],
-        jobs: 1,
-    };
-    study.run(&settings, &Quiet).unwrap();
-    let whole = run(ONE, first.trim().strip_prefix("fr: ").unwrap());
+    let (_folder, out, whole) = kept(
+        "{type: frequency_response, method: shooting, from: 1.2, to: 0.5, marks: [0.85], orbits: marks}",
+    );
     let table = main_table(&whole);
     let all: Vec<(f64, f64, f64)> = (floats(table, "omega").into_iter())
         .zip(floats(table, "stable"))
@@ -115,7 +106,7 @@ fn an_integration_begins_in_a_saved_state() {
         let analysis = format!(
             "{{type: frequency_response, method: integration, at: 0.85, points: 1, \
              start: {{results: \"{}\", analysis: fr, point: {point}}}}}",
-            settings.out.display()
+            out.display()
         );
         let found = floats(main_table(&run(ONE, &analysis)), "rms.m");
         assert!((found[0] - rms).abs() < 1e-8, "{found:?} {rms}");

@@ -3,7 +3,7 @@
 use crate::time_domain_support::*;
 
 /// The system of figure 5.
-const FIGURE_5: &str = "
+pub const FIGURE_5: &str = "
 schema: 1
 reduced:
   stiffness: [[1.4180125, 0.4180125], [0.4180125, 1.4180125]]

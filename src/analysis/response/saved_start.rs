@@ -3,7 +3,7 @@
 use super::hunt::Hunt;
 use super::report::{Delivered, Ending};
 use super::trace::{Work, sizes};
-use super::{BranchSettings, Method};
+use super::{BranchSettings, Method, Swept};
 use crate::analysis::saved::SavedPoint;
 use crate::analysis::{Fault, Setting, columns};
 use crate::error::Error;
@@ -58,6 +58,14 @@ impl BranchSettings {
         let hidden = refuse_hidden(&setting.assembly.system);
         let hidden = hidden.map_err(|error| setting.name_connection(&error));
         let message = read.map(drop).and(hidden).err()?;
+        Some(Fault::new("start", message))
+    }
+}
+
+impl Swept<'_> {
+    /// A saved point outside the range.
+    pub(in crate::analysis) fn check_start(&self, settings: &BranchSettings) -> Option<Fault> {
+        let message = self.saved(settings.start.saved()?).err()?;
         Some(Fault::new("start", message))
     }
 }

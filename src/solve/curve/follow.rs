@@ -203,16 +203,16 @@ impl Walker<'_> {
         }
     }
 
-    /// Whether the last point is nearer to a touching than the one before.
+    /// Whether the last point is nearer to a touching than the first one: a curve that begins at its end leaves that.
     fn approaches(&self, problem: &mut Defining<'_>) -> Result<bool, SolveError> {
-        let [.., before, last] = self.arm.points.as_slice() else {
+        let [first, .., last] = self.arm.points.as_slice() else {
             return Ok(true);
         };
         let mut gap = |point: &CurvePoint| {
             let nearest = problem.nearest_touch(&point.spot)?;
             Ok::<f64, SolveError>(nearest.map_or(f64::INFINITY, |(gap, _)| gap))
         };
-        Ok(gap(last)? < gap(before)?)
+        Ok(gap(last)? < gap(first)?)
     }
 
     /// The end of a curve of bifurcations at a grazing, where its last point is that near to one; with the event.
