@@ -189,7 +189,7 @@ const MAX_POINTS: usize = 50_000_000;
 pub fn cost(size: MapSize, setting: &Setting<'_>, period: Period, records: usize) -> Cost {
     let [records, periods, transient] = [records, size.periods, size.transient].map(|n| n as f64);
     let watched = match size.exponents {
-        Lengths::Followed => (periods + (ALIGNMENT as f64).min(transient)) * period.varied,
+        Lengths::Followed | Lengths::ForLabels => (periods + (ALIGNMENT as f64).min(transient)) * period.varied,
         Lengths::Ignored => periods * period.plain,
     };
     let key = if size.transient > size.periods {

@@ -209,7 +209,7 @@ impl RegimeMap {
         MapSize {
             transient: self.transient,
             periods: self.periods,
-            exponents: Lengths::wanted(self.lyapunov),
+            exponents: Lengths::for_labels(self.lyapunov),
         }
     }
 

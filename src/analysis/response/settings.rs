@@ -75,7 +75,7 @@ impl BranchSettings {
         MapSize {
             transient: self.transient.unwrap_or(TRANSIENT),
             periods: self.periods.unwrap_or(PERIODS),
-            exponents: Lengths::wanted(self.lyapunov.unwrap_or(true)),
+            exponents: Lengths::for_labels(self.lyapunov.unwrap_or(true)),
         }
     }
 

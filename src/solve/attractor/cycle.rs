@@ -256,6 +256,15 @@ impl<'a> Search<'a> {
         direction.as_slice().to_vec()
     }
 
+    /// Derivative of an iterate at a state.
+    fn lap(&mut self, state: &[f64], laps: usize) -> Option<DMatrix<f64>> {
+        let mut state = state.to_vec();
+        let mut phi = DMatrix::identity(state.len(), state.len());
+        let mut reaches =
+            || self.map.advance_with_variation(&mut state, &mut phi) == IntegrationEnd::Reached;
+        (0..laps).all(|_| reaches()).then_some(phi)
+    }
+
     /// A fixed point of an iterate.
     fn solve(&mut self, guess: &[f64], laps: usize) -> Option<Solution> {
         if laps > self.budget {
@@ -328,14 +337,12 @@ pub(super) fn settled(map: &mut dyn Map, cloud: &Cloud<'_>, longest: usize) -> O
     let mut search = Search::new(map, cloud, budget);
     let start = cloud.count() - 1;
     lags.into_iter().find_map(|lag| {
-        let lap = cloud.derivative(start - lag, lag);
-        let expands = |phi| {
-            floquet::multipliers_and_neutral(&phi, 0)
-                .0
-                .first()
-                .is_none_or(|mu| mu.norm() > LAST_LAP)
+        let lap = match cloud.derivative(start - lag, lag) {
+            Some(phi) => phi,
+            None => search.lap(cloud.point(start - lag), lag)?,
         };
-        if lap.is_some_and(expands) {
+        let leading = floquet::multipliers_and_neutral(&lap, 0).0;
+        if leading.first().is_none_or(|mu| mu.norm() > LAST_LAP) {
             return None;
         }
         let cycle = search.attracting(cloud.last(), lag)?;

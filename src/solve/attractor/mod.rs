@@ -120,7 +120,12 @@ pub fn attractor(
     options: LabelOptions,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Attractor {
-    let walk = Walk::new(map, state, size.exponents, keep_going);
+    let longest = size.periods.saturating_mul(options.extend.max(1));
+    let exponents = match size.exponents {
+        Lengths::ForLabels if longest < LEAST_POINTS => Lengths::Ignored,
+        exponents => exponents,
+    };
+    let walk = Walk::new(map, state, exponents, keep_going);
     let record = MapRecord {
         points: Vec::new(),
         exponents: None,

@@ -49,6 +49,8 @@ pub struct MapSize {
 pub enum Lengths {
     /// They are, and give the Lyapunov exponents.
     Followed,
+    /// They are where a label may rest on them: where the record, once extended, has enough points.
+    ForLabels,
     /// They are not.
     Ignored,
 }
@@ -58,6 +60,14 @@ impl Lengths {
     pub fn wanted(lyapunov: bool) -> Lengths {
         match lyapunov {
             true => Lengths::Followed,
+            false => Lengths::Ignored,
+        }
+    }
+
+    /// The same of an analysis that gives labels and no exponents.
+    pub fn for_labels(lyapunov: bool) -> Lengths {
+        match lyapunov {
+            true => Lengths::ForLabels,
             false => Lengths::Ignored,
         }
     }
@@ -150,7 +160,7 @@ impl<'a> Walk<'a> {
         Walk {
             map,
             state,
-            deviations: (exponents == Lengths::Followed).then(|| Lyapunov::new(size)),
+            deviations: (exponents != Lengths::Ignored).then(|| Lyapunov::new(size)),
             keep_going,
             period: 0,
             stretch: Stretch::default(),

@@ -4,6 +4,7 @@ use super::entries::dense;
 use super::series::Series;
 use crate::numeric::taylor::COUNT;
 use nalgebra::DMatrix;
+use pulp::{Arch, NullaryFnOnce};
 
 /// Longest step in units of time of the series.
 ///
@@ -41,9 +42,12 @@ const fn limits() -> [f64; COUNT] {
     list
 }
 
-/// Work space: the latest terms and their sums, coordinate by coordinate, a column of the matrix beside the other.
+/// Work space: the latest terms and their sums, coordinate by coordinate, a column of the matrix beside the other. Rows are as
+/// long as the processor's registers allow: what is behind the last column is zero.
 #[derive(Debug, Clone, Default)]
 pub struct Variation {
+    /// Length of a row.
+    width: usize,
     now: Vec<f64>,
     rate: Vec<f64>,
     next: Vec<f64>,
@@ -53,13 +57,17 @@ pub struct Variation {
     memory: Vec<f64>,
 }
 
+/// Rows are multiples of this.
+const LANES: usize = 4;
+
 impl Variation {
     /// For 2n columns, and one more for every number that laws remember.
     pub fn new(dof: usize, memory: usize) -> Variation {
-        let columns = 2 * dof + memory;
-        let zero = vec![0.0; dof * columns];
+        let width = (2 * dof + memory).next_multiple_of(LANES);
+        let zero = vec![0.0; dof * width];
         Variation {
-            memory: vec![0.0; memory * columns],
+            width,
+            memory: vec![0.0; memory * width],
             now: zero.clone(),
             rate: zero.clone(),
             next: zero.clone(),
@@ -87,22 +95,19 @@ impl Variation {
     }
 
     fn sparse(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
-        // Rows of known length, which the compiler unrolls, as long as they are short.
-        match phi.ncols() {
-            9 => self.rows::<9>(series, phi, theta),
-            10 => self.rows::<10>(series, phi, theta),
-            11 => self.rows::<11>(series, phi, theta),
-            12 => self.rows::<12>(series, phi, theta),
-            13 => self.rows::<13>(series, phi, theta),
-            14 => self.rows::<14>(series, phi, theta),
-            16 => self.rows::<16>(series, phi, theta),
-            _ => self.rows::<0>(series, phi, theta),
-        }
+        // Whatever instructions the processor has: products and sums are the same.
+        Arch::new().dispatch(Step {
+            variation: self,
+            series,
+            phi,
+            theta,
+        });
     }
 
-    /// M: columns, or 0 for any number.
+    /// M: length of a row, or 0 for any.
+    #[inline(always)]
     fn rows<const M: usize>(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
-        let columns = if M > 0 { M } else { phi.ncols() };
+        let columns = if M > 0 { M } else { self.width };
         let n = series.q.len();
         for (j, column) in phi.column_iter().enumerate() {
             for (m, z) in column.iter().skip(2 * n).enumerate() {
@@ -133,12 +138,14 @@ impl Variation {
                     add(&mut self.next[row(m.row)], factor * m.value, z);
                 }
             }
-            add(&mut self.slope, 1.0, &self.next);
-            add(&mut self.value, theta / (k + 2) as f64, &self.next);
-            // a_{k+1} from r_{k+1}
-            let share = theta / (k + 1) as f64;
-            let terms = self.now.iter_mut().zip(&self.rate);
-            terms.for_each(|(a, r)| *a = share * r);
+            let (inverse, share) = (theta / (k + 2) as f64, theta / (k + 1) as f64);
+            for i in 0..n {
+                let next = &self.next[row(i)];
+                add_terms::<M>(&mut self.slope[row(i)], 1.0, next);
+                add_terms::<M>(&mut self.value[row(i)], inverse, next);
+                // a_{k+1} from r_{k+1}
+                scale_terms::<M>(&mut self.now[row(i)], share, &self.rate[row(i)]);
+            }
             std::mem::swap(&mut self.rate, &mut self.next);
         }
         for (j, mut column) in phi.column_iter_mut().enumerate() {
@@ -146,6 +153,36 @@ impl Variation {
                 column[i] = self.value[i * columns + j];
                 column[n + i] = self.slope[i * columns + j] / series.unit;
             }
+        }
+    }
+}
+
+/// A step as the processor takes it.
+struct Step<'a> {
+    variation: &'a mut Variation,
+    series: &'a Series,
+    phi: &'a mut DMatrix<f64>,
+    theta: f64,
+}
+
+impl NullaryFnOnce for Step<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Step {
+            variation,
+            series,
+            phi,
+            theta,
+        } = self;
+        // Rows of known length, which the compiler unrolls, as long as they are short.
+        match variation.width {
+            4 => variation.rows::<4>(series, phi, theta),
+            8 => variation.rows::<8>(series, phi, theta),
+            12 => variation.rows::<12>(series, phi, theta),
+            16 => variation.rows::<16>(series, phi, theta),
+            _ => variation.rows::<0>(series, phi, theta),
         }
     }
 }
@@ -162,12 +199,28 @@ fn add_terms<const M: usize>(sum: &mut [f64], factor: f64, part: &[f64]) {
     add(sum, factor, part);
 }
 
+/// One row from another; M: its length, or 0 for any.
+#[inline(always)]
+fn scale_terms<const M: usize>(row: &mut [f64], factor: f64, part: &[f64]) {
+    if let (Ok(row), Ok(part)) = (
+        <&mut [f64; M]>::try_from(&mut *row),
+        <&[f64; M]>::try_from(part),
+    ) {
+        for j in 0..M {
+            row[j] = factor * part[j];
+        }
+        return;
+    }
+    (row.iter_mut().zip(part)).for_each(|(r, p)| *r = factor * p);
+}
+
 /// Terms that a step needs: the first rate left out is as small as the term before it.
 pub fn terms(theta: f64) -> usize {
     let negligible = LIMIT.iter().position(|limit| theta < *limit);
     negligible.map_or(COUNT, |k| (k + 1).clamp(2, COUNT))
 }
 
+#[inline(always)]
 fn add(sum: &mut [f64], factor: f64, part: &[f64]) {
     sum.iter_mut().zip(part).for_each(|(s, p)| *s += factor * p);
 }
