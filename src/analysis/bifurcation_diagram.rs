@@ -339,7 +339,7 @@ impl BifurcationDiagram {
         warnings.extend(flow::labour(&ran, strain, setting));
         let mut report = Report {
             tables: vec![main, summary_table(setting, plan, points)],
-            figure: Some(self.figure(setting, plan, &labels)),
+            figure: Some(self.figure(setting, plan, &labels, points)),
             warnings,
             ..Report::default()
         };
@@ -375,7 +375,13 @@ impl BifurcationDiagram {
     }
 
     /// Points of the first two coordinates and the largest exponent against the parameter.
-    fn figure(&self, setting: &Setting<'_>, plan: &Plan, labels: &[String]) -> Figure {
+    fn figure(
+        &self,
+        setting: &Setting<'_>,
+        plan: &Plan,
+        labels: &[String],
+        points: &[Point],
+    ) -> Figure {
         let list = columns::coordinates(setting);
         let written = Words::of_number(&self.parameter, &plan.unit);
         let (x_label, x_frequency) = match plan.parameter {
@@ -405,7 +411,10 @@ impl BifurcationDiagram {
             };
             let curves = dots("parameter", "lyapunov_1", labels);
             let curves = curves.into_iter().map(in_summary).collect();
-            panels.push(panel("largest Lyapunov exponent".into(), curves));
+            panels.push(Panel {
+                heading: columns::exponents_not_drawn(&exponents(points)),
+                ..panel("largest Lyapunov exponent".into(), curves)
+            });
         }
         Figure {
             title: String::new(),

@@ -240,5 +240,17 @@ pub(super) fn explain_exponents(report: &mut Report, rows: &[Option<&Exponents>]
     }
 }
 
+/// Heading that says how many of the largest exponents have no place in a figure; empty where all have one.
+pub(super) fn exponents_not_drawn(rows: &[Option<&Exponents>]) -> String {
+    let is_infinite = |e: &&&Exponents| e.values.first() == Some(&f64::NEG_INFINITY);
+    match rows.iter().flatten().filter(is_infinite).count() {
+        0 => String::new(),
+        count => format!(
+            "minus infinity at {count} of {} points, not drawn",
+            rows.len()
+        ),
+    }
+}
+
 /// Why an exponent has no number.
 const FORGOTTEN: &str = "minus infinity: a deviation is forgotten within a period (its multiplier is 0), as in held contact or by a slider that slips";

@@ -119,7 +119,11 @@ impl Motion {
 /// Why a motion ended, with the name of the connection, its state and the time where a force is not analytic, in the units of the
 /// report.
 pub fn tell(stop: Stop, setting: &Setting<'_>) -> String {
-    if let Stop::Failed(IntegrationEnd::Locked(connection), _) = stop {
+    if let Stop::Failed(
+        IntegrationEnd::Locked(connection) | IntegrationEnd::Sticks(connection),
+        _,
+    ) = stop
+    {
         return format!("{}: {stop}", setting.assembly.connections[connection]);
     }
     let Stop::Failed(IntegrationEnd::NotAnalytic(at), period) = stop else {
@@ -189,7 +193,9 @@ const MAX_POINTS: usize = 50_000_000;
 pub fn cost(size: MapSize, setting: &Setting<'_>, period: Period, records: usize) -> Cost {
     let [records, periods, transient] = [records, size.periods, size.transient].map(|n| n as f64);
     let watched = match size.exponents {
-        Lengths::Followed | Lengths::ForLabels => (periods + (ALIGNMENT as f64).min(transient)) * period.varied,
+        Lengths::Followed | Lengths::ForLabels => {
+            (periods + (ALIGNMENT as f64).min(transient)) * period.varied
+        }
         Lengths::Ignored => periods * period.plain,
     };
     let key = if size.transient > size.periods {

@@ -419,7 +419,10 @@ impl Observer for Record<'_> {
 
     fn switch(&mut self, switch: &Switch) {
         let time = self.time(self.period, switch.tau / TAU);
-        self.switches.push((time, *switch));
+        let is_news = self.impacts.as_ref().is_none_or(|i| i.is_news(switch));
+        if is_news {
+            self.switches.push((time, *switch));
+        }
         if let Some(impacts) = &mut self.impacts {
             impacts.switch(time, switch);
         }

@@ -159,8 +159,20 @@ impl Assembly {
         state: &[f64],
         scratch: &mut Scratch,
     ) -> Option<Vec<f64>> {
-        let anchor = self.anchor.as_ref()?;
+        self.anchor.as_ref()?;
         system.respond(tau, state, scratch);
+        self.body_accelerations_under(system, tau, state, scratch)
+    }
+
+    /// The same from responses at hand in `scratch`.
+    pub fn body_accelerations_under(
+        &self,
+        system: &System,
+        tau: f64,
+        state: &[f64],
+        scratch: &Scratch,
+    ) -> Option<Vec<f64>> {
+        let anchor = self.anchor.as_ref()?;
         let v = &state[system.dof()..];
         let at = system.moment(tau);
         let value = |action: Action<'_>| match action {

@@ -17,9 +17,8 @@ use serde::{Deserialize, Serialize};
 /// b: half gap, F0: preload (a force), K: reference stiffness. The force jumps by F0 at the flanks. With b = 0 the joint is
 /// always in contact and has to be torn off its middle: f = q + sign(q) F0/K.
 ///
-/// Not physical where the load on the joint stays below the preload for good: there it sticks to the flank, which a force that
-/// is a function of q cannot say. Integrators chatter and end early with that reason; a steep stage of `piecewise_linear`
-/// in the place of the jump is the way out.
+/// While the load on the joint is within the jump it rests on the flank: the exact flow holds it there as a constraint and finds
+/// its force from the equation of motion. DOPRI5, which follows forces only, ends with that reason.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Preloaded {

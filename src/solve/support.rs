@@ -62,7 +62,7 @@ pub fn of(mount: &Mount) -> [Support; 7] {
         (true, _) => {
             limited("jumps passed under error control, not located; sticking costs many steps")
         }
-        (_, true) => yes("jumps located; a joint that sticks on one ends it"),
+        (_, true) => limited("jumps located; a joint that rests on one ends it"),
         _ => yes("breakpoints located"),
     };
     let galerkin = match (is_hidden, is_jumping) {

@@ -12,10 +12,12 @@ mod course;
 mod evaluate;
 mod memory;
 mod mount;
+mod stops;
 
 pub use course::{Course, Moment};
 pub use evaluate::Scratch;
 pub use mount::Mount;
+pub use stops::Stops;
 
 use crate::element::Element;
 use crate::error::SolveError;

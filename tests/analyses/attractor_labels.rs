@@ -483,3 +483,42 @@ fn real_exponents_come_out_sorted_and_short_records_have_no_error() {
     assert_relative_eq!(found.values[1], 0.5_f64.ln() / 2.0, max_relative = 1e-14);
     assert!(found.error.is_infinite());
 }
+
+/// Where the record cannot become long enough for a label that rests on exponents, deviations are followed only to look for an orbit:
+/// the label is the same.
+#[test]
+fn short_records_do_not_follow_deviations() {
+    struct Counted<M>(M, usize);
+    impl<M: Map> Map for Counted<M> {
+        fn size(&self) -> usize {
+            self.0.size()
+        }
+        fn advance(&mut self, state: &mut [f64]) -> IntegrationEnd {
+            self.0.advance(state)
+        }
+        fn advance_with_variation(
+            &mut self,
+            state: &mut [f64],
+            frame: &mut DMatrix<f64>,
+        ) -> IntegrationEnd {
+            self.1 += 1;
+            self.0.advance_with_variation(state, frame)
+        }
+    }
+    for (a, periods, is_short) in [(3.9, 10, true), (3.2, 10, true), (3.9, 20, false)] {
+        let labels = [Lengths::Followed, Lengths::ForLabels].map(|exponents| {
+            let size = MapSize {
+                transient: 30,
+                periods,
+                exponents,
+            };
+            let mut map = Counted(logistic(a), 0);
+            let options = LabelOptions::default();
+            let found = attractor(&mut map, &mut [0.3], size, options, &mut |_| true);
+            (found.label, map.1, found.record.points)
+        });
+        assert_eq!(labels[0].0, labels[1].0, "{a}");
+        assert_eq!(labels[0].2, labels[1].2, "{a}");
+        assert_eq!(labels[1].1 < labels[0].1, is_short, "{a}: {labels:?}");
+    }
+}

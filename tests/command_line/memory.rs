@@ -108,3 +108,46 @@ fn shooting_tells_neutral_multipliers_and_what_impacts_do() {
         "{base} {law}"
     );
 }
+
+/// A stop that is held carries what the equation of motion leaves: 1 + 0.9 cos 2T for the loose gear on its flank. At rest there are no
+/// impacts, and a gear that rattles is not in contact between them.
+#[test]
+fn held_stops_have_a_force_and_impacts_end_at_once() {
+    let gear = |start: &str| {
+        format!(
+            "schema: 1\nreduced:\n  stiffness: [[1]]\n  damping: {{matrix: [[0]]}}\n  elements:\n    flank: {{type: rigid_stop, gap: 2, side: positive, \
+             restitution: 0.7}}\n  loads: {{mean: [1], harmonics: [{{order: 1, cos: [0.9], sin: [0]}}]}}\nanalyses:\n  it: {{type: time_history, at: 2, \
+             periods: 4, {start}}}\n"
+        )
+    };
+    let place = Place::with(&gear("initial: {q: [2], v: [0]}"));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    let times = place.column("out/it.csv", "T");
+    let forces = place.column("out/it.csv", "f.flank");
+    assert_eq!(times.len(), 801);
+    for (t, f) in times.iter().zip(&forces) {
+        assert!((f - 1.0 - 0.9 * (2.0 * t).cos()).abs() < 1e-12, "{t} {f}");
+    }
+    assert_eq!(place.column("out/it.rattle.csv", "impacts"), [0.0]);
+    assert_eq!(place.column("out/it.rattle.csv", "contact_ratio"), [1.0]);
+    assert_eq!(place.column("out/it.switches.csv", "to"), [1.0]);
+    let place = Place::with(&gear("transient: 100, initial: {q: [0.35], v: [0.5]}"));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    assert!(
+        place
+            .column("out/it.csv", "f.flank")
+            .iter()
+            .all(|f| *f == 0.0)
+    );
+    assert_eq!(place.column("out/it.rattle.csv", "impacts"), [4.0]);
+    assert_eq!(place.column("out/it.rattle.csv", "contact_ratio"), [0.0]);
+}
+
+/// Stick and slip are switches, not impacts.
+#[test]
+fn sliders_make_no_impacts() {
+    let place = Place::with(&model("{type: jenkins, slip_force: 0.1}", HISTORY));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    assert!(place.column("out/it.switches.csv", "to").len() > 3);
+    assert!(place.column("out/it.impacts.csv", "speed").is_empty());
+}

@@ -187,14 +187,10 @@ fn transition_matrices_across_jumps_equal_differences() {
     assert!(gap < 1e-8, "exact flow against DOPRI5: {gap:e}");
 }
 
-/// A joint pressed against its preload rests on its flank: the exact flow holds it there, DOPRI5 ends with chatter.
+/// A joint pressed against its preload rests on its flank: the exact flow holds it there, DOPRI5 says that it does not.
 #[test]
 fn a_joint_below_its_preload_is_held_by_the_flow() {
     let system = single(0.5, vec![preloaded(0.6, 0.4)], 0.2, 0.0);
-    let few_switches = Dopri5Options {
-        max_switches: 50,
-        ..Default::default()
-    };
     let long = (0.0, 100.0 * TAU);
     let mut state = [0.0, 0.0];
     let mut exact = Exact::new(&system, 10_000).unwrap();
@@ -207,7 +203,9 @@ fn a_joint_below_its_preload_is_held_by_the_flow() {
         "{state:?}"
     );
     let mut state = [0.0, 0.0];
-    let end = Dopri5::new(&system, few_switches).advance(&system, long, &mut state, &mut ());
-    assert_eq!(end, IntegrationEnd::TooManySwitches);
+    let mut other = Dopri5::new(&system, Dopri5Options::default());
+    let end = other.advance(&system, long, &mut state, &mut ());
+    assert_eq!(end, IntegrationEnd::Sticks(0));
+    assert!(other.work().switches < 1000, "{:?}", other.work());
     assert!((state[0] - 0.6).abs() < 1e-3);
 }

@@ -6,7 +6,7 @@ use crate::measure::Heading;
 use crate::report::{Column, Table};
 use crate::solve::galerkin::march::{self, Stretch};
 use crate::solve::orbit::Orbit;
-use crate::system::System;
+use crate::system::{Stops, System};
 use std::f64::consts::TAU;
 
 /// Rows collected so far.
@@ -57,6 +57,7 @@ impl OrbitTable {
     ) {
         let e = system.element_count();
         let (mut state, mut scratch) = (vec![0.0; system.state_size()], system.scratch());
+        let mut stops = Stops::new(system);
         let tracks = match orbit {
             Orbit::Fourier(series) => march::all_tracks(system, series),
             Orbit::Segments(_) => Vec::new(),
@@ -65,6 +66,7 @@ impl OrbitTable {
             let tau = TAU * row as f64 / self.rows as f64;
             orbit.state(tau, &mut state);
             system.respond(tau, &state, &mut scratch);
+            stops.load(system, tau, &state, &mut scratch);
             self.numbers[0].push(branch as i64);
             self.numbers[1].push(point as i64);
             self.series[0].push(tau);

@@ -342,7 +342,7 @@ impl Observer for Record<'_> {
 
     fn switch(&mut self, switch: &Switch) {
         self.switches.push((switch.tau, *switch));
-        if switch.from == 0 && switch.to != 0 {
+        if switch.makes_contact() {
             let k = switch.connection;
             let energy = self.half_mass[k] * switch.velocity * switch.velocity;
             self.current.impacts[k][0] += 1.0;

@@ -120,6 +120,8 @@ pub struct Probe<'a> {
     signals: &'a [Signal],
     scratch: Scratch,
     needs_bodies: bool,
+    /// Whether the force of each connection is a function of time: a stop has impulses.
+    has_force: Vec<bool>,
 }
 
 impl<'a> Probe<'a> {
@@ -131,6 +133,9 @@ impl<'a> Probe<'a> {
             signals,
             scratch: system.scratch(),
             needs_bodies: signals.iter().any(is_absolute),
+            has_force: (system.mounts().iter())
+                .map(|m| m.element.least_impact().is_none())
+                .collect(),
         }
     }
 
@@ -143,8 +148,11 @@ impl<'a> Probe<'a> {
         } else {
             self.system.respond(time, state, &mut self.scratch);
         }
+        let has_impulses = self.has_force.contains(&false);
         for (out, signal) in out.iter_mut().zip(self.signals) {
             *out = match *signal {
+                Signal::Force(k) if !self.has_force[k] => f64::NAN,
+                Signal::Acceleration(_) if has_impulses => f64::NAN,
                 Signal::Deformation(k) => self.scratch.deformation[k],
                 Signal::Rate(k) => self.scratch.rate[k],
                 Signal::Force(k) => self.scratch.response[k].f,

@@ -267,7 +267,9 @@ impl Observer for Record<'_> {
     }
 
     fn switch(&mut self, switch: &Switch) {
-        self.switches.push((switch.tau, *switch));
+        if self.impacts.is_news(switch) {
+            self.switches.push((switch.tau, *switch));
+        }
         self.impacts.switch(switch.tau, switch);
     }
 }

@@ -8,7 +8,7 @@ use crate::numeric::roots;
 use crate::postprocess::connection::is_clearance;
 use crate::postprocess::contacts::effective_mass;
 use crate::report::Table;
-use crate::solve::integrate::{Segment, Switch};
+use crate::solve::integrate::{Segment, Switch, SwitchKind};
 use crate::system::{Scratch, System};
 
 /// Watches contacts and forces.
@@ -32,6 +32,8 @@ struct Contact {
     /// Time in contact.
     held: f64,
     force: (f64, f64),
+    /// Integral of the square of the rate, and its time.
+    square: (f64, f64),
 }
 
 /// Instants per step at which forces are compared.
@@ -53,7 +55,12 @@ impl<'a> Impacts<'a> {
             flank: mount.element.flank(*x),
             since: time,
             held: 0.0,
-            force: (f, f),
+            force: match mount.element.least_impact() {
+                None => (f, f),
+                // A stop has impulses.
+                Some(_) => (f64::NAN, f64::NAN),
+            },
+            square: (0.0, 0.0),
         };
         let seen = scratch
             .deformation
@@ -80,7 +87,12 @@ impl<'a> Impacts<'a> {
             let tau = segment.tau + x * segment.width;
             self.system.respond(tau, &self.state, &mut self.scratch);
             for e in 0..self.contacts.len() {
-                self.compare(segment, e, x);
+                let (square, time) = &mut self.contacts[e].square;
+                *square += self.scratch.rate[e].powi(2) * segment.width;
+                *time += segment.width;
+                if !self.contacts[e].force.0.is_nan() {
+                    self.compare(segment, e, x);
+                }
             }
         }
     }
@@ -110,8 +122,20 @@ impl<'a> Impacts<'a> {
         self.contacts[e].force = (low.min(lowest), high.max(highest));
     }
 
+    /// Whether a switch tells anything: a contact that is held over the end of a period comes to rest anew when the next begins.
+    pub fn is_news(&self, switch: &Switch) -> bool {
+        switch.kind != SwitchKind::Holding || self.contacts[switch.connection].flank != switch.to
+    }
+
     /// A passage of a breakpoint at a time.
     pub fn switch(&mut self, time: f64, switch: &Switch) {
+        if switch.makes_contact() {
+            self.list.push((time, *switch));
+        }
+        // An impact is over at once; the regions of sliders are no flanks.
+        if matches!(switch.kind, SwitchKind::Impact | SwitchKind::Memory) {
+            return;
+        }
         let contact = &mut self.contacts[switch.connection];
         if contact.flank != 0 && switch.to != contact.flank {
             contact.held += time - contact.since;
@@ -119,9 +143,20 @@ impl<'a> Impacts<'a> {
         if switch.to != contact.flank {
             (contact.flank, contact.since) = (switch.to, time);
         }
-        if switch.from == 0 && switch.to != 0 {
-            self.list.push((time, *switch));
-        }
+    }
+
+    /// Leaves out impacts on stops that are slower than their share of the r.m.s. rate.
+    fn drop_faint(&mut self) {
+        let least: Vec<f64> = (self.contacts.iter().zip(self.system.mounts()))
+            .map(|(contact, mount)| {
+                let (square, time) = contact.square;
+                let share = mount.element.least_impact().unwrap_or(0.0);
+                share * (square / time.max(f64::MIN_POSITIVE)).sqrt()
+            })
+            .collect();
+        let counts =
+            |s: &Switch| s.kind != SwitchKind::Impact || s.velocity.abs() >= least[s.connection];
+        self.list.retain(|(_, s)| counts(s));
     }
 
     /// Energy of an impact over K l^2.
@@ -134,6 +169,7 @@ impl<'a> Impacts<'a> {
         for contact in self.contacts.iter_mut().filter(|c| c.flank != 0) {
             contact.held += end - contact.since;
         }
+        self.drop_faint();
         vec![self.list_table(), self.rattle_table(end - begin)]
     }
 

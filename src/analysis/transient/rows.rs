@@ -4,13 +4,14 @@ use crate::analysis::{Setting, columns};
 use crate::measure::Heading;
 use crate::report::{Column, Table};
 use crate::solve::integrate::Switch;
-use crate::system::{Mount, Scratch, System};
+use crate::system::{Scratch, Stops, System};
 
 /// Collects rows.
 pub struct Rows<'a> {
     setting: &'a Setting<'a>,
     system: &'a System,
     scratch: Scratch,
+    stops: Stops,
     /// Nondimensional times T.
     pub times: Vec<f64>,
     /// Deformations, rates, forces and memories of the connections, then accelerations of the bodies: one list a column.
@@ -25,6 +26,7 @@ impl<'a> Rows<'a> {
             setting,
             system,
             scratch: system.scratch(),
+            stops: Stops::new(system),
             times: Vec::new(),
             series: vec![Vec::new(); 3 * system.element_count() + system.memory_count() + bodies],
         }
@@ -34,26 +36,15 @@ impl<'a> Rows<'a> {
     pub fn push(&mut self, time: f64, tau: f64, state: &[f64]) {
         self.times.push(time);
         let (setting, system) = (self.setting, self.system);
-        let mut bodies =
-            (setting.assembly).body_accelerations(system, tau, state, &mut self.scratch);
-        let is_stop = |m: &Mount| m.element.least_impact().is_some();
-        if let Some(list) = bodies
-            .as_mut()
-            .filter(|_| system.mounts().iter().any(is_stop))
-        {
-            // Impacts and held contacts have no force that is known here.
-            list.iter_mut().for_each(|a| *a = f64::NAN);
-        }
-        if bodies.is_none() {
-            system.respond(tau, state, &mut self.scratch);
-        }
+        system.respond(tau, state, &mut self.scratch);
+        self.stops.load(system, tau, state, &mut self.scratch);
+        let bodies = (setting.assembly).body_accelerations_under(system, tau, state, &self.scratch);
         let Scratch {
             deformation,
             rate,
             response,
         } = &self.scratch;
-        let forces = (response.iter().zip(system.mounts()))
-            .map(|(r, m)| if is_stop(m) { f64::NAN } else { r.f });
+        let forces = response.iter().map(|r| r.f);
         let values = (deformation.iter().copied())
             .chain(rate.iter().copied())
             .chain(forces)

@@ -69,8 +69,8 @@ const LONGEST_PROBE: f64 = 0.1;
 
 /// Integrator with its buffers. One call depends on its arguments only, not on the calls before.
 ///
-/// Where the force jumps at a breakpoint the state lands on it and Phi gets its saltation matrix; a joint that sticks there
-/// chatters until too many switches end the call. A law whose kinks or jumps depend on its own velocity or phase is
+/// Where the force jumps at a breakpoint the state lands on it and Phi gets its saltation matrix; a joint that comes to rest there
+/// ends the call with [`IntegrationEnd::Sticks`]. A law whose kinks or jumps depend on its own velocity or phase is
 /// integrated through them under error control.
 #[derive(Debug, Clone)]
 pub struct Dopri5 {
@@ -159,6 +159,9 @@ impl Dopri5 {
             if !self.is_bounded() {
                 return IntegrationEnd::Diverged;
             }
+            if let Some(connection) = self.regions.sticks {
+                return IntegrationEnd::Sticks(connection);
+            }
             if self.work.switches as f64 > switches {
                 return IntegrationEnd::TooManySwitches;
             }
@@ -175,7 +178,7 @@ impl Dopri5 {
         self.refresh(system, tau, &mut ());
         let fastest = (1.0 + system.stiffness().amax()).sqrt();
         self.probe(system, tau, 1.0 / fastest);
-        self.regions.begin();
+        self.regions.begin(1.0 / fastest);
         self.work = Work::default();
         (self.step, self.last_error) = (self.options.relative.powf(0.2) / fastest, 1e-4);
         self.was_rejected = false;

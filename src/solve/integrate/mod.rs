@@ -33,6 +33,8 @@ pub enum IntegrationEnd {
     NotAnalytic(Singularity),
     /// Stops that are closed at once leave the forces between them open, this connection among them.
     Locked(usize),
+    /// A joint comes to rest on a jump of its force, which the integrator does not hold.
+    Sticks(usize),
 }
 
 /// Instant at which a force has no finite series.
@@ -65,6 +67,9 @@ impl IntegrationEnd {
             }
             IntegrationEnd::Locked(_) => {
                 "several closed stops hold the same motion: the forces between them are not determined"
+            }
+            IntegrationEnd::Sticks(_) => {
+                "the joint comes to rest on a jump of its force, which DOPRI5 does not hold; the exact flow does (`integrator: auto`)"
             }
         }
     }
@@ -121,6 +126,18 @@ pub struct Switch {
     pub velocity: f64,
     /// Action at the passage.
     pub kind: SwitchKind,
+}
+
+impl Switch {
+    /// Whether contact is made: an impact on a stop, or the way from open to a flank. A slider that starts to slip makes none, nor
+    /// does a contact that comes to rest.
+    pub fn makes_contact(&self) -> bool {
+        match self.kind {
+            SwitchKind::Impact => true,
+            SwitchKind::Breakpoint => self.from == 0 && self.to != 0,
+            SwitchKind::Memory | SwitchKind::Holding => false,
+        }
+    }
 }
 
 /// Action at a switch.

@@ -35,7 +35,14 @@ pub(super) struct Regions {
     pub(super) switches: usize,
     /// Jumps of the force passed and not yet given to Phi; `None` before the start.
     pub(super) jumps: Option<Vec<Jump>>,
+    /// A connection that has come to rest on a jump of its force.
+    pub(super) sticks: Option<usize>,
+    /// Excursions from a jump shorter than this are rest.
+    shortest_stay: f64,
 }
+
+/// Excursions from a jump on which a motion can rest that are shorter than this, in units of the fastest time scale, end on it.
+const SHORTEST_STAY: f64 = 1e-4;
 
 /// A jump of a connection's force, passed at a rate.
 #[derive(Debug, Clone, Copy)]
@@ -108,10 +115,12 @@ impl Regions {
         self.jumps = None;
     }
 
-    /// The motion starts: from now on passages count.
-    pub(super) fn begin(&mut self) {
+    /// The motion starts: from now on passages count. `unit`: fastest time scale.
+    pub(super) fn begin(&mut self, unit: f64) {
         self.switches = 0;
         self.jumps = Some(Vec::new());
+        self.sticks = None;
+        self.shortest_stay = SHORTEST_STAY * unit;
     }
 
     /// Rounding of the distance between a deformation and a level, at a phase of the response.
@@ -342,6 +351,15 @@ impl Regions {
         if let (true, Some(list)) = (element.is_discontinuous(), &mut self.jumps) {
             let phase = system.moment(pieces.clamp(at.tau)).phase;
             let size = jumps::size(mount, level, rate, phase);
+            let here = direction.sign() * at.bend(system, k, pieces.clamp(at.tau));
+            let row = system.element_map_row(k).iter();
+            let mobility: f64 = row.map(|(i, w)| w * system.stiffness()[(*i, k)]).sum();
+            // Towards the level from both sides.
+            let back = mobility * size - here;
+            let stays = 2.0 * rate.abs() <= self.shortest_stay * here.min(back);
+            if here > 0.0 && back > 0.0 && stays {
+                self.sticks = Some(k);
+            }
             list.push(Jump {
                 connection: k,
                 size,

@@ -1,0 +1,137 @@
+//! Forces of rigid stops on which a motion rests.
+
+use super::{Scratch, System};
+use crate::element::automaton::{Direction, RegionForce};
+use nalgebra::{DMatrix, DVector};
+
+/// Finds the forces of held stops from states alone; owns its buffers.
+///
+/// Where a deformation stays at its stop the force follows from the equation of motion:
+///
+/// ```text
+/// W_A q'' = e_A'',   f_A = (W_A kappa_A)^-1 (W_A a - e_A''),   a: acceleration without the forces f_A
+/// ```
+///
+/// A: stops that are closed, do not move apart, and press. In flight the force is 0; an impact has an impulse and no force.
+#[derive(Debug, Clone, Default)]
+pub struct Stops {
+    /// Connection, level, and the direction in which the level is reached.
+    list: Vec<(usize, f64, f64)>,
+    /// Stops on which the motion rests.
+    closed: Vec<(usize, f64)>,
+    acceleration: Vec<f64>,
+}
+
+/// Distance from a level and rate there, relative to the motion, at which a stop is closed.
+const CLOSED: f64 = 1e-9;
+/// Smallest share of its diagonal that an elimination of W_A kappa_A may leave.
+const DEPENDENT: f64 = 1e-11;
+
+impl Stops {
+    /// The stops of a system.
+    pub fn new(system: &System) -> Stops {
+        let mut list = Vec::new();
+        for (connection, mount) in system.mounts().iter().enumerate() {
+            if mount.element.least_impact().is_none() {
+                continue;
+            }
+            let regions = mount.element.automata().unwrap_or_default();
+            for region in regions.iter().flat_map(|a| &a.regions) {
+                if let RegionForce::Held { level } = region.force {
+                    // A contact that is held ends where its force would pull.
+                    let ends = region.guards.first().map(|g| g.direction);
+                    let side = if ends == Some(Direction::Up) {
+                        -1.0
+                    } else {
+                        1.0
+                    };
+                    list.push((connection, level, side));
+                }
+            }
+        }
+        Stops {
+            list,
+            closed: Vec::new(),
+            acceleration: vec![0.0; system.dof()],
+        }
+    }
+
+    /// Whether there are any.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Puts the forces of the stops at a state into the responses, which are those of [`System::respond`] there; NaN where stops share
+    /// a motion, so that the equation of motion does not decide.
+    pub fn load(&mut self, system: &System, tau: f64, state: &[f64], scratch: &mut Scratch) {
+        if self.list.is_empty() {
+            return;
+        }
+        let n = system.dof();
+        let largest = |part: &[f64]| part.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let (size, speed) = (largest(&state[..n]), largest(&state[n..2 * n]));
+        self.closed.clear();
+        for (e, level, side) in &self.list {
+            scratch.response[*e].f = 0.0;
+            let is_at = (scratch.deformation[*e] - level).abs() <= CLOSED * (level.abs() + size);
+            if is_at && scratch.rate[*e].abs() <= CLOSED * (speed + size) {
+                self.closed.push((*e, *side));
+            }
+        }
+        system.accelerate(tau, state, scratch, &mut self.acceleration);
+        while !self.closed.is_empty() {
+            let Some(forces) = self.forces(system, tau) else {
+                let unknown = self.closed.iter();
+                unknown.for_each(|(e, _)| scratch.response[*e].f = f64::NAN);
+                return;
+            };
+            let pull = |k: usize| -self.closed[k].1 * forces[k];
+            let worst = (0..forces.len()).max_by(|a, b| pull(*a).total_cmp(&pull(*b)));
+            match worst.filter(|k| pull(*k) > 0.0) {
+                Some(k) => {
+                    self.closed.remove(k);
+                }
+                None => {
+                    for ((e, _), f) in self.closed.iter().zip(forces.iter()) {
+                        scratch.response[*e].f = *f;
+                    }
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Forces that keep the closed stops closed.
+    fn forces(&self, system: &System, tau: f64) -> Option<DVector<f64>> {
+        let count = self.closed.len();
+        let row = |a: usize| system.element_map_row(self.closed[a].0).iter();
+        let moment = system.moment(tau);
+        let along = |a: usize, column: usize| -> f64 {
+            let kappa = system.stiffness().column(column);
+            row(a).map(|(i, w)| w * kappa[*i]).sum()
+        };
+        let mobility = DMatrix::from_fn(count, count, |a, b| along(a, self.closed[b].0));
+        let sides = DVector::from_fn(count, |a, _| {
+            let free: f64 = row(a).map(|(i, w)| w * self.acceleration[*i]).sum();
+            let error = system.mounts()[self.closed[a].0]
+                .transmission_error
+                .as_ref();
+            let bend = error.map_or(0.0, |e| {
+                moment.frequency.powi(2) * e.second_derivative(moment.phase)
+                    + moment.change * e.derivative(moment.phase)
+            });
+            free - bend
+        });
+        let scale = DVector::from_fn(count, |a, _| mobility[(a, a)].abs().sqrt());
+        let unit = DMatrix::from_fn(count, count, |a, b| {
+            mobility[(a, b)] / (scale[a] * scale[b])
+        });
+        let lu = unit.lu();
+        let decides = |p: &f64| p.abs() >= DEPENDENT;
+        if !lu.u().diagonal().iter().all(decides) {
+            return None;
+        }
+        let found = lu.solve(&sides.component_div(&scale))?;
+        Some(found.component_div(&scale))
+    }
+}
