@@ -1,6 +1,7 @@
 //! Motion against time: deformations, rates, forces, switches and absolute accelerations.
 
 mod figure;
+mod loops;
 mod selection;
 
 use super::cost::{Cost, Period};
@@ -170,8 +171,10 @@ impl Analysis for TimeHistory {
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         let seconds = began.elapsed().as_secs_f64();
         if let Some(main) = report.tables.first_mut() {
+            let slow = loops::table(setting, main);
             self.thin(main);
-            report.figure = Some(figure(setting, main));
+            report.figure = Some(figure(setting, main, slow.as_ref()));
+            report.tables.extend(slow);
         }
         for (key, value) in [
             ("options", options),
@@ -193,7 +196,9 @@ impl Analysis for TimeHistory {
         let impacts = Impacts::new(setting, system, (0.0, 0.0), &state).tables((0.0, 1.0));
         tables.extend(impacts.iter().map(Table::without_rows));
         if let Some(main) = tables.first_mut() {
+            let slow = loops::table(setting, main);
             self.thin(main);
+            tables.extend(slow);
         }
         tables
     }

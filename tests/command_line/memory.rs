@@ -151,3 +151,34 @@ fn sliders_make_no_impacts() {
     assert!(place.column("out/it.switches.csv", "to").len() > 3);
     assert!(place.column("out/it.impacts.csv", "speed").is_empty());
 }
+
+/// A slow cycle over the range of a motion has the loop of the closed form, 4 F (A - F/k), and a law without memory none.
+#[test]
+fn slow_loops_stand_beside_those_in_motion() {
+    let place = Place::with(&model("{type: jenkins, slip_force: 0.1}", HISTORY));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    let area = |connection: &str| {
+        let [x, f] =
+            ["q", "f"].map(|c| place.column("out/it.loops.csv", &format!("{c}.{connection}")));
+        let pairs = x.windows(2).zip(f.windows(2));
+        let area: f64 = pairs
+            .map(|(x, f)| 0.5 * (x[1] - x[0]) * (f[0] + f[1]))
+            .sum();
+        let (low, high) = x
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+        (area, 0.5 * (high - low))
+    };
+    let (area_of_law, amplitude) = area("law");
+    let expected = 4.0 * 0.1 * (amplitude - 0.1);
+    // A corner of the loop lies between two of the 200 steps.
+    assert!(
+        (area_of_law / expected - 1.0).abs() < 1e-3 && amplitude > 0.2,
+        "{area_of_law} {expected}"
+    );
+    assert!(area("base").0.abs() < 1e-14);
+    let panels = &place.json("out/it.json")["drawing"]["figure"]["panels"];
+    let curves = |p: &serde_json::Value| p["curves"].as_array().unwrap().len();
+    let counts: Vec<usize> = panels.as_array().unwrap().iter().map(curves).collect();
+    assert_eq!(counts, [1, 1, 2, 2]);
+}
