@@ -206,6 +206,5 @@ fn a_joint_below_its_preload_is_held_by_the_flow() {
     let mut other = Dopri5::new(&system, Dopri5Options::default());
     let end = other.advance(&system, long, &mut state, &mut ());
     assert_eq!(end, IntegrationEnd::Sticks(0));
-    assert!(other.work().switches < 1000, "{:?}", other.work());
     assert!((state[0] - 0.6).abs() < 1e-3);
 }
