@@ -129,7 +129,8 @@ fn check_says_what_every_solver_can_do() {
     assert!(text.contains("exact quadrature, no: "), "{text}");
     assert!(text.contains("exact flow, no: exact integration needs a piecewise-affine law (and impact_damping 0) (mesh)"), "{text}");
     let (reach, ..) = solvers("{type: preloaded, half_gap: 5 um, preload: 300 N}");
-    assert_eq!(reach, "yes yes yes yes yes yes yes");
+    // DOPRI5 does not hold a joint that rests on its jump.
+    assert_eq!(reach, "yes yes limited yes yes yes yes");
     let (reach, text, warnings) = solvers("{type: expression, force: 2.4e8*q + 50*sign(v)}");
     assert_eq!(reach, "no no limited limited no no no");
     let why = "series flow, no: no series: its force may jump where no breakpoint is known (mesh)";
