@@ -24,7 +24,12 @@ const TRUNCATED: f64 = 1e-2;
 const ELSEWHERE: f64 = 3e-2;
 
 /// Models of motions over time: torques that are functions of time, meshes that pass far above the firing order.
-const TRANSIENT: [&str; 3] = ["idle_rattle", "planetary_hybrid", "tip_in"];
+const TRANSIENT: [&str; 4] = [
+    "idle_rattle",
+    "idle_rattle_map",
+    "planetary_hybrid",
+    "tip_in",
+];
 
 fn models() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
