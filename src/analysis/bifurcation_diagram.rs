@@ -223,7 +223,7 @@ impl BifurcationDiagram {
             }
         };
         match (&parameter, &self.at) {
-            (Parameter::Frequency, Some(_)) => {
+            (Parameter::Frequency(_), Some(_)) => {
                 let message = "the excitation frequency is the parameter; leave `at` out";
                 faults.push(Fault::new("at", message));
             }
@@ -237,7 +237,7 @@ impl BifurcationDiagram {
             (Parameter::Number(_), Some(at)) => {
                 faults.extend(flow::frequency(setting, "at", at).err());
             }
-            (Parameter::Frequency, None) => {}
+            (Parameter::Frequency(_), None) => {}
         }
         for (key, written) in [("from", &self.from), ("to", &self.to)] {
             let fault = parameter.check(setting, written).err();
@@ -385,7 +385,7 @@ impl BifurcationDiagram {
         let list = columns::coordinates(setting);
         let written = Words::of_number(&self.parameter, &plan.unit);
         let (x_label, x_frequency) = match plan.parameter {
-            Parameter::Frequency => (
+            Parameter::Frequency(_) => (
                 columns::frequency_label(setting, &written),
                 columns::frequency_axis(setting, FrequencyUnit::RadianPerSecond),
             ),

@@ -1,8 +1,9 @@
 //! Responses against the excitation frequency (figures 10 to 17).
 
 use super::cost::Cost;
+use super::parameter::{FREQUENCY, Parameter};
 use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
-use super::{Analysis, Fault, Setting, columns};
+use super::{Analysis, Fault, Link, Setting, columns};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
@@ -14,6 +15,9 @@ response_keys! {
         /// Frequency of a response with `points: 1`, instead of `from` and `to`.
         #[serde(default)]
         pub at: Option<Quantity>,
+        /// Numbers of the model that follow the frequency (x, rad/s), such as `{gear_2.drag: "0.01*x"}`.
+        #[serde(default, skip_serializing_if = "Link::is_empty")]
+        pub link: Link,
     }
 }
 
@@ -47,7 +51,14 @@ impl Analysis for FrequencyResponse {
         if let Some(fault) = self.check_at(&settings) {
             return vec![fault];
         }
-        let mut faults = settings.check_range(&|written| setting.frequency(written));
+        let parameter = match Parameter::alone(setting, FREQUENCY, &self.link) {
+            Ok(parameter) => parameter,
+            Err(message) => return vec![Fault::new("link", message)],
+        };
+        let mut faults = settings.check_range(&|written| {
+            parameter.check(setting, written)?;
+            setting.frequency(written)
+        });
         faults.extend(settings.check(setting, &setting.assembly.system));
         if faults.is_empty()
             && let Ok(swept) = Swept::frequency(setting, &settings)
@@ -67,7 +78,7 @@ impl Analysis for FrequencyResponse {
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let settings = self.settings(setting);
-        let swept = Swept::frequency(setting, &settings)
+        let swept = Swept::frequency(setting, &settings, &self.link)
             .map_err(|fault| columns::refused(setting, fault))?;
         let options = serde_json::to_value(self).unwrap_or(Value::Null);
         response::run(&settings, &swept, options)
@@ -78,14 +89,14 @@ impl Analysis for FrequencyResponse {
         setting: &Setting<'_>,
     ) -> Result<Option<Vec<response::EventState>>, Error> {
         let settings = self.settings(setting);
-        let swept = Swept::frequency(setting, &settings)
+        let swept = Swept::frequency(setting, &settings, &self.link)
             .map_err(|fault| columns::refused(setting, fault))?;
         response::event_states(&settings, &swept).map(Some)
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
         let settings = self.settings(setting);
-        let swept = Swept::frequency(setting, &settings);
+        let swept = Swept::frequency(setting, &settings, &self.link);
         swept.map_or(Vec::new(), |swept| response::tables(&settings, &swept))
     }
 }

@@ -8,7 +8,8 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Further numbers by name with formulas of x, the value of the varied parameter in SI units: `{gear_2.drag: "0.4*x"}`. An analysis of
+/// Further numbers by name with formulas of x, the value of the varied parameter in SI units (rad/s for the excitation frequency):
+/// `{gear_2.drag: "0.4*x"}`. An analysis of
 /// two parameters has such a map for each of them: `{gear_1.drag: {gear_2.drag: "0.4*x"}}`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
@@ -60,7 +61,7 @@ impl Link {
         Ok(knob.followed_by(list))
     }
 
-    /// The followers of a parameter, by its full path.
+    /// The followers of a parameter, by its full path; `frequency` for the excitation frequency.
     ///
     /// # Errors
     /// As [`Link::attach`].
@@ -74,7 +75,8 @@ impl Link {
         for (name, entry) in &self.0 {
             match entry {
                 Entry::Of(own) => {
-                    let is_this = setting.model.path_of(name).is_ok_and(|known| known == path);
+                    let is_this = name == path
+                        || setting.model.path_of(name).is_ok_and(|known| known == path);
                     let is_known = is_this || all.contains(&name.as_str());
                     if !is_known {
                         let hint = did_you_mean(name, all.iter().copied());

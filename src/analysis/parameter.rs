@@ -3,17 +3,21 @@
 
 use super::{Link, Setting};
 use crate::assembly::{Assembly, Scales, assemble, reassemble, renumber};
+use crate::element::Relation;
 use crate::error::Diagnostic;
-use crate::model::{self, FrequencyScale, Knob, Model, Reach, Structure};
+use crate::model::{self, Follower, FrequencyScale, Knob, Model, Reach, Structure};
 use crate::quantity::Quantity;
 use crate::system::System;
 use crate::yaml::{Node, Value};
 
+/// Name of the excitation frequency among parameters.
+pub(super) const FREQUENCY: &str = "frequency";
+
 /// The varied quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Parameter {
-    /// The excitation frequency.
-    Frequency,
+    /// The excitation frequency, with the numbers that follow it.
+    Frequency(Vec<Follower>),
     /// A number of the model.
     Number(Box<Knob>),
 }
@@ -25,8 +29,8 @@ impl Parameter {
     /// # Errors
     /// A name of no number of the model, or a short form of several.
     pub fn find(setting: &Setting<'_>, written: &str) -> Result<Parameter, String> {
-        if written == "frequency" {
-            return Ok(Parameter::Frequency);
+        if written == FREQUENCY {
+            return Ok(Parameter::Frequency(Vec::new()));
         }
         let knob = setting.model.resolve(written)?;
         Ok(Parameter::Number(Box::new(knob)))
@@ -46,12 +50,10 @@ impl Parameter {
                 let knob = link.attach(setting, *knob, all)?;
                 Ok(Parameter::Number(Box::new(knob)))
             }
-            Parameter::Frequency if !link.is_empty() && all.len() == 1 => Err(
-                "link: x is a number of the model, not the excitation frequency: amplitudes that depend on the speed are \
-                 said by `speed_power`"
-                    .into(),
-            ),
-            Parameter::Frequency => Ok(Parameter::Frequency),
+            Parameter::Frequency(_) => {
+                let list = link.followers(setting, FREQUENCY, all)?;
+                Ok(Parameter::Frequency(list))
+            }
         }
     }
 
@@ -63,18 +65,15 @@ impl Parameter {
         Parameter::linked(setting, written, (link, &[written]))
     }
 
-    /// The number of the model, if it is one.
-    pub fn knob(&self) -> Option<&Knob> {
-        match self {
-            Parameter::Frequency => None,
-            Parameter::Number(knob) => Some(knob),
-        }
+    /// Whether it is the excitation frequency.
+    pub fn is_frequency(&self) -> bool {
+        matches!(self, Parameter::Frequency(_))
     }
 
     /// `frequency`, or the full dotted path.
     pub fn name(&self) -> &str {
         match self {
-            Parameter::Frequency => "frequency",
+            Parameter::Frequency(_) => FREQUENCY,
             Parameter::Number(knob) => knob.name(),
         }
     }
@@ -85,7 +84,7 @@ impl Parameter {
     /// A frequency without or with a wrong unit.
     pub fn value(&self, setting: &Setting<'_>, written: &Quantity) -> Result<f64, String> {
         match self {
-            Parameter::Frequency => setting.frequency(written),
+            Parameter::Frequency(_) => setting.frequency(written),
             Parameter::Number(_) => Ok(written.value),
         }
     }
@@ -93,10 +92,10 @@ impl Parameter {
     /// Unit of the reported values, and the factor to them. `written`: one of the values in the model file.
     pub fn reported(&self, setting: &Setting<'_>, written: &Quantity) -> (String, f64) {
         match self {
-            Parameter::Frequency if setting.is_si() => {
+            Parameter::Frequency(_) if setting.is_si() => {
                 ("rad/s".into(), setting.assembly.scales.frequency)
             }
-            Parameter::Frequency => (String::new(), 1.0),
+            Parameter::Frequency(_) => (String::new(), 1.0),
             Parameter::Number(_) => (written.dimension.map_or(String::new(), |d| d.unit()), 1.0),
         }
     }
@@ -106,14 +105,27 @@ impl Parameter {
     /// # Errors
     /// Errors of the model.
     pub fn check(&self, setting: &Setting<'_>, written: &Quantity) -> Result<(), String> {
-        let Parameter::Number(knob) = self else {
-            return setting.frequency(written).map(|_| ());
+        let entries = match self {
+            Parameter::Frequency(followers) => {
+                let x = setting.frequency(written)? * setting.assembly.scales.frequency;
+                let mut entries = Vec::new();
+                for Follower { knob, relation } in followers {
+                    entries.extend(knob.entries(relation.value(x)));
+                }
+                entries
+            }
+            Parameter::Number(knob) => {
+                let mut entries = knob.entries(written.value);
+                if written.dimension.is_some() {
+                    entries[0].1 = Node::quoted(written.text.as_str());
+                }
+                entries
+            }
         };
-        let mut root = mechanics(setting);
-        let mut entries = knob.entries(written.value);
-        if written.dimension.is_some() {
-            entries[0].1 = Node::quoted(written.text.as_str());
+        if entries.is_empty() {
+            return Ok(());
         }
+        let mut root = mechanics(setting);
         let set = |(path, node): (&str, Node)| root.set(path, node);
         let read = entries.into_iter().try_for_each(set).map_err(|d| vec![d]);
         let read = read.and_then(|()| rebuild(&root, setting.assembly));
@@ -143,13 +155,32 @@ pub(super) fn said(mistake: &Diagnostic) -> String {
 /// coordinates and all other numbers stay as written.
 pub struct Systems<'a> {
     variation: Variation<'a>,
-    /// Places of the numbers and of the frequency among the parameters.
-    numbers: Vec<usize>,
+    /// Values of the numbers that vary, each from that of one parameter.
+    numbers: Vec<Varied>,
+    /// Place of the frequency among the parameters.
     frequency: Option<usize>,
     at: f64,
     subharmonic: usize,
     /// The last values of the numbers, and their system.
     last: Option<(Vec<f64>, System)>,
+}
+
+/// A number as a function of one of several parameters.
+struct Varied {
+    /// Place of the parameter.
+    parameter: usize,
+    /// The number of a follower of the frequency from omega/omega_c; elsewhere the parameter is the number.
+    relation: Option<(Relation, f64)>,
+}
+
+impl Varied {
+    fn value(&self, values: &[f64]) -> f64 {
+        let own = values[self.parameter];
+        match &self.relation {
+            Some((relation, factor)) => relation.value(own * factor),
+            None => own,
+        }
+    }
 }
 
 impl<'a> Systems<'a> {
@@ -161,12 +192,25 @@ impl<'a> Systems<'a> {
         subharmonic: usize,
     ) -> Systems<'a> {
         let (mut knobs, mut numbers, mut frequency) = (Vec::new(), Vec::new(), None);
+        let factor = setting.assembly.scales.frequency;
         for (k, parameter) in parameters.iter().enumerate() {
             match parameter {
-                Parameter::Frequency => frequency = Some(k),
+                Parameter::Frequency(followers) => {
+                    frequency = Some(k);
+                    for Follower { knob, relation } in followers {
+                        knobs.push(knob.clone());
+                        numbers.push(Varied {
+                            parameter: k,
+                            relation: Some((relation.clone(), factor)),
+                        });
+                    }
+                }
                 Parameter::Number(knob) => {
                     knobs.push(knob.as_ref().clone());
-                    numbers.push(k);
+                    numbers.push(Varied {
+                        parameter: k,
+                        relation: None,
+                    });
                 }
             }
         }
@@ -180,12 +224,32 @@ impl<'a> Systems<'a> {
         }
     }
 
+    /// The place of the frequency among the parameters where nothing else depends on it.
+    pub fn lone_frequency(&self) -> Option<usize> {
+        let follows = |k: &usize| self.numbers.iter().any(|n| n.parameter == *k);
+        self.frequency.filter(|k| !follows(k))
+    }
+
+    /// Numbers of the model at values of the parameters.
+    pub fn numbers(&self, values: &[f64]) -> Vec<f64> {
+        self.numbers.iter().map(|n| n.value(values)).collect()
+    }
+
+    /// The model at values of the parameters, with its assembly; its frequency is left as it is.
+    ///
+    /// # Errors
+    /// Errors of the model at these values.
+    pub fn model(&mut self, values: &[f64]) -> Result<(Model, Assembly), Vec<Diagnostic>> {
+        let numbers = self.numbers(values);
+        self.variation.at(&numbers)
+    }
+
     /// The system at values of the parameters, in their order: omega/omega_c, SI numbers (nondimensional in a reduced model).
     ///
     /// # Errors
     /// Errors of the model at these values.
     pub fn at(&mut self, values: &[f64]) -> Result<&System, Vec<Diagnostic>> {
-        let numbers: Vec<f64> = self.numbers.iter().map(|k| values[*k]).collect();
+        let numbers = self.numbers(values);
         let known = self.last.take().filter(|(last, _)| *last == numbers);
         let mut system = match known {
             Some((_, system)) => system,

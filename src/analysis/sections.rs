@@ -5,6 +5,7 @@ use crate::measure::{
     Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Losses,
     Measure, Orders, PeakAccelerations, Sheet, Solved, TransmissionErrors, Units,
 };
+use crate::model::Structure;
 use crate::system::Mount;
 
 /// Samples of an orbit by harmonics for its dynamic transmission error.
@@ -12,14 +13,18 @@ const SAMPLES: usize = 1024;
 
 /// Dynamic transmission errors of the connections that have a static one.
 fn transmission_errors(swept: &Swept<'_>) -> TransmissionErrors {
-    let mounts = swept.setting.assembly.system.mounts().iter().enumerate();
-    let varies = |mount: &Mount| {
-        mount
-            .transmission_error
-            .as_ref()
-            .is_some_and(|e| !e.is_constant())
+    let setting = swept.setting;
+    let mounts = setting.assembly.system.mounts().iter().enumerate();
+    let own = |k: usize, mount: &Mount| match &setting.model.structure {
+        // Measured motions strain a train like transmission errors, but are none.
+        Structure::Train(train) => train.connections[k].transmission_error.is_some(),
+        Structure::Reduced(_) => mount.transmission_error.is_some(),
     };
-    let list = mounts.filter(|(_, mount)| varies(mount)).map(|(k, _)| k);
+    let varies = |(k, mount): &(usize, &Mount)| {
+        let error = mount.transmission_error.as_ref();
+        error.is_some_and(|e| !e.is_constant()) && own(*k, mount)
+    };
+    let list = mounts.filter(varies).map(|(k, _)| k);
     TransmissionErrors::new(SAMPLES, list.collect())
 }
 

@@ -2,7 +2,8 @@
 
 use super::torque::torques;
 use super::{
-    Anchor, Assembly, Coupling, Scales, assemble, damping, elastic_modes, reduced, refused, scaling,
+    Anchor, Assembly, Coupling, Scales, assemble, damping, elastic_modes, held, reduced, refused,
+    scaling,
 };
 use crate::error::Diagnostic;
 use crate::model::{Model, Reach, Structure, Train};
@@ -17,13 +18,15 @@ pub fn renumber(model: &Model, known: &Assembly, reach: Reach) -> Result<System,
     let system = &known.system;
     match (&model.structure, reach, &known.coupling) {
         (Structure::Train(train), Reach::Laws, _) => {
-            Ok(system.with_mounts(scaling::mounts(train, &known.scales)))
+            let train = held::settled(train)?;
+            Ok(system.with_mounts(scaling::mounts(&train, &known.scales)))
         }
         (Structure::Train(train), Reach::Loads, _) => {
             Ok(system.with_loads(loads(train, &known.scales, system)))
         }
         (Structure::Train(train), Reach::Matrices, Some(coupling)) => {
-            Ok(numbers(train, coupling, &scales(train, &known.scales))?.0)
+            let train = held::settled(train)?;
+            Ok(numbers(&train, coupling, &scales(&train, &known.scales))?.0)
         }
         (Structure::Reduced(own), Reach::Laws, _) => Ok(system.with_mounts(reduced::mounts(own))),
         (Structure::Reduced(own), Reach::Loads, _) => {
@@ -42,6 +45,8 @@ pub fn reassemble(model: &Model, known: &Assembly) -> Result<Assembly, Vec<Diagn
     let (Structure::Train(train), Some(coupling)) = (&model.structure, &known.coupling) else {
         return assemble(model);
     };
+    let settled = held::settled(train)?;
+    let train = settled.as_ref();
     let scales = scales(train, &known.scales);
     let (system, rates) = numbers(train, coupling, &scales)?;
     Ok(Assembly {

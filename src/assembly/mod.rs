@@ -15,6 +15,7 @@ mod anchor;
 mod closure;
 mod coupling;
 mod damping;
+mod held;
 mod kinematics;
 mod mass;
 mod modes;
@@ -106,6 +107,8 @@ pub fn assemble(model: &Model) -> Result<Assembly, Vec<Diagnostic>> {
 
 fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
     refuse_impossible(train)?;
+    let settled = held::settled(train)?;
+    let train = settled.as_ref();
     let coupling = couple(train)?;
     moved::refuse_motions(train, &coupling)?;
     let modes = elastic_modes(train, &coupling)?;

@@ -48,8 +48,8 @@ pub(super) fn torques(
 /// Acceleration of a body with prescribed motion \[rad/s^2; m/s^2\]; `None` where it moves evenly for all that is known.
 pub(super) fn course(course: &BodyCourse, w_c: f64) -> Option<Torque> {
     let torque = match course {
-        BodyCourse::PerPhase(series) => Torque {
-            series: series.scaled(w_c * w_c),
+        BodyCourse::PerPhase { slope, .. } => Torque {
+            series: slope.scaled(w_c * w_c),
             kind: LoadKind::Acceleration,
         },
         BodyCourse::Speed(series) => Torque {

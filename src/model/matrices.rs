@@ -6,7 +6,7 @@
 //!
 //! Coordinates are bodies to everything else. K becomes linear connections with arms a_i, as many as its rank; C acts on their rates.
 
-use super::fields::{Fields, Mistakes, check_name, entries, word};
+use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, word};
 use super::geometry::Bodies;
 use super::kinematics::Row;
 use super::{Body, Connection, DeformationUnit, Drag, MatrixPart, Motion};
@@ -188,7 +188,11 @@ fn symmetric(node: &Node, path: &str, n: usize, mistakes: &mut Mistakes) -> Opti
         let row = entries(row, path, mistakes);
         widths.push(row.len());
         for (j, (path, node)) in row.iter().enumerate() {
-            let value = mistakes.note(bare(node, path)).unwrap_or(0.0);
+            let value = match bare(node, path) {
+                Ok(_) => mistakes.number(node, path, Measure::AnySi, Range::Any),
+                Err(mistake) => mistakes.note(Err(mistake)),
+            };
+            let value = value.unwrap_or(0.0);
             if i < n && j < n {
                 matrix[(i, j)] = value;
             }
@@ -217,6 +221,15 @@ fn symmetric(node: &Node, path: &str, n: usize, mistakes: &mut Mistakes) -> Opti
         }
     }
     Some((&matrix + matrix.transpose()) * 0.5)
+}
+
+/// The entry on the other side of the diagonal: `matrices.rim.stiffness.1.0` of `matrices.rim.stiffness.0.1`.
+pub(super) fn mirrored(path: &str) -> Option<String> {
+    let steps: Vec<&str> = path.split('.').collect();
+    match steps.as_slice() {
+        ["matrices", part, key, i, j] if i != j => Some(format!("matrices.{part}.{key}.{j}.{i}")),
+        _ => None,
+    }
 }
 
 /// A finite number without a unit: a matrix over angles and displacements has several.

@@ -14,6 +14,7 @@ use crate::numeric::periodic::{Harmonic, Periodic};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::yaml::Node;
 use indexmap::IndexMap;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// The prescribed motion of a body, which is then a moving ground: torques do not move it.
@@ -28,8 +29,13 @@ pub struct BodyMotion {
 /// How a body with prescribed motion moves.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyCourse {
-    /// Angle per phase of the base order \[rad/rad; m/rad of a translating mass\]: the same at every speed of the reference.
-    PerPhase(Periodic),
+    /// Relative to the phase of the base order: the same at every speed of the reference.
+    PerPhase {
+        /// Angle per phase \[rad/rad; m/rad of a translating mass\].
+        slope: Periodic,
+        /// Mean deviation from even rotation \[rad; m\]. It counts only where the frame or other motions hold the train.
+        offset: f64,
+    },
     /// Speed over the phase of the base order \[rad/s; m/s\]: the same at every frequency. Its mean does not count.
     Speed(Periodic),
     /// Speed over time \[rad/s; m/s\], without jumps.
@@ -42,9 +48,7 @@ const FACTOR: f64 = 5.0;
 const NOTED: f64 = 0.02;
 /// An angle that swings more looks like the angle itself, not its deviation from even rotation.
 const LARGEST_SWING: f64 = 1.0;
-/// Orders of the cycle kept of a measured angle where the samples say more.
-const ORDERS: usize = 64;
-/// Most of them on request.
+/// Most orders of the cycle that are kept of a measured angle.
 const MOST_ORDERS: usize = 2048;
 
 /// All motions of a train, with notes: `motion` of a body, or beside its loads.
@@ -205,7 +209,7 @@ fn speed_over_cycle(
     // A fluctuation alone: its size belongs to the speed of the reference.
     if mean.abs() <= 1e-6 * wanted.abs() && table.largest() > 0.0 {
         let series = table.plus(-mean).scaled(1.0 / wanted).plus(1.0);
-        return Some((BodyCourse::PerPhase(series.scaled(per_phase)), None));
+        return Some((per_phase_of(series.scaled(per_phase)), None));
     }
     let share = mean / wanted;
     if !(1.0 / FACTOR..=FACTOR).contains(&share) {
@@ -225,8 +229,13 @@ fn speed_over_cycle(
              speed, is taken over"
         )
     });
-    let series = table.scaled(per_phase / mean);
-    Some((BodyCourse::PerPhase(series), note))
+    Some((per_phase_of(table.scaled(per_phase / mean)), note))
+}
+
+/// Without a mean deviation, of which a speed says nothing.
+fn per_phase_of(slope: Periodic) -> BodyCourse {
+    let offset = 0.0;
+    BodyCourse::PerPhase { slope, offset }
 }
 
 /// A measured deviation from even rotation: the exact orders of its broken line.
@@ -249,10 +258,11 @@ fn angle_over_cycle(
             sin: -(order as f64) * cos,
         }
     });
-    let series = Periodic::Fourier {
+    let slope = Periodic::Fourier {
         mean: turning.ratio * revolutions,
         harmonics: harmonics.collect(),
     };
+    let offset = table.mean();
     let is_large = turning.kind == Motion::Rotation && table.swing() > LARGEST_SWING;
     let note = is_large.then(|| {
         format!(
@@ -260,10 +270,10 @@ fn angle_over_cycle(
             table.swing()
         )
     });
-    (BodyCourse::PerPhase(series), note)
+    (BodyCourse::PerPhase { slope, offset }, note)
 }
 
-/// Orders of the cycle that a measured angle keeps: up to half the number of rows, and no more than `orders`.
+/// Orders of the cycle that a measured angle keeps: all that its rows determine, half their number, or `orders`.
 fn kept_orders(
     node: &Node,
     path: &str,
@@ -273,9 +283,9 @@ fn kept_orders(
     let rows = table.kinks().len() / table.turns();
     let most = (rows / 2).max(1);
     let Some(own) = node.get("orders") else {
-        return Some(most.min(ORDERS));
+        return Some(most.min(MOST_ORDERS));
     };
-    let found = super::fields::count(own, &format!("{path}.orders"), MOST_ORDERS.min(most));
+    let found = super::fields::count(own, &format!("{path}.orders"), MOST_ORDERS);
     mistakes.note(found)
 }
 
@@ -329,5 +339,27 @@ impl BodyCourse {
         }
         points.push((last.0, 0.0));
         BrokenLine::new(points).ok()
+    }
+}
+
+/// Least number of orders of a measured speed whose angle is made of harmonics; the angle of the next one is below 1e-8 of the largest.
+const LEAST_ORDERS: usize = 512;
+
+impl BodyCourse {
+    /// Deviation from even rotation \[rad; m\] over the phase, made of harmonics; `frequency`: rate of the phase \[rad/s\] at which a speed
+    /// was measured, where it is known.
+    ///
+    /// `None` over time, and for a speed without a frequency.
+    pub fn deviation(&self, frequency: Option<f64>) -> Option<Periodic> {
+        let (slope, offset) = match self {
+            BodyCourse::PerPhase { slope, offset } => (Cow::Borrowed(slope), *offset),
+            BodyCourse::Speed(speed) => (Cow::Owned(speed.scaled(1.0 / frequency?)), 0.0),
+            BodyCourse::Timed(_) => return None,
+        };
+        Some(
+            slope
+                .antiderivative(LEAST_ORDERS..=MOST_ORDERS)
+                .plus(offset),
+        )
     }
 }

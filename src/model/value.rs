@@ -2,7 +2,7 @@
 
 use super::fields::Found;
 use super::slot::{Reach, Slot};
-use super::{Model, measured, read};
+use super::{Model, matrices, measured, read};
 use crate::element::{ParameterRange, Relation};
 use crate::error::{Diagnostic, Error};
 use crate::quantity::{Quantity, UnitDimension};
@@ -41,6 +41,11 @@ impl Knob {
         &self.path
     }
 
+    /// Numbers that move with it.
+    pub fn followers(&self) -> &[Follower] {
+        &self.followers
+    }
+
     /// Unit of the value, such as `m`; empty for pure numbers.
     pub fn unit(&self) -> String {
         self.dimension.map_or(String::new(), unit)
@@ -60,8 +65,9 @@ impl Knob {
 
     /// The number with others that follow it wherever it is varied.
     #[must_use]
-    pub fn followed_by(self, followers: Vec<Follower>) -> Knob {
-        Knob { followers, ..self }
+    pub fn followed_by(mut self, followers: Vec<Follower>) -> Knob {
+        self.followers.extend(followers);
+        self
     }
 
     /// Everything that a value writes into a document: paths with numbers.
@@ -228,8 +234,26 @@ impl Model {
             has_unit: found.has_unit,
             range: found.range,
             default: found.value,
-            followers: Vec::new(),
+            followers: self.twin(&path).into_iter().collect(),
             path,
+        })
+    }
+
+    /// The entry of a symmetric matrix that is equal to the one at a path.
+    fn twin(&self, path: &str) -> Option<Follower> {
+        let path = matrices::mirrored(path)?;
+        let found = self.number_at(&path)?;
+        Some(Follower {
+            relation: Relation::new("x").ok()?,
+            knob: Knob {
+                slot: None,
+                dimension: found.dimension,
+                has_unit: found.has_unit,
+                range: found.range,
+                default: found.value,
+                followers: Vec::new(),
+                path,
+            },
         })
     }
 

@@ -11,6 +11,7 @@
 use super::periodic::{Harmonic, Periodic};
 use num_complex::Complex;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 /// A straight piece between two corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +72,35 @@ impl Periodic {
             let x = spectrum(&pieces, order);
             add(order, -2.0 * x.im, 2.0 * x.re);
         }
+    }
+
+    /// The same function made of harmonics: all of a series; of a table twice as many as it has corners, within `orders`.
+    pub fn harmonics(&self, orders: RangeInclusive<usize>) -> Vec<Harmonic> {
+        if let Periodic::Fourier { harmonics, .. } = self {
+            return harmonics.clone();
+        }
+        let (least, most) = orders.into_inner();
+        let turns = self.turns();
+        let last = (2 * self.kinks().len() / turns).clamp(least, most);
+        let mut coefficients = vec![0.0; 2 * last * turns + 1];
+        self.coefficients(1, &mut coefficients);
+        let harmonics = (1..=last).map(|k| Harmonic {
+            order: k * turns,
+            cos: coefficients[2 * k * turns],
+            sin: coefficients[2 * k * turns - 1],
+        });
+        harmonics.collect()
+    }
+
+    /// The antiderivative of what varies, with mean 0, made of these harmonics.
+    pub fn antiderivative(&self, orders: RangeInclusive<usize>) -> Periodic {
+        let mut harmonics = self.harmonics(orders);
+        for h in &mut harmonics {
+            let order = h.order as f64;
+            (h.cos, h.sin) = (-h.sin / order, h.cos / order);
+        }
+        let mean = 0.0;
+        Periodic::Fourier { mean, harmonics }
     }
 
     /// The same of the derivative with respect to the phase.

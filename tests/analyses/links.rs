@@ -70,6 +70,59 @@ fn a_study_and_a_diagram_move_them_too() {
     assert_eq!(diagram.ended_early, None);
 }
 
+/// Drags in proportion to the speed, as formulas of the frequency and written for one frequency.
+#[test]
+fn numbers_follow_the_frequency() {
+    let link = "link: {B.drag: \"2e-3*x\", C.drag: \"1e-3*x\"}";
+    let x = 420.0 * std::f64::consts::TAU;
+    let wanted = direct([2e-3 * x, 1e-3 * x]);
+    for method in ["galerkin", "shooting", "integration, points: 2, transient: 400"] {
+        let linked = run(
+            TRAIN,
+            &format!(
+                "{{type: frequency_response, from: 400 Hz, to: 450 Hz, method: {method}, harmonics: 8, marks: [420 Hz], stability: false, tolerance: 1e-12, {link}}}"
+            ),
+        );
+        assert_eq!(linked.ended_early, None);
+        let columns = match method {
+            "galerkin" => ["mean.mesh_1", "mean.mesh_2", "rms.mesh_1", "rms.mesh_2"].as_slice(),
+            // Truncated series differ from the flow.
+            _ => ["mean.mesh_1", "mean.mesh_2"].as_slice(),
+        };
+        for column in columns {
+            let [a, b] = [at(&linked, column), at(&wanted, column)];
+            assert!((a - b).abs() < 1e-8 * b.abs(), "{method} {column}: {a:e} {b:e}");
+        }
+    }
+}
+
+#[test]
+fn a_study_and_a_map_move_numbers_with_the_frequency() {
+    let x = [400.0, 420.0].map(|f: f64| f * std::f64::consts::TAU);
+    let study = run(
+        TRAIN,
+        "{type: parameter_study, grid: {frequency: [400 Hz, 420 Hz]}, link: {C.drag: \"1e-3*x\"}, \
+          analysis: {type: operating_point, at: 420 Hz, settle: 400, periods: 20}, \
+          collect: {c: {column: force_mean.mesh_2, reduce: first}}}",
+    );
+    let table = main_table(&study);
+    for (k, x) in x.into_iter().enumerate() {
+        let c = floats(table, "c")[k].abs();
+        assert!((c - 1e-3 * x / 0.05).abs() < 1e-6 * c, "{c} at {x} rad/s");
+    }
+    let diagram = |keys: &str| {
+        let analysis = format!(
+            "{{type: bifurcation_diagram, from: 400 Hz, to: 420 Hz, points: 2, transient: 400, periods: 4, parameter: frequency, {keys}}}"
+        );
+        let report = run(TRAIN, &analysis);
+        assert_eq!(report.ended_early, None);
+        floats(main_table(&report), "q.mesh_2")
+    };
+    let linked = diagram("link: {C.drag: \"1e-3*x\"}");
+    let plain = diagram("direction: up");
+    assert!(linked.iter().zip(&plain).all(|(a, b)| (a - b).abs() > 1e-9));
+}
+
 #[test]
 fn mistakes_in_links_are_named() {
     let response = |link: &str| {

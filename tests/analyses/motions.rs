@@ -2,6 +2,7 @@
 
 use crate::response_support::marked;
 use crate::time_domain_support::{floats, main_table, refusal, run};
+use num_complex::Complex;
 use std::f64::consts::{PI, TAU};
 
 const SPEEDS: [f64; 6] = [780.0, 800.0, 830.0, 810.0, 790.0, 790.0];
@@ -86,6 +87,93 @@ fn a_measured_angle_excites_with_the_orders_that_its_samples_show() {
             "{method}: {found:e} {wanted:e}"
         );
     }
+}
+
+/// Deformation of a shaft behind an angle x, over x: the other end is a wheel on a second shaft whose far end has the angle y x.
+fn strained(w: f64, y: f64) -> Complex<f64> {
+    let i = Complex::<f64>::i();
+    let (j, a, b) = (2e-2, 2e3 + 0.3 * i * w, 1.5e3 + 0.2 * i * w);
+    1.0 - (a + b * y) / (a + b - j * w * w)
+}
+
+/// Beside a ground: its shaft takes up the measured angle, with its mean.
+#[test]
+fn a_measured_angle_strains_a_grounded_train() {
+    let angles = [0.3, 0.6, -0.1, 0.2, 0.05, -0.4];
+    let grounded = "connections: {g: {ground: W, stiffness: 1500, damping: 0.2}, ";
+    let model = wheel(&format!("{{values: {angles:?}, unit: deg}}"))
+        .replace("connections: {", grounded)
+        .replace("reference: {body: B, speed: 800 rpm}\n", "");
+    let degree = PI / 180.0;
+    let mean = angles.iter().sum::<f64>() / 6.0 * degree;
+    let one = |k: usize| {
+        let [re, im] = order(&angles, k);
+        let x = re.hypot(im) * degree;
+        2.0 * (x * strained(k as f64 * 800.0 * RPM, 0.0).norm()).powi(2)
+    };
+    // The deformation's own mean: the two shafts share the mean angle by their stiffness.
+    let still = mean * 1500.0 / 3500.0;
+    let wanted = (1..=3).map(one).sum::<f64>().sqrt();
+    for method in ["galerkin", "shooting"] {
+        let report = run(&model, &response(method, 4));
+        let table = main_table(&report);
+        let at = |column: &str| floats(table, column)[marked(table)[0]];
+        let found = at("rms.s");
+        assert!(
+            (found / wanted - 1.0).abs() < 1e-9,
+            "{method}: {found:e} {wanted:e}"
+        );
+        assert!((at("mean.s").abs() - still).abs() < 1e-12, "{method}");
+        assert!(table.column("dte_rms.s").is_none());
+    }
+}
+
+/// Both ends of a train on a test bench are measured: the second one strains it by what the first does not explain.
+#[test]
+fn two_measured_ends_strain_the_train_between_them() {
+    let (first, second) = ([0.3, 0.6, -0.1, 0.2], [-0.15, -0.3, 0.05, -0.1]);
+    let model = wheel(&format!("{{values: {first:?}, unit: deg}}"))
+        .replace(
+            "W: {",
+            &format!("C: {{motion: {{values: {second:?}, unit: deg}}}}, W: {{"),
+        )
+        .replace(
+            "connections: {",
+            "connections: {t: {shaft: [W, C], stiffness: 1500, damping: 0.2}, ",
+        );
+    let one = |k: usize| {
+        let [re, im] = order(&first, k);
+        let x = re.hypot(im) * PI / 180.0;
+        2.0 * (x * strained(k as f64 * 800.0 * RPM, -0.5).norm()).powi(2)
+    };
+    let wanted = (1..=2).map(one).sum::<f64>().sqrt();
+    for method in ["galerkin", "shooting"] {
+        let found = rms_at_mark(&model, &response(method, 4));
+        assert!(
+            (found / wanted - 1.0).abs() < 1e-9,
+            "{method}: {found:e} {wanted:e}"
+        );
+    }
+}
+
+/// Measured rows say as many orders as half their number, and as many of the broken line as are wanted.
+#[test]
+fn an_angle_keeps_every_order_of_its_rows() {
+    let angles: Vec<f64> = (0..180).map(|k| f64::from(k % 2) * 0.1).collect();
+    let model = wheel(&format!("{{values: {angles:?}, unit: deg}}"));
+    let [re, im] = order(&angles, 90);
+    let wanted = 2.0_f64.sqrt() * re.hypot(im) * PI / 180.0 * twist(90.0 * 800.0 * RPM);
+    let found = rms_at_mark(&model, &response("shooting", 6));
+    assert!((found / wanted - 1.0).abs() < 1e-9, "{found:e} {wanted:e}");
+    let few = wheel("{values: [0, 0.3, -0.1, 0.2], unit: deg, orders: 9}");
+    let angles = [0.0, 0.3, -0.1, 0.2];
+    let one = |k: usize| {
+        let [re, im] = order(&angles, k);
+        2.0 * (re.hypot(im) * PI / 180.0 * twist(k as f64 * 800.0 * RPM)).powi(2)
+    };
+    let wanted = (1..=9).map(one).sum::<f64>().sqrt();
+    let found = rms_at_mark(&few, &response("galerkin", 10));
+    assert!((found / wanted - 1.0).abs() < 1e-10, "{found:e} {wanted:e}");
 }
 
 /// A wheel with a given motion drives a loose gear; the same as a transmission error of a mesh to the frame.
@@ -256,7 +344,16 @@ fn mistakes_in_motions_are_named() {
                     "connections: {g: {ground: W, stiffness: 5}, ",
                 )
                 .replace("reference: {body: B, speed: 800 rpm}\n", ""),
-            "cannot follow",
+            "no angle follows from this speed",
+        ),
+        (
+            wheel("{values: [1 deg, 2 deg]}")
+                .replace(
+                    "connections: {",
+                    "connections: {g: {ground: B, stiffness: 5}, ",
+                )
+                .replace("reference: {body: B, speed: 800 rpm}\n", ""),
+            "connections.g: lies between the frame and bodies with prescribed motion",
         ),
     ] {
         let said = refusal(&model, analysis);

@@ -267,3 +267,39 @@ fn a_coordinate_of_a_part_cannot_have_a_measured_motion() {
         "{said}"
     );
 }
+
+/// Entries are numbers by name; the other side of the diagonal moves along.
+#[test]
+fn entries_are_numbers_by_name() {
+    let identity = DMatrix::identity(2, 2);
+    let text = by_matrices(true, &identity, LOADS);
+    let (mut model, _) = assembled(&text);
+    let coupling = model.knob("disc.stiffness.0.1").unwrap();
+    assert_eq!(model.get(&coupling), -5.0e4);
+    assert!(model.numbers().iter().any(|n| n.name == "matrices.disc.inertia.1.1"));
+    model.set(&coupling, -4.0e4).unwrap();
+    for (name, value) in [("disc.stiffness.1.0", -4.0e4), ("disc.stiffness.0.0", 5.0e4)] {
+        assert_eq!(model.get(&model.knob(name).unwrap()), value);
+    }
+    let varied = |parameter: &str, from: f64, to: f64| {
+        let analysis = format!(
+            "  x: {{type: parameter_response, at: 800 Hz, parameter: {parameter}, from: {from}, to: {to}, harmonics: 3, stability: false}}\n"
+        );
+        let model = Model::from_yaml(&(text.clone() + &analysis)).unwrap();
+        model.run_observed("x", &Interrupt::default()).unwrap()
+    };
+    for (parameter, from, to) in [
+        ("disc.inertia.1.1", 3.0e-3, 3.2e-3),
+        ("disc.stiffness.0.1", -5.0e4, -4.9e4),
+    ] {
+        let report = varied(parameter, from, to);
+        assert_eq!(report.ended_early, None, "{parameter}");
+    }
+    let study = "  y: {type: parameter_study, grid: {disc.stiffness.1.0: [-5.0e4, -4.0e4]}, \
+         analysis: {type: modes}, collect: {w: {column: frequency, reduce: max}}}\n";
+    let model = Model::from_yaml(&(text + study)).unwrap();
+    let report = model.run_observed("y", &Interrupt::default()).unwrap();
+    let table = report.main().unwrap();
+    let found = table.column("w").unwrap().values.as_floats().unwrap().to_vec();
+    assert!(found.len() == 2 && found[0] != found[1], "{found:?}");
+}

@@ -1,7 +1,7 @@
 //! The two parameters of a curve, and the systems over them.
 
 use super::BifurcationCurve;
-use crate::analysis::parameter::{Parameter, Systems, Variation, joined};
+use crate::analysis::parameter::{Parameter, Systems, joined};
 use crate::analysis::{Fault, Link, Setting};
 use crate::assembly::Assembly;
 use crate::error::{Diagnostic, SolveError};
@@ -144,7 +144,7 @@ impl Axes {
         at: Option<&Quantity>,
         mut faults: Vec<Fault>,
     ) -> Result<Axes, Vec<Fault>> {
-        let has_frequency = list.iter().any(|a| a.parameter == Parameter::Frequency);
+        let has_frequency = list.iter().any(|a| a.parameter.is_frequency());
         let at = match (at, has_frequency) {
             (Some(_), true) => {
                 let message = "the excitation frequency is a parameter; leave `at` out";
@@ -194,7 +194,7 @@ impl Axes {
             moved[k] += NUDGE;
             let pair = (plane.system([inside; 2]), plane.system(moved));
             let is_idle = match (&pair, &self.list[k].parameter) {
-                (_, Parameter::Frequency) => false,
+                (_, Parameter::Frequency(_)) => false,
                 ((Ok(a), Ok(b)), _) => a.is_alike(b),
                 _ => false,
             };
@@ -243,10 +243,7 @@ impl Axes {
 
     /// Lowest excitation frequency over omega_c.
     pub fn slowest(&self) -> f64 {
-        let frequency = self
-            .list
-            .iter()
-            .find(|a| a.parameter == Parameter::Frequency);
+        let frequency = self.list.iter().find(|a| a.parameter.is_frequency());
         frequency.map_or(self.at, |axis| axis.ends.0.min(axis.ends.1))
     }
 }
@@ -255,7 +252,6 @@ impl Axes {
 pub(in crate::analysis) struct Grounds<'a> {
     axes: Axes,
     systems: Systems<'a>,
-    variation: Variation<'a>,
     /// Values met exactly: axis, share, native value.
     exact: Vec<(usize, f64, f64)>,
 }
@@ -264,10 +260,8 @@ impl<'a> Grounds<'a> {
     /// Over these axes.
     pub fn new(setting: &'a Setting<'a>, axes: Axes, subharmonic: usize) -> Grounds<'a> {
         let parameters: Vec<Parameter> = axes.list.iter().map(|a| a.parameter.clone()).collect();
-        let knobs = parameters.iter().filter_map(Parameter::knob).cloned();
         Grounds {
             systems: Systems::new(setting, &parameters, axes.at, subharmonic),
-            variation: Variation::new(setting, knobs.collect()),
             axes,
             exact: Vec::new(),
         }
@@ -290,11 +284,8 @@ impl<'a> Grounds<'a> {
 
     /// The model at a place, with its assembly; frequencies are left as they are.
     pub fn model(&mut self, p: [f64; 2]) -> Result<(Model, Assembly), SolveError> {
-        let numbers = [0, 1]
-            .into_iter()
-            .filter(|k| self.axes.list[*k].parameter.knob().is_some());
-        let values: Vec<f64> = numbers.map(|k| self.native(k, p[k])).collect();
-        self.variation.at(&values).map_err(no_system)
+        let values = [self.native(0, p[0]), self.native(1, p[1])];
+        self.systems.model(&values).map_err(no_system)
     }
 }
 
@@ -320,13 +311,12 @@ impl Plane for Grounds<'_> {
     }
 
     fn frequency(&self) -> Option<usize> {
-        let list = self.axes.list.iter();
-        list.map(|a| &a.parameter)
-            .position(|p| *p == Parameter::Frequency)
+        self.systems.lone_frequency()
     }
 
     fn reference_frequency(&self, p: [f64; 2]) -> f64 {
-        match self.frequency() {
+        let mut list = self.axes.list.iter();
+        match list.position(|axis| axis.parameter.is_frequency()) {
             Some(k) => self.native(k, p[k]),
             None => self.axes.at,
         }

@@ -186,7 +186,7 @@ fn points(
 /// `frequency_hz` in SI reports, where the frequency is a parameter.
 fn frequency(setting: &Setting<'_>, axes: &Axes, first: &[f64], second: &[f64]) -> Option<Column> {
     let list = axes.list.iter().zip([first, second]);
-    let mut list = list.filter(|(axis, _)| axis.parameter == Parameter::Frequency);
+    let mut list = list.filter(|(axis, _)| axis.parameter.is_frequency());
     let (axis, shares) = list.next().filter(|_| setting.is_si())?;
     let values = shares.iter().map(|share| reported(axis, *share) / TAU);
     Some(float("frequency_hz", "Hz", values.collect()))
@@ -278,7 +278,7 @@ fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Figure {
         only: None,
     });
     let x_frequency = match first.parameter {
-        Parameter::Frequency => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
+        Parameter::Frequency(_) => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
         Parameter::Number(_) => None,
     };
     Figure {

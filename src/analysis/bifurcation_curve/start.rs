@@ -274,7 +274,7 @@ fn nearest(
     let mut p = [f64::NAN; 2];
     for (share, axis) in p.iter_mut().zip(&axes.list) {
         let value = match (&axis.parameter, &event.number) {
-            (Parameter::Frequency, _) => Some(event.omega),
+            (Parameter::Frequency(_), _) => Some(event.omega),
             (Parameter::Number(knob), Some((varied, value))) if knob.name() == varied => {
                 Some(*value)
             }

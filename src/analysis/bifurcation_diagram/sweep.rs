@@ -42,7 +42,7 @@ impl Plan {
     pub fn columns(&self, setting: &Setting<'_>, values: &[f64]) -> Vec<Column> {
         let reported = values.iter().map(|x| x * self.factor).collect();
         let mut list = vec![columns::float("parameter", self.unit.clone(), reported)];
-        if self.parameter == Parameter::Frequency {
+        if self.parameter.is_frequency() {
             list.extend(columns::speed_rpm(setting, values.iter().copied()));
         }
         list

@@ -145,7 +145,7 @@ impl Target {
     }
 }
 
-/// Gives every path of the model the numbers that follow it.
+/// Gives every parameter the numbers that follow it.
 ///
 /// # Errors
 /// What is wrong with the key `link`.
@@ -158,10 +158,15 @@ pub(super) fn link(
     let names: Vec<String> = names.collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     for direction in directions {
-        if let Place::Model(path) = &direction.place {
-            let list = link.followers(setting, path, &names);
-            direction.followers = list.map_err(|message| Fault::new("link", message))?;
-        }
+        let path = match &direction.place {
+            Place::Model(path) => path,
+            Place::Analysis(_) => &direction.column.name,
+        };
+        let twins = setting.model.resolve(path);
+        let twins = twins.map_or(Vec::new(), |knob| knob.followers().to_vec());
+        let list = link.followers(setting, path, &names);
+        let list = list.map_err(|message| Fault::new("link", message))?;
+        direction.followers = twins.into_iter().chain(list).collect();
     }
     Ok(())
 }

@@ -263,7 +263,7 @@ fn users_unit(axis: &Axis, written: &Quantity) -> Option<(String, f64)> {
     let number: f64 = text[..end].trim().parse().ok()?;
     let unit = text[end..].trim();
     let native = match axis.parameter {
-        Parameter::Frequency => axis.ends.0 * axis.factor,
+        Parameter::Frequency(_) => axis.ends.0 * axis.factor,
         Parameter::Number(_) => axis.ends.0,
     };
     let is_usable = number != 0.0 && native != 0.0;

@@ -135,7 +135,7 @@ pub(super) fn main_table(
         );
     }
     for (k, axis) in axes.list.iter().enumerate() {
-        if axis.parameter == Parameter::Frequency && axis.unit == "rad/s" {
+        if axis.parameter.is_frequency() && axis.unit == "rad/s" {
             let rpm = of(k).into_iter().map(|w| w * 30.0 / PI);
             columns.push(float("speed_rpm", "rpm", rpm.collect()));
         }
@@ -210,7 +210,7 @@ fn figure(
     let axis = |axis: &Axis, unit: &str| {
         let written = Words::of_number(&axis.written, unit);
         match (&axis.parameter, unit) {
-            (Parameter::Frequency, "rpm") => frequency_label(setting, &written),
+            (Parameter::Frequency(_), "rpm") => frequency_label(setting, &written),
             _ => written,
         }
     };

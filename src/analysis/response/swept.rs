@@ -2,14 +2,14 @@
 
 use super::model_family::ModelFamily;
 use super::{BranchSettings, ResponseTable, Tables};
-use crate::analysis::parameter::{Parameter, Variation, joined};
+use crate::analysis::parameter::{FREQUENCY, Parameter, Variation, joined};
 use crate::analysis::saved::SavedPoint;
 use crate::analysis::sections::Sections;
-use crate::analysis::{Fault, Setting};
+use crate::analysis::{Fault, Link, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
 use crate::measure::Heading;
-use crate::model::{Knob, Model};
+use crate::model::{Follower, Knob, Model};
 use crate::postprocess::connection::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::closed_form::ClosedForm;
@@ -53,6 +53,11 @@ enum Kind {
     Frequency {
         factor: f64,
     },
+    /// The same with numbers that follow it.
+    Linked {
+        factor: f64,
+        ties: Ties,
+    },
     Number(Track),
 }
 
@@ -77,6 +82,82 @@ impl Track {
         let (from, to) = self.ends;
         let listed = self.exact.iter().find(|(x, _)| *x == lambda);
         listed.map_or_else(|| from + lambda * (to - from), |(_, value)| *value)
+    }
+}
+
+/// Numbers of the model that follow the excitation frequency.
+#[derive(Debug, Clone)]
+pub(super) struct Ties {
+    followers: Vec<Follower>,
+    /// omega_c \[rad/s\].
+    unit: f64,
+    range: (f64, f64),
+}
+
+/// What varies along a branch, beside or instead of the excitation frequency.
+pub(super) trait Road {
+    /// The numbers that vary.
+    fn knobs(&self) -> Vec<Knob>;
+
+    /// Their values at lambda.
+    fn values(&self, lambda: f64) -> Vec<f64>;
+
+    /// Excitation frequency over omega_c.
+    fn excitation(&self, lambda: f64) -> f64;
+
+    /// The nearest lambda of the range.
+    fn clamped(&self, lambda: f64) -> f64;
+
+    /// Step of a difference quotient in lambda.
+    fn step(&self, lambda: f64) -> f64;
+}
+
+impl Road for Track {
+    fn knobs(&self) -> Vec<Knob> {
+        vec![self.knob.clone()]
+    }
+
+    fn values(&self, lambda: f64) -> Vec<f64> {
+        vec![self.value(lambda)]
+    }
+
+    fn excitation(&self, _lambda: f64) -> f64 {
+        self.at
+    }
+
+    fn clamped(&self, lambda: f64) -> f64 {
+        lambda.clamp(0.0, 1.0)
+    }
+
+    /// For the size of the number, where that is larger than the range.
+    fn step(&self, lambda: f64) -> f64 {
+        let (from, to) = self.ends;
+        let size = self.value(lambda).abs() / (to - from).abs();
+        f64::EPSILON.cbrt() * size.clamp(1.0, 1e3)
+    }
+}
+
+impl Road for Ties {
+    fn knobs(&self) -> Vec<Knob> {
+        self.followers.iter().map(|f| f.knob.clone()).collect()
+    }
+
+    fn values(&self, lambda: f64) -> Vec<f64> {
+        let value = |f: &Follower| f.relation.value(lambda * self.unit);
+        self.followers.iter().map(value).collect()
+    }
+
+    fn excitation(&self, lambda: f64) -> f64 {
+        lambda
+    }
+
+    fn clamped(&self, lambda: f64) -> f64 {
+        let (from, to) = self.range;
+        lambda.clamp(from.min(to), from.max(to))
+    }
+
+    fn step(&self, lambda: f64) -> f64 {
+        f64::EPSILON.cbrt() * lambda.abs()
     }
 }
 
@@ -124,23 +205,26 @@ impl<'a> Swept<'a> {
             self.system(lambda)
                 .is_ok_and(|s| s.mounts().iter().any(gap))
         };
-        let varies = matches!(self.kind, Kind::Number(_));
+        let varies = !matches!(self.kind, Kind::Frequency { .. });
         written.iter().any(gap) || (varies && (at(self.range.0) || at(self.range.1)))
     }
 
-    /// The excitation frequency.
+    /// The excitation frequency, with the numbers that follow it.
     ///
     /// # Errors
-    /// The first value that is not a frequency.
+    /// The first value that is not a frequency; what is wrong with the link.
     pub fn frequency(
         setting: &'a Setting<'a>,
         settings: &BranchSettings,
+        link: &Link,
     ) -> Result<Swept<'a>, Fault> {
         let (range, marks) = read(settings, &|written| setting.frequency(written))?;
         let (unit, factor) = match setting.is_si() {
             true => ("rad/s".into(), setting.assembly.scales.frequency),
             false => (String::new(), 1.0),
         };
+        let parameter = Parameter::alone(setting, FREQUENCY, link);
+        let parameter = parameter.map_err(|message| Fault::new("link", message))?;
         Ok(Swept {
             setting,
             range,
@@ -151,7 +235,17 @@ impl<'a> Swept<'a> {
             orders: orders(setting, settings)?,
             stability: settings.stability,
             subharmonic: settings.subharmonic,
-            kind: Kind::Frequency { factor },
+            kind: match parameter {
+                Parameter::Frequency(followers) if !followers.is_empty() => Kind::Linked {
+                    factor,
+                    ties: Ties {
+                        followers,
+                        unit: setting.assembly.scales.frequency,
+                        range,
+                    },
+                },
+                _ => Kind::Frequency { factor },
+            },
             headings: OnceLock::new(),
         })
     }
@@ -200,7 +294,7 @@ impl<'a> Swept<'a> {
     /// Width in lambda down to which changes of stability are looked for; `share`: relative to the parameter.
     pub fn resolution(&self, share: f64) -> Resolution {
         let zero = match &self.kind {
-            Kind::Frequency { .. } => 0.0,
+            Kind::Frequency { .. } | Kind::Linked { .. } => 0.0,
             Kind::Number(track) => -track.ends.0 / (track.ends.1 - track.ends.0),
         };
         Resolution {
@@ -229,20 +323,29 @@ impl<'a> Swept<'a> {
                 system.set_subharmonic(subharmonic);
                 Box::new(FrequencyFamily::new(system))
             }
-            Kind::Number(track) => Box::new(ModelFamily::new(self.setting, track, subharmonic)?),
+            Kind::Linked { ties, .. } => {
+                let from = self.range.0;
+                Box::new(ModelFamily::new(self.setting, ties, (from, subharmonic))?)
+            }
+            Kind::Number(track) => {
+                Box::new(ModelFamily::new(self.setting, track, (0.0, subharmonic))?)
+            }
         })
     }
 
     /// The model at lambda with its assembly.
     fn model(&self, lambda: f64) -> Result<(Cow<'a, Model>, Cow<'a, Assembly>), String> {
-        let Kind::Number(track) = &self.kind else {
-            let Setting {
-                model, assembly, ..
-            } = self.setting;
-            return Ok((Cow::Borrowed(model), Cow::Borrowed(assembly)));
+        let road: &dyn Road = match &self.kind {
+            Kind::Frequency { .. } => {
+                let Setting {
+                    model, assembly, ..
+                } = self.setting;
+                return Ok((Cow::Borrowed(model), Cow::Borrowed(assembly)));
+            }
+            Kind::Linked { ties, .. } => ties,
+            Kind::Number(track) => track,
         };
-        let mut variation = Variation::new(self.setting, vec![track.knob.clone()]);
-        let found = variation.at(&[track.value(lambda)]);
+        let found = Variation::new(self.setting, road.knobs()).at(&road.values(lambda));
         let (model, assembly) = found.map_err(|list| joined(&list))?;
         Ok((Cow::Owned(model), Cow::Owned(assembly)))
     }
@@ -292,7 +395,7 @@ impl<'a> Swept<'a> {
     /// Excitation frequency over omega_c.
     pub fn excitation(&self, lambda: f64) -> f64 {
         match &self.kind {
-            Kind::Frequency { .. } => lambda,
+            Kind::Frequency { .. } | Kind::Linked { .. } => lambda,
             Kind::Number(track) => track.at,
         }
     }
@@ -333,7 +436,7 @@ impl<'a> Swept<'a> {
     /// The reported value of the parameter.
     pub fn value(&self, lambda: f64) -> f64 {
         match &self.kind {
-            Kind::Frequency { factor } => lambda * factor,
+            Kind::Frequency { factor } | Kind::Linked { factor, .. } => lambda * factor,
             Kind::Number(track) => track.value(lambda),
         }
     }
@@ -341,7 +444,7 @@ impl<'a> Swept<'a> {
     /// The path of a varied number as the user wrote it; `None` for the frequency.
     pub fn written(&self) -> Option<&str> {
         match &self.kind {
-            Kind::Frequency { .. } => None,
+            Kind::Frequency { .. } | Kind::Linked { .. } => None,
             Kind::Number(track) => Some(&track.written),
         }
     }
@@ -349,7 +452,7 @@ impl<'a> Swept<'a> {
     /// Full path of the number that is varied, and its value; `None` where that is the frequency.
     pub fn number_at(&self, lambda: f64) -> Option<(String, f64)> {
         match &self.kind {
-            Kind::Frequency { .. } => None,
+            Kind::Frequency { .. } | Kind::Linked { .. } => None,
             Kind::Number(track) => Some((track.knob.name().to_owned(), track.value(lambda))),
         }
     }
@@ -357,7 +460,7 @@ impl<'a> Swept<'a> {
     /// Place on a branch, in words.
     pub fn place(&self, lambda: f64) -> String {
         match &self.kind {
-            Kind::Frequency { .. } => format!("omega/omega_c = {lambda:.6}"),
+            Kind::Frequency { .. } | Kind::Linked { .. } => format!("omega/omega_c = {lambda:.6}"),
             Kind::Number(track) => {
                 let unit = match self.unit.as_str() {
                     "" => String::new(),

@@ -169,7 +169,7 @@ impl Analysis for Torus {
             return Cost::default();
         };
         let slowest = match axis.parameter {
-            Parameter::Frequency => axis.ends.0.min(axis.ends.1),
+            Parameter::Frequency(_) => axis.ends.0.min(axis.ends.1),
             Parameter::Number(_) => at,
         };
         let period = Period::of(setting, slowest);
@@ -222,8 +222,8 @@ impl Torus {
             return Err(Fault::new("to", message));
         }
         let at = match (&axis.parameter, &self.at) {
-            (Parameter::Frequency, None) => 1.0,
-            (Parameter::Frequency, Some(_)) => {
+            (Parameter::Frequency(_), None) => 1.0,
+            (Parameter::Frequency(_), Some(_)) => {
                 let message = "the excitation frequency is the parameter; leave `at` out";
                 return Err(Fault::new("at", message));
             }

@@ -122,7 +122,7 @@ pub(super) fn main_table(setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Ta
         float("stable", "", rows.iter().map(stable).collect()),
         integer("branch", count(&|_| 0)),
     ]);
-    if axis.parameter == Parameter::Frequency && setting.is_si() {
+    if axis.parameter.is_frequency() && setting.is_si() {
         let hertz = |p: &TorusPoint| axis.value(p.torus.lambda) * axis.factor / TAU;
         columns.push(float("frequency_hz", "Hz", of(&hertz)));
     }
@@ -160,7 +160,7 @@ fn curves(setting: &Setting<'_>, rows: &[Row]) -> Table {
 /// Rotation, r.m.s. deformations and exponent against the parameter; the curves where they are kept.
 fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Figure {
     let x_frequency = match axis.parameter {
-        Parameter::Frequency => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
+        Parameter::Frequency(_) => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
         Parameter::Number(_) => None,
     };
     let line = |y: String, label: String| Curve {

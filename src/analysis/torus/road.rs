@@ -32,7 +32,7 @@ impl<'a> Road<'a> {
         match (one(0.0), one(0.381_966_011), one(1.0)) {
             (Err(error), ..) => Some(Fault::new("from", error.to_string())),
             (_, _, Err(error)) => Some(Fault::new("to", error.to_string())),
-            (Ok(a), Ok(b), _) if self.axis.parameter != Parameter::Frequency && a.is_alike(&b) => {
+            (Ok(a), Ok(b), _) if !self.axis.parameter.is_frequency() && a.is_alike(&b) => {
                 let message = format!(
                     "{} changes nothing: the scaled equation is the same at every value",
                     self.axis.written
@@ -58,12 +58,12 @@ impl Plane for Road<'_> {
     }
 
     fn frequency(&self) -> Option<usize> {
-        (self.axis.parameter == Parameter::Frequency).then_some(0)
+        self.systems.lone_frequency()
     }
 
     fn reference_frequency(&self, p: [f64; 2]) -> f64 {
         match self.axis.parameter {
-            Parameter::Frequency => self.axis.value(p[0]),
+            Parameter::Frequency(_) => self.axis.value(p[0]),
             Parameter::Number(_) => self.at,
         }
     }

@@ -87,7 +87,7 @@ fn from_event<'a>(
     let analysis = other(setting, name).map_err(refused)?;
     let events = analysis.event_states(setting)?.unwrap_or_default();
     let own = |event: &EventState| match (&axis.parameter, &event.number) {
-        (Parameter::Frequency, None) => Some(event.omega),
+        (Parameter::Frequency(_), None) => Some(event.omega),
         (Parameter::Number(knob), Some((varied, value))) if knob.name() == varied => Some(*value),
         _ => None,
     };

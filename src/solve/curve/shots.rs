@@ -18,7 +18,7 @@ pub trait Plane {
     /// There is none at this place.
     fn system(&mut self, p: [f64; 2]) -> Result<System, SolveError>;
 
-    /// Which of the parameters is the excitation frequency.
+    /// Which of the parameters is the excitation frequency, where nothing else depends on it.
     fn frequency(&self) -> Option<usize>;
 
     /// The frequency of the reference at a place.
