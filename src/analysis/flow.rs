@@ -166,6 +166,9 @@ pub fn harder(one: Option<Strain>, other: Option<Strain>) -> Option<Strain> {
 pub fn rest(system: &System) -> (Vec<f64>, Option<String>) {
     let n = system.dof();
     let mut state = vec![0.0; system.state_size()];
+    if let Some(still) = system.still() {
+        state[n..2 * n].copy_from_slice(&still.rates);
+    }
     let found = match equilibrium(system) {
         Ok(found) => found,
         Err(NoEquilibrium::NotCarried { .. }) => {

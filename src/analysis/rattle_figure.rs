@@ -34,15 +34,18 @@ pub fn figure(table: &Table, first: Option<&Figure>) -> Option<NamedFigure> {
                 ..curve.clone()
             })
             .collect();
-        let unit = columns.first()?.unit.as_str();
-        // Meshes and shafts have different units.
-        let unit = if columns.iter().all(|c| c.unit == unit) {
-            unit
-        } else {
-            "N, N m"
-        };
+        // Meshes and shafts, wheels and masses have different units.
+        let mut units: Vec<&str> = Vec::new();
+        for column in &columns {
+            if !units.contains(&column.unit.as_str()) {
+                units.push(&column.unit);
+            }
+        }
+        if columns.is_empty() {
+            return None;
+        }
         Some(Panel {
-            y_label: Words::of(quantity).axis(unit),
+            y_label: Words::of(quantity).axis(&units.join(", ")),
             curves,
             ..template_of(template)
         })

@@ -16,17 +16,21 @@ use nalgebra::DMatrix;
 /// As [`assemble`].
 pub fn renumber(model: &Model, known: &Assembly, reach: Reach) -> Result<System, Vec<Diagnostic>> {
     let system = &known.system;
+    if system.still().is_some() {
+        return Ok(assemble(model)?.system);
+    }
     match (&model.structure, reach, &known.coupling) {
         (Structure::Train(train), Reach::Laws, _) => {
             let train = held::settled(train)?;
-            Ok(system.with_mounts(scaling::mounts(&train, &known.scales)))
+            Ok(system.with_mounts(scaling::mounts(&train.train, &known.scales)))
         }
         (Structure::Train(train), Reach::Loads, _) => {
             Ok(system.with_loads(loads(train, &known.scales, system)))
         }
         (Structure::Train(train), Reach::Matrices, Some(coupling)) => {
             let train = held::settled(train)?;
-            Ok(numbers(&train, coupling, &scales(&train, &known.scales))?.0)
+            let train = train.train.as_ref();
+            Ok(numbers(train, coupling, &scales(train, &known.scales))?.0)
         }
         (Structure::Reduced(own), Reach::Laws, _) => Ok(system.with_mounts(reduced::mounts(own))),
         (Structure::Reduced(own), Reach::Loads, _) => {
@@ -45,8 +49,11 @@ pub fn reassemble(model: &Model, known: &Assembly) -> Result<Assembly, Vec<Diagn
     let (Structure::Train(train), Some(coupling)) = (&model.structure, &known.coupling) else {
         return assemble(model);
     };
+    if known.system.still().is_some() {
+        return assemble(model);
+    }
     let settled = held::settled(train)?;
-    let train = settled.as_ref();
+    let train = settled.train.as_ref();
     let scales = scales(train, &known.scales);
     let (system, rates) = numbers(train, coupling, &scales)?;
     Ok(Assembly {

@@ -22,7 +22,15 @@ struct Bound {
     shares: Vec<(usize, f64)>,
 }
 
-/// The train with every motion that strains it as a transmission error of the connections of its body.
+/// A train with the motions that the frame or other motions bind.
+pub(super) struct Settled<'a> {
+    /// Those over the cycle have become transmission errors.
+    pub train: Cow<'a, Train>,
+    /// Those over time, which stay: the coordinates beside them are bound.
+    timed: Vec<Bound>,
+}
+
+/// The train with every motion over the cycle that strains it as a transmission error of the connections of its body.
 ///
 /// ```text
 /// z_j = sum of c_i z_i + d_j:    a_j z_j of a connection becomes sum of a_j c_i z_i - e,    e = -a_j d_j
@@ -32,14 +40,19 @@ struct Bound {
 /// harmonics.
 ///
 /// # Errors
-/// Motions over time, and speeds of which no angle can be made; connections between prescribed motions and the frame alone.
-pub(super) fn settled(train: &Train) -> Result<Cow<'_, Train>, Vec<Diagnostic>> {
-    if train.motions.is_empty() {
-        return Ok(Cow::Borrowed(train));
-    }
-    let bound = bound(train, &couple(train)?);
+/// Speeds of which no angle can be made; motions over time beside others over the cycle; connections between prescribed motions and
+/// the frame alone.
+pub(super) fn settled(train: &Train) -> Result<Settled<'_>, Vec<Diagnostic>> {
+    let bound = match train.motions.is_empty() {
+        true => Vec::new(),
+        false => bound(train, &couple(train)?),
+    };
+    let is_timed = |k: usize| matches!(train.motions[k].course, BodyCourse::Timed(_));
+    let all_timed = |one: &Bound| is_timed(one.motion) && one.shares.iter().all(|s| is_timed(s.0));
+    let (timed, bound): (Vec<Bound>, Vec<Bound>) = bound.into_iter().partition(all_timed);
     if bound.is_empty() {
-        return Ok(Cow::Borrowed(train));
+        let train = Cow::Borrowed(train);
+        return Ok(Settled { train, timed });
     }
     let mut changed = train.clone();
     let mut list = Vec::new();
@@ -62,8 +75,50 @@ pub(super) fn settled(train: &Train) -> Result<Cow<'_, Train>, Vec<Diagnostic>> 
         }
     }
     match list.is_empty() {
-        true => Ok(Cow::Owned(changed)),
+        true => Ok(Settled {
+            train: Cow::Owned(changed),
+            timed,
+        }),
         false => Err(list),
+    }
+}
+
+impl Settled<'_> {
+    /// How many motions over time bind coordinates.
+    pub(super) fn timed_count(&self) -> usize {
+        self.timed.len()
+    }
+
+    /// The train whose bodies with motions over time rest; `None` where such motions bind nothing.
+    pub(super) fn at_rest(&self) -> Option<Train> {
+        let mut train = self.train.as_ref().clone();
+        for motion in &mut train.motions {
+            if let (BodyCourse::Timed(_), false) = (&motion.course, self.timed.is_empty()) {
+                let (mean, harmonics) = (0.0, Vec::new());
+                let slope = Periodic::Fourier { mean, harmonics };
+                motion.course = BodyCourse::PerPhase { slope, offset: 0.0 };
+            }
+        }
+        (!self.timed.is_empty()).then_some(train)
+    }
+
+    /// Rates of the deformations at time 0 \[m/s or rad/s\], e values: the speeds with which motions over time begin, beyond those in
+    /// which the train moves as a whole.
+    pub(super) fn rates(&self, coupling: &Coupling) -> DVector<f64> {
+        let motions = &self.train.motions;
+        let speed = |motion: usize| match &motions[motion].course {
+            BodyCourse::Timed(line) => line.value(0.0),
+            _ => 0.0,
+        };
+        let mut bodies = DVector::zeros(self.train.bodies.len());
+        for one in &self.timed {
+            let followed = one
+                .shares
+                .iter()
+                .map(|(other, share)| share * speed(*other));
+            bodies[motions[one.motion].body] += speed(one.motion) - followed.sum::<f64>();
+        }
+        &coupling.incidence * bodies
     }
 }
 
@@ -111,8 +166,8 @@ fn deviation(train: &Train, bound: &Bound) -> Result<Periodic, Diagnostic> {
             let name = train.bodies.get_index(motion.body).map_or("", |(name, _)| name);
             let (message, help) = match motion.course {
                 BodyCourse::Timed(_) => (
-                    "a motion over time strains the train: the frame, or another prescribed motion, holds it on the way",
-                    "give the motion over the cycle, or leave out a `ground` or one of the motions",
+                    "a motion over time and one over the cycle bind each other",
+                    "give both over time or both over the cycle, or leave out one of them",
                 ),
                 _ => (
                     "the frame, or another prescribed motion, holds the train on the way, and no angle follows from this speed without \

@@ -35,9 +35,10 @@ pub use summary::summary;
 pub use torque::Torque;
 
 use crate::error::{Diagnostic, SolveError};
-use crate::model::{Model, Structure, Train};
-use crate::system::System;
+use crate::model::{FrequencyScale, Model, Structure, Train};
+use crate::system::{Still, System};
 use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
 
 /// Relations between bodies, connections and relative coordinates.
 #[derive(Debug, Clone)]
@@ -108,9 +109,15 @@ pub fn assemble(model: &Model) -> Result<Assembly, Vec<Diagnostic>> {
 fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
     refuse_impossible(train)?;
     let settled = held::settled(train)?;
-    let train = settled.as_ref();
+    let still = settled.at_rest().as_ref().map(assemble_train).transpose()?;
+    let mut train = Cow::Borrowed(settled.train.as_ref());
+    if let Some(still) = &still {
+        // Coordinates that motions bind have no frequency of their own.
+        train.to_mut().scaling.frequency = FrequencyScale::Value(still.scales.frequency);
+    }
+    let train = train.as_ref();
     let coupling = couple(train)?;
-    moved::refuse_motions(train, &coupling)?;
+    moved::refuse_motions(train, &coupling, settled.timed_count())?;
     let modes = elastic_modes(train, &coupling)?;
     let ratios = damping::ratios(&train.damping, modes.eigenvalues.len())?;
     let bodies: Vec<String> = train.bodies.keys().cloned().collect();
@@ -122,7 +129,17 @@ fn assemble_train(train: &Train) -> Result<Assembly, Vec<Diagnostic>> {
     let scales = scaling::scales(train, &modes)?;
     let mut system = scaling::system(train, &coupling, &rates, &scales).map_err(refused)?;
     system.set_revolutions(train.revolutions);
-    let natural_frequencies = modes.eigenvalues.map(|x| x.sqrt() / scales.frequency);
+    let mut natural_frequencies = modes.eigenvalues.map(|x| x.sqrt() / scales.frequency);
+    if let Some(still) = still {
+        natural_frequencies = still.natural_frequencies;
+        let rates = settled.rates(&coupling);
+        let rate = |k: &usize| rates[*k] / scales.displacement[*k] / scales.frequency;
+        system = system.with_still(Still {
+            system: Box::new(still.system),
+            rates: coupling.coordinates.iter().map(rate).collect(),
+            connections: coupling.coordinates.clone(),
+        });
+    }
     let connections: Vec<String> = train.connections.keys().cloned().collect();
     let coordinates = (coupling.coordinates.iter())
         .map(|k| connections[*k].clone())

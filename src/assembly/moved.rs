@@ -11,13 +11,17 @@ use nalgebra::{DMatrix, DVector};
 const ROUNDING: f64 = 1e-10;
 
 /// Refuses prescribed motions of coordinates of parts given by matrices, and those that strain the train whatever the other bodies
-/// do: its rest would follow the motion.
+/// do, but for the `bound` ones that are known to.
 ///
 /// A body can be followed where its column of B lies in the span of those that are free.
 ///
 /// # Errors
 /// The coordinates of parts; the bodies that nothing can follow.
-pub(super) fn refuse_motions(train: &Train, coupling: &Coupling) -> Result<(), Vec<Diagnostic>> {
+pub(super) fn refuse_motions(
+    train: &Train,
+    coupling: &Coupling,
+    bound: usize,
+) -> Result<(), Vec<Diagnostic>> {
     if train.motions.is_empty() {
         return Ok(());
     }
@@ -42,7 +46,7 @@ pub(super) fn refuse_motions(train: &Train, coupling: &Coupling) -> Result<(), V
         return Err(of_parts);
     }
     let held = Held::new(train, coupling);
-    if held.rank == train.motions.len() {
+    if held.rank + bound == train.motions.len() {
         return Ok(());
     }
     let list = train.motions.iter().map(|motion| {

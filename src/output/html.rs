@@ -76,11 +76,11 @@ pub fn render(reports: &[Report], options: &RunOptions) -> Result<Page, Error> {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n",
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<a class=\"skip\" href=\"#results\">Skip to the results</a>\n<header>\n<h1>{title}</h1>\n",
         title = escape(model)
     );
     contents(&mut page, reports);
-    page.push_str("</header>\n<main>\n");
+    page.push_str("</header>\n<main id=\"results\">\n");
     let stride = orbit_data::stride(reports);
     sections::model(&mut page, &options.description);
     if let Some(comparison) = &options.comparison {
@@ -219,7 +219,9 @@ fn branches(page: &mut String, report: &Report) {
     if branches.is_empty() {
         return;
     }
-    page.push_str("<h3>Branches</h3>\n<div class=\"scroll\"><table><thead><tr><th>branch</th><th>method</th><th class=\"number\">points</th><th>end</th><th></th></tr></thead><tbody>\n");
+    page.push_str("<h3>Branches</h3>\n");
+    sections::open_table(page, &format!("Branches of {}", heading(report)), "");
+    page.push_str("<th scope=\"col\">branch</th><th scope=\"col\">method</th><th scope=\"col\" class=\"number\">points</th><th scope=\"col\">end</th><th scope=\"col\">message</th></tr></thead><tbody>\n");
     for branch in branches {
         let end = &branch["end"];
         let _ = writeln!(
@@ -244,14 +246,19 @@ fn plain(value: &Value) -> String {
 }
 
 fn events(page: &mut String, report: &Report, table: &Table) {
-    page.push_str("<h3>Events</h3>\n<div class=\"scroll\"><table class=\"events\"><thead><tr>");
+    page.push_str("<h3>Events</h3>\n");
+    sections::open_table(page, &format!("Events of {}", heading(report)), "events");
     for column in &table.columns {
         let unit = match column.unit.as_str() {
             "" => String::new(),
             unit => format!(" [{}]", escape(unit)),
         };
         let name = escape(&readable(&column.name));
-        let _ = write!(page, "<th class=\"{}\">{name}{unit}</th>", class(column));
+        let class = class(column);
+        let _ = write!(
+            page,
+            "<th scope=\"col\" class=\"{class}\">{name}{unit}</th>"
+        );
     }
     page.push_str("</tr></thead><tbody>\n");
     for row in 0..table.rows().min(EVENT_ROWS) {

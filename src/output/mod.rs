@@ -49,6 +49,8 @@ mod series;
 #[cfg(feature = "figures")]
 mod shown;
 #[cfg(feature = "figures")]
+mod sparse;
+#[cfg(feature = "figures")]
 mod text;
 #[cfg(feature = "figures")]
 mod units;

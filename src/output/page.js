@@ -61,7 +61,7 @@
     const mark = MARKS[Math.min(curve.rank, 2)];
     return {
       x, y, text: tips, customdata: places, hoverinfo: "text", mode: lone ? "markers" : mark ? "lines+markers" : "lines",
-      line: { color: curve.color, width: STATES[state].share * (curve.width + 0.3), dash: STATES[state].dash },
+      line: { color: curve.color, width: STATES[state].share * (curve.width + 0.3), dash: STATES[state].dash, shape: curve.shape || "linear" },
       marker: mark ? { color: curve.color, size: 7, symbol: mark, maxdisplayed: 40 } : { color: curve.color, size: 5 },
       meta: { state, connection: connection(curve) },
     };

@@ -38,8 +38,11 @@ const reader = (() => {
     canvas.after(voice);
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "application");
+    // What a plot shows is said by its label and by the walk, not shape by shape.
+    for (const drawing of canvas.querySelectorAll("svg.main-svg")) drawing.setAttribute("aria-hidden", "true");
     const image = plot.querySelector("img");
     canvas.setAttribute("aria-label", (image ? image.alt + ". " : "") + curves.length + " curves. " + HELP);
+    for (const tools of canvas.querySelectorAll("[role=toolbar]")) tools.setAttribute("aria-label", "Tools of the plot");
     let curve = 0, point = -1;
 
     function show() {

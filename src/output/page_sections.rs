@@ -34,7 +34,8 @@ pub(super) fn model(page: &mut String, model: &Description) {
                 body.loads.join("; "),
             ]
         });
-        plain_table(page, ["body", "inertia", "speed [rpm]", "loads"], rows);
+        let head = ["body", "inertia", "speed [rpm]", "loads"];
+        plain_table(page, "Bodies", head, rows);
     }
     let rows = model.connections.iter().map(|c| {
         let arms = c
@@ -67,18 +68,28 @@ pub(super) fn model(page: &mut String, model: &Description) {
         "law",
         "further",
     ];
-    plain_table(page, head, rows);
+    plain_table(page, "Connections", head, rows);
     page.push_str("</details>\n</section>\n");
+}
+
+/// Begins a table with a name for screen readers, in a box that scrolls by keyboard; the cells of its head follow.
+pub(super) fn open_table(page: &mut String, name: &str, class: &str) {
+    let name = escape(name);
+    let _ = write!(
+        page,
+        "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"{name}\"><table class=\"{class}\" aria-label=\"{name}\"><thead><tr>"
+    );
 }
 
 fn plain_table<const N: usize>(
     page: &mut String,
+    name: &str,
     head: [&str; N],
     rows: impl Iterator<Item = [String; N]>,
 ) {
-    page.push_str("<div class=\"scroll\"><table><thead><tr>");
+    open_table(page, name, "");
     for name in head {
-        let _ = write!(page, "<th>{}</th>", escape(name));
+        let _ = write!(page, "<th scope=\"col\">{}</th>", escape(name));
     }
     page.push_str("</tr></thead><tbody>\n");
     for row in rows {
@@ -102,7 +113,7 @@ pub(super) fn comparison(page: &mut String, comparison: &Comparison) {
                 let [one, other] = change.values.clone();
                 [change.path.clone(), one, other]
             });
-            plain_table(page, ["value", a, b], rows);
+            plain_table(page, "What differs in the model", ["value", a, b], rows);
         }
     }
     page.push_str("<h3>In the results</h3>\n");
@@ -119,7 +130,8 @@ pub(super) fn comparison(page: &mut String, comparison: &Comparison) {
             share.unwrap_or_default(),
         ]
     });
-    plain_table(page, ["analysis", "quantity", a, b, "change"], rows);
+    let head = ["analysis", "quantity", a, b, "change"];
+    plain_table(page, "What differs in the results", head, rows);
     for text in &comparison.missing {
         let _ = writeln!(page, "<p class=\"soft\">{}</p>", escape(text));
     }
@@ -136,13 +148,18 @@ struct Grid {
 /// A table of one row: a line per quantity, a column per connection or body.
 pub(super) fn one_row(page: &mut String, table: &Table) {
     for grid in grids(table) {
-        page.push_str("<div class=\"scroll\"><table><thead><tr><th></th>");
+        open_table(page, "Values", "");
+        page.push_str("<th scope=\"col\">quantity</th>");
         for subject in &grid.subjects {
-            let _ = write!(page, "<th class=\"number\">{}</th>", escape(subject));
+            let _ = write!(
+                page,
+                "<th scope=\"col\" class=\"number\">{}</th>",
+                escape(subject)
+            );
         }
         page.push_str("</tr></thead><tbody>\n");
         for (quantity, cells) in &grid.rows {
-            let _ = write!(page, "<tr><td>{}</td>", escape(quantity));
+            let _ = write!(page, "<tr><th scope=\"row\">{}</th>", escape(quantity));
             for cell in cells {
                 let _ = write!(page, "<td class=\"number\">{}</td>", escape(cell));
             }

@@ -12,6 +12,7 @@ use super::draw::{TextStyle, crosses, dots, fill, marks, put_text, stroke};
 use super::look::{self, FAINT, Mark, NEUTRAL, tint};
 use super::series::{Drawing, Series, State};
 use super::shown::Shown;
+use super::sparse;
 use super::svg::{LINE_HEIGHT, Sheet};
 use super::text::{cut_front, text_width, wrapped};
 
@@ -19,8 +20,12 @@ use super::text::{cut_front, text_width, wrapped};
 const BETWEEN_MARKS: f64 = 42.0;
 /// A curve through so few points shows each of them: what was computed, and what is a line between.
 const FEW_POINTS: usize = 30;
+/// Parts of a pixel that a long line resolves.
+const FINE: f64 = 4.0;
 /// More dots than these are drawn small.
 const FEW_DOTS: usize = 600;
+/// More dots than these are told apart by whole pixels only.
+const MANY_DOTS: usize = 50_000;
 
 /// Frame of a panel in pixels.
 #[derive(Debug)]
@@ -230,7 +235,8 @@ fn draw_series(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Ser
         Drawing::Runs(_) => draw_runs(scene, frame, panel, series),
         Drawing::Crosses => crosses(scene, &distinct(frame, panel, series, 0.5), FAINT),
         Drawing::Dots => {
-            let places = distinct(frame, panel, series, 4.0);
+            let cells = if series.x.len() > MANY_DOTS { 1.0 } else { 4.0 };
+            let places = distinct(frame, panel, series, cells);
             let size = if places.len() > FEW_DOTS { 1.9 } else { 3.6 };
             let has_lines = panel
                 .list
@@ -308,7 +314,7 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
 }
 
 /// Adds a polyline to a path. Points closer than a tenth of a pixel to the last one drawn are left out; a lone point
-/// becomes a short tick.
+/// becomes a short tick. Counts change in steps.
 fn trace(
     d: &mut String,
     frame: &Frame,
@@ -316,21 +322,31 @@ fn trace(
     series: &Series<'_>,
     rows: std::ops::Range<usize>,
 ) {
-    let end = rows.end;
     let alone = rows.len() == 1;
-    let mut last: Option<(f64, f64)> = None;
-    for row in rows {
-        let (x, y) = frame.at(panel, series.x[row], series.y[row]);
-        match last {
-            None => {
-                let _ = write!(d, "M{x:.2} {y:.2}");
+    let at = |row: usize| frame.at(panel, series.x[row], series.y[row]);
+    let fine = |row: usize| {
+        let (x, y) = at(row);
+        (x * FINE, y * FINE)
+    };
+    for stretch in sparse::line(rows, fine) {
+        let mut last: Option<(f64, f64)> = None;
+        let end = stretch.last().copied();
+        for row in stretch {
+            let (x, y) = at(row);
+            match last {
+                None => {
+                    let _ = write!(d, "M{x:.2} {y:.2}");
+                }
+                Some((a, b)) if Some(row) != end && (x - a).hypot(y - b) < 0.1 => continue,
+                Some((a, b)) => {
+                    if series.is_count() && y != b {
+                        let _ = write!(d, "H{:.2}V{y:.2}", 0.5 * (a + x));
+                    }
+                    let _ = write!(d, "L{x:.2} {y:.2}");
+                }
             }
-            Some((a, b)) if row + 1 < end && (x - a).hypot(y - b) < 0.1 => continue,
-            Some(_) => {
-                let _ = write!(d, "L{x:.2} {y:.2}");
-            }
+            last = Some((x, y));
         }
-        last = Some((x, y));
     }
     if alone {
         d.push_str("m-1.5 0h3");

@@ -8,14 +8,19 @@ use super::arrange::arranged;
 use super::legend::kind_text;
 use super::look::{self, FAINT};
 use super::raster::Level;
-use super::series::{Drawing, Series, State, floats};
+use super::series::{Drawing, Run, Series, State, floats};
 use super::shown::{Shown, is_shared, shown};
+use super::sparse;
 use crate::error::Error;
 use crate::report::{Figure, FrequencyUnit, Report, Scale, readable};
 
 /// Columns shown when the pointer is over a point, where the table has them; the first ones lead to its orbit.
 const HOVER: [&str; 5] = ["branch", "point", "after_point", "omega", "parameter"];
 
+/// Curves of more points are reduced to those that a screen tells apart.
+const MANY: usize = 20_000;
+/// Points across and along a large screen, in either direction.
+const SCREEN: (f64, f64) = (3840.0, 1600.0);
 /// Cells on the page along each axis at most.
 const CELLS: usize = 300;
 
@@ -90,10 +95,15 @@ fn curve(
     };
     let (own_x, own_y) = (&series.curve.x, &series.curve.y);
     let (x, y) = (times(own_x, panel.factors.0), times(own_y, panel.factors.1));
-    let rows: Vec<usize> = match series.drawing {
-        Drawing::Dots => distinct(series),
+    let rows: Vec<usize> = match &series.drawing {
+        Drawing::Dots => distinct(panel, series),
         _ => Vec::new(),
     };
+    let (long, stretches) = match &series.drawing {
+        Drawing::Runs(runs) => long_line(panel, series, runs),
+        _ => (Vec::new(), Vec::new()),
+    };
+    let rows = if long.is_empty() { rows } else { long };
     let at = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
     let look = look::stroke(series.color, series.rank);
     let mut out = json!({
@@ -123,8 +133,9 @@ fn curve(
         return Ok(out);
     }
     let mut hover = Vec::new();
+    let is_reduced = matches!(series.drawing, Drawing::Dots) || !stretches.is_empty();
     match series.drawing {
-        Drawing::Dots => {
+        _ if is_reduced => {
             out["x"] = json!(put(&format!("{x} against {y}{only}"), &at(&series.x)));
             out["y"] = json!(put(&format!("{y} against {x}{only}"), &at(&series.y)));
             for name in HOVER
@@ -154,7 +165,7 @@ fn curve(
             }
         }
     }
-    if !HOVER.contains(&own_x.as_str()) || series.drawing == Drawing::Dots {
+    if !HOVER.contains(&own_x.as_str()) || is_reduced {
         let shown = panel.panel.x_frequency.map(|axis| axis.shown);
         let name = match (own_x.as_str(), shown) {
             ("frequency_hz", Some(FrequencyUnit::RevolutionsPerMinute)) => "speed_rpm",
@@ -165,8 +176,16 @@ fn curve(
     out["hover"] = Value::Array(hover);
     match &series.drawing {
         Drawing::Runs(runs) => {
-            let run = |r: &super::series::Run| json!([state(r.state), r.rows.start, r.rows.end]);
+            let runs = if stretches.is_empty() {
+                runs
+            } else {
+                &stretches
+            };
+            let run = |r: &Run| json!([state(r.state), r.rows.start, r.rows.end]);
             out["runs"] = runs.iter().map(run).collect();
+            if series.is_count() {
+                out["shape"] = json!("hvh");
+            }
         }
         Drawing::Events(kinds) => out["kinds"] = json!(kinds),
         Drawing::Coloured(values) => {
@@ -203,14 +222,48 @@ fn state(state: State) -> &'static str {
     }
 }
 
-/// Rows whose points differ in their seven digits: an attractor of period 1 is one point, not hundreds.
-fn distinct(series: &Series) -> Vec<usize> {
-    let mut seen = HashSet::new();
+/// Rows whose points differ in their seven digits: an attractor of period 1 is one point, not hundreds. Of very many points those that a
+/// screen tells apart.
+fn distinct(panel: &Shown<'_>, series: &Series) -> Vec<usize> {
     let (x, y) = (&series.x, &series.y);
-    (0..x.len().min(y.len()))
-        .filter(|&row| x[row].is_finite() && y[row].is_finite())
+    let finite = (0..x.len().min(y.len())).filter(|&row| x[row].is_finite() && y[row].is_finite());
+    if x.len() > MANY {
+        let mut seen = HashSet::new();
+        let place = |row: usize| {
+            let (x, y) = on_screen(panel, (x[row], y[row]));
+            (x as i64, y as i64)
+        };
+        return finite.filter(|row| seen.insert(place(*row))).collect();
+    }
+    let mut seen = HashSet::new();
+    finite
         .filter(|&row| seen.insert((format!("{:.6e}", x[row]), format!("{:.6e}", y[row]))))
         .collect()
+}
+
+/// Place of a point on a large screen.
+fn on_screen(panel: &Shown<'_>, (x, y): (f64, f64)) -> (f64, f64) {
+    (SCREEN.0 * panel.x.share(x), SCREEN.1 * panel.y.share(y))
+}
+
+/// Rows that a screen tells apart of a curve with very many of them, and its runs among these rows; nothing of a shorter curve.
+fn long_line(panel: &Shown<'_>, series: &Series, runs: &[Run]) -> (Vec<usize>, Vec<Run>) {
+    let (mut rows, mut list) = (Vec::new(), Vec::new());
+    if series.x.len() <= MANY {
+        return (rows, list);
+    }
+    for run in runs {
+        let at = |row: usize| on_screen(panel, (series.x[row], series.y[row]));
+        for stretch in sparse::line(run.rows.clone(), at) {
+            let begin = rows.len();
+            rows.extend(stretch);
+            list.push(Run {
+                state: run.state,
+                rows: begin..rows.len(),
+            });
+        }
+    }
+    (rows, list)
 }
 
 fn numbers(values: &[f64]) -> Value {

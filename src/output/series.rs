@@ -59,6 +59,15 @@ pub(super) struct Series<'a> {
 }
 
 impl Series<'_> {
+    /// Whether the ordinate counts something: it changes in steps.
+    pub fn is_count(&self) -> bool {
+        let quantity = self.curve.y.split('.').next().unwrap_or_default();
+        matches!(
+            quantity,
+            "impacts" | "impacts_front" | "impacts_back" | "regime" | "period"
+        )
+    }
+
     /// Points that can be drawn.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let pairs = self.x.iter().copied().zip(self.y.iter().copied());

@@ -37,9 +37,39 @@ pub(super) struct ColorBar {
 /// `Error::Input` when a curve names a table or column that the report does not have.
 pub(super) fn shown<'a>(figure: &'a Figure, report: &'a Report) -> Result<Vec<Shown<'a>>, Error> {
     let panels = resolve(figure, report)?.into_iter();
-    panels
-        .map(|resolved| panel(report, resolved.panel, resolved.list))
-        .collect()
+    let panels = panels.map(|resolved| panel(report, resolved.panel, resolved.list));
+    let mut panels = panels.collect::<Result<Vec<Shown<'a>>, Error>>()?;
+    align(&mut panels);
+    Ok(panels)
+}
+
+/// One range of the abscissa for all panels where it is the same quantity and nobody chose a range: some quantities have no values at
+/// one end of it.
+fn align(panels: &mut [Shown<'_>]) {
+    let is_free = |shown: &Shown<'_>| {
+        let fixed = |s: &Series<'_>| {
+            matches!(
+                s.drawing,
+                Drawing::Cells(_) | Drawing::Bars(_) | Drawing::Tornado(_)
+            )
+        };
+        shown.panel.x_range.is_none() && !shown.list.iter().any(fixed)
+    };
+    let is_same = panels.windows(2).all(|w| w[0].x_label == w[1].x_label);
+    if panels.len() < 2 || !is_same || !panels.iter().all(is_free) {
+        return;
+    }
+    let with_points = panels
+        .iter()
+        .filter(|p| p.list.iter().any(|s| s.points().next().is_some()));
+    let ends = extent(with_points.flat_map(|p| [p.x.low, p.x.high]));
+    let Some((low, high)) = ends else { return };
+    for shown in panels
+        .iter_mut()
+        .filter(|p| (p.x.low, p.x.high) != (low, high))
+    {
+        shown.x = Axis::exact((low, high), 7);
+    }
 }
 
 /// Whether all panels have one abscissa: its ticks are written once, and zooming one zooms all.
@@ -96,7 +126,7 @@ fn panel<'a>(
         _ => panel.x_range,
     };
     let y_range = panel.y_range.map(|(a, b)| (a * y.factor, b * y.factor));
-    let bar = list.iter().find_map(|series| color_bar(report, series));
+    let bar = (list.iter()).find_map(|series| color_bar(report, &panel.heading, series));
     let (x_axis, y_axis) = axes(&list, (x_range, y_range), panel.y_scale);
     Ok(Shown {
         panel,
@@ -121,7 +151,7 @@ fn largest(list: &[Series<'_>], of: impl Fn((f64, f64)) -> f64) -> f64 {
     points.map(|p| of(p).abs()).fold(0.0, f64::max)
 }
 
-fn color_bar(report: &Report, series: &Series<'_>) -> Option<ColorBar> {
+fn color_bar(report: &Report, heading: &str, series: &Series<'_>) -> Option<ColorBar> {
     let by = match (&series.drawing, &series.curve.style) {
         (Drawing::Coloured(_), CurveStyle::Coloured { by }) => by,
         (Drawing::Cells(raster), CurveStyle::Cells { value, .. }) if raster.is_continuous => value,
@@ -130,7 +160,11 @@ fn color_bar(report: &Report, series: &Series<'_>) -> Option<ColorBar> {
     let column = report.table(&series.curve.table)?.column(by)?;
     let values = column.values.as_floats()?;
     let (low, high) = extent(values.iter().copied()).unwrap_or((0.0, 1.0));
-    let label = Words::of(by).axis(&column.unit);
+    let mut words = Words::of(by);
+    if words.subject == heading {
+        words.subject.clear();
+    }
+    let label = words.axis(&column.unit);
     let scaled = Scaled::suiting(&label, low.abs().max(high.abs()));
     Some(ColorBar {
         label: scaled.label,

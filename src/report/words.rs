@@ -87,6 +87,12 @@ impl Words {
     /// Of the column `name`, such as `q.mesh_1`. A quantity that nobody knows keeps its name.
     pub fn of(name: &str) -> Words {
         let (quantity, subject) = name.split_once('.').unwrap_or((name, ""));
+        if let ("level", true) = (quantity, subject.contains('.')) {
+            return Words {
+                quantity: "level".into(),
+                subject: Words::of(subject).axis(""),
+            };
+        }
         let known = QUANTITIES.iter().find(|(key, _)| *key == quantity);
         match known {
             Some((_, words)) => Words {
@@ -174,6 +180,7 @@ mod tests {
         assert_eq!(axis("largest_force", "N"), "largest force [N]");
         assert_eq!(axis("bodies.a_1.inertia", ""), "inertia, a 1");
         assert_eq!(axis("stop.gap", "m"), "gap, stop [m]");
+        assert_eq!(axis("level.q.m_0", "dB"), "level, deformation q, m 0 [dB]");
         let path = "connections.clutch.element.stages.0.hysteresis";
         assert_eq!(axis(path, "N m"), "hysteresis, clutch, stage 1 [N m]");
         let path = "loads.A.harmonics.1.amplitude";

@@ -118,7 +118,7 @@ fn motion() -> Value {
             "time_unit": nullable(text("Unit of the instants; s when absent.")),
             "unit": nullable(text("Unit of bare numbers; it says whether they are speeds (rpm, rad/s; the default) or angles (deg, rad).")),
             "revolutions": nullable(count("Revolutions of the reference per cycle, such as 2 for a four-stroke engine.")),
-            "orders": nullable(count("Orders of the cycle kept of a measured angle; at most half the number of rows, 64 when absent.")),
+            "orders": nullable(count("Orders of the cycle kept of a measured angle; half the number of rows when absent.")),
         }),
         &[],
     );

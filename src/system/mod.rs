@@ -84,6 +84,17 @@ pub struct Balance {
     pub weight: DVector<f64>,
 }
 
+/// Where a train begins that motions over time strain: the same train while these bodies rest at 0.
+#[derive(Debug, Clone)]
+pub struct Still {
+    /// Its system, in coordinates of its own; connections in the same order, with the same scales.
+    pub system: Box<System>,
+    /// Connection whose W q is each relative coordinate.
+    pub connections: Vec<usize>,
+    /// Rates of the relative coordinates at time 0, d/d(omega_c t).
+    pub rates: Vec<f64>,
+}
+
 /// The system (4a). Shapes and finiteness are checked once, in `new`.
 #[derive(Debug, Clone)]
 pub struct System {
@@ -93,6 +104,7 @@ pub struct System {
     mounts: Vec<Mount>,
     loads: Vec<LoadSource>,
     balance: Option<Balance>,
+    still: Option<Still>,
     omega: f64,
     subharmonic: usize,
     revolutions: usize,
@@ -158,6 +170,7 @@ impl System {
             mounts,
             loads,
             balance: None,
+            still: None,
             omega: 1.0,
             subharmonic: 1,
             revolutions: 1,
@@ -176,6 +189,20 @@ impl System {
             balance: Some(balance),
             ..self
         }
+    }
+
+    /// The same system with the train as it begins.
+    #[must_use]
+    pub fn with_still(self, still: Still) -> System {
+        System {
+            still: Some(still),
+            ..self
+        }
+    }
+
+    /// The train as it begins, where motions over time strain it: its coordinates are then bound by them.
+    pub fn still(&self) -> Option<&Still> {
+        self.still.as_ref()
     }
 
     /// The balance of forces at rest, where the system comes from a train.

@@ -76,7 +76,11 @@ fn numbers_follow_the_frequency() {
     let link = "link: {B.drag: \"2e-3*x\", C.drag: \"1e-3*x\"}";
     let x = 420.0 * std::f64::consts::TAU;
     let wanted = direct([2e-3 * x, 1e-3 * x]);
-    for method in ["galerkin", "shooting", "integration, points: 2, transient: 400"] {
+    for method in [
+        "galerkin",
+        "shooting",
+        "integration, points: 2, transient: 400",
+    ] {
         let linked = run(
             TRAIN,
             &format!(
@@ -91,7 +95,10 @@ fn numbers_follow_the_frequency() {
         };
         for column in columns {
             let [a, b] = [at(&linked, column), at(&wanted, column)];
-            assert!((a - b).abs() < 1e-8 * b.abs(), "{method} {column}: {a:e} {b:e}");
+            assert!(
+                (a - b).abs() < 1e-8 * b.abs(),
+                "{method} {column}: {a:e} {b:e}"
+            );
         }
     }
 }

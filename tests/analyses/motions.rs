@@ -258,6 +258,42 @@ fn a_measured_run_up_drags_the_train_along() {
     assert!((found - 50.0).abs() < 1e-6, "{found}");
 }
 
+/// One end on the frame, the other one moved over time: one mass between two springs, with the load that it carries at the start.
+#[test]
+fn a_motion_over_time_strains_a_grounded_train() {
+    let (j, k, g, w0): (f64, f64, f64, f64) = (2e-2, 2e3, 1.5e3, 3.0);
+    let model = "schema: 1\nbodies: {B: {motion: {points: [[0 s, 3 rad/s], [1 s, 53 rad/s]]}}, W: {inertia: 2.0e-2}}\n\
+                 connections: {g: {ground: W, stiffness: 1500}, s: {shaft: [B, W], stiffness: 2000}}\n\
+                 loads: {W: {mean: 7}}\nreport: {units: si}\n";
+    let instants = [0.004, 0.2, 0.9];
+    // J z'' = 7 - g z + k (x - z), x = w0 t + 25 t^2: rest, the particular polynomial and what swings about it.
+    let w = ((g + k) / j).sqrt();
+    let (rest, share) = (7.0 / (g + k), k / (g + k));
+    let (a, b) = (share * w0, share * 25.0);
+    let even = -2.0 * b / (w * w);
+    let z = |t: f64| rest + even + a * t + b * t * t - even * (w * t).cos() - a / w * (w * t).sin();
+    for integrator in ["auto", "dopri5"] {
+        let analysis = format!(
+            "{{type: time_history, duration: 0.95 s, samples: {instants:?}, integrator: {integrator}}}"
+        );
+        let report = run(model, &analysis);
+        assert_eq!(report.ended_early, None);
+        let table = main_table(&report);
+        for (n, t) in instants.iter().enumerate() {
+            let x = w0 * t + 25.0 * t * t;
+            for (column, wanted) in [("q.g", z(*t)), ("q.s", x - z(*t))] {
+                let found = floats(table, column)[n].abs();
+                assert!(
+                    (found - wanted.abs()).abs() < 1e-9 * x,
+                    "{integrator} {column} at {t}: {found:e} {wanted:e}"
+                );
+            }
+        }
+    }
+    let lines = run(model, "{type: modes}");
+    assert_eq!(lines.ended_early, None);
+}
+
 #[test]
 fn the_measured_motion_is_the_course_of_speed() {
     let model = |motion: &str, reference: &str| {

@@ -276,9 +276,17 @@ fn entries_are_numbers_by_name() {
     let (mut model, _) = assembled(&text);
     let coupling = model.knob("disc.stiffness.0.1").unwrap();
     assert_eq!(model.get(&coupling), -5.0e4);
-    assert!(model.numbers().iter().any(|n| n.name == "matrices.disc.inertia.1.1"));
+    assert!(
+        model
+            .numbers()
+            .iter()
+            .any(|n| n.name == "matrices.disc.inertia.1.1")
+    );
     model.set(&coupling, -4.0e4).unwrap();
-    for (name, value) in [("disc.stiffness.1.0", -4.0e4), ("disc.stiffness.0.0", 5.0e4)] {
+    for (name, value) in [
+        ("disc.stiffness.1.0", -4.0e4),
+        ("disc.stiffness.0.0", 5.0e4),
+    ] {
         assert_eq!(model.get(&model.knob(name).unwrap()), value);
     }
     let varied = |parameter: &str, from: f64, to: f64| {
@@ -300,6 +308,12 @@ fn entries_are_numbers_by_name() {
     let model = Model::from_yaml(&(text + study)).unwrap();
     let report = model.run_observed("y", &Interrupt::default()).unwrap();
     let table = report.main().unwrap();
-    let found = table.column("w").unwrap().values.as_floats().unwrap().to_vec();
+    let found = table
+        .column("w")
+        .unwrap()
+        .values
+        .as_floats()
+        .unwrap()
+        .to_vec();
     assert!(found.len() == 2 && found[0] != found[1], "{found:?}");
 }

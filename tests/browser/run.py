@@ -203,6 +203,30 @@ def shows_orbits_of_cells(page, program, folder):
     page.screenshot(os.path.join(folder, "maps.png"))
 
 
+def speaks(page):
+    """Names for a screen reader, and a visible focus on the way through the page by Tab."""
+    page.send("Accessibility.enable")
+    nodes = [n for n in page.send("Accessibility.getFullAXTree")["nodes"] if not n.get("ignored")]
+    roles = ("table", "columnheader", "button", "link", "checkbox", "combobox", "searchbox", "application", "toolbar", "image", "graphics-symbol")
+    unnamed = [n["role"]["value"] for n in nodes if n["role"]["value"] in roles and not n.get("name", {}).get("value")]
+    check(unnamed == [], "everything has a name: " + ", ".join(unnamed))
+    page.send("Accessibility.disable")
+    page.evaluate("document.activeElement.blur(); window.scrollTo(0, 0)")
+    page.evaluate("document.querySelector('.skip').focus()")
+    check(page.evaluate("document.querySelector('.skip').getBoundingClientRect().left >= 0"), "the page begins with a way past its contents")
+    kinds, unseen = set(), []
+    for _ in range(40):
+        page.key("Tab")
+        kind, width, opacity = page.evaluate(
+            "(() => { const e = document.activeElement, bar = e.closest('.modebar'); const s = getComputedStyle(e); "
+            "return [e.className.includes('modebar-btn') ? 'tool' : e.tagName, s.outlineStyle === 'none' ? 0 : parseFloat(s.outlineWidth), bar ? parseFloat(getComputedStyle(bar).opacity) : 1]; })()")
+        kinds.add(kind)
+        if kind != "BODY" and (width < 2 or opacity < 0.5):
+            unseen.append(kind)
+    check(unseen == [], "the focus is seen everywhere: " + ", ".join(unseen))
+    check({"A", "tool", "SUMMARY", "DIV"} <= kinds, "Tab reaches links, plots and their tools: " + ", ".join(sorted(kinds)))
+
+
 def filters_events(page):
     rows = "[...document.querySelectorAll('#a-fig_11 table.events tbody tr')].filter((r) => !r.hidden).length"
     every = page.evaluate(rows)
@@ -260,6 +284,7 @@ def main():
             shows_orbit(page, row)
             walks_by_keyboard(page)
             filters_events(page)
+            speaks(page)
             suits_the_dark(page, folder)
             page.evaluate(f"{PLOT}.parentElement.scrollIntoView()")
         finally:

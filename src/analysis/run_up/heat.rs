@@ -6,7 +6,7 @@ use super::tables::{Natural, speed};
 use crate::analysis::columns::{self, float, integer};
 use crate::analysis::{Setting, columns::text};
 use crate::measure::Heading;
-use crate::report::{Column, Curve, CurveStyle, Figure, NamedFigure, Panel, Table};
+use crate::report::{Column, Curve, CurveStyle, Figure, NamedFigure, Panel, Table, Words};
 
 /// Levels further below the largest one are drawn as if they were this far below \[dB\].
 pub const RANGE: f64 = 80.0;
@@ -109,11 +109,12 @@ pub fn figure(setting: &Setting<'_>, plan: &Plan, campbell: &Table) -> NamedFigu
     let panel = |signal: &super::signals::Signal| {
         let heading = signal.heading(setting);
         let unit = reference_in_words(&heading.unit);
+        let signal = Words::of(&heading.name).axis("");
         let cells = Curve {
             table: "spectra".into(),
             x: x.name.clone(),
             y: "order".into(),
-            label: format!("level of {} [dB re {unit}]", heading.name),
+            label: format!("level of {signal} [dB re {unit}]"),
             style: CurveStyle::Cells {
                 value: format!("level.{}", heading.name),
                 names: Vec::new(),
@@ -131,7 +132,7 @@ pub fn figure(setting: &Setting<'_>, plan: &Plan, campbell: &Table) -> NamedFigu
         Panel {
             x_label: x_label.clone(),
             y_label: "order".into(),
-            heading: format!("level of {} [dB re {unit}]", heading.name),
+            heading: signal,
             y_range: Some((0.0, plan.spectrum as f64)),
             curves: std::iter::once(cells)
                 .chain(lines.iter().map(line))

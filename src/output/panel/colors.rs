@@ -1,5 +1,6 @@
 //! Colours by the values of a column: dots, cells, the bar that explains them.
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 
 use kuva::render::render::{Primitive, Scene, TextAnchor};
@@ -41,12 +42,16 @@ pub(super) fn by_color(
         return Vec::new();
     };
     let mut lists: Vec<Places> = vec![Vec::new(); LEVELS];
+    let mut seen = HashSet::new();
     for ((x, y), value) in series.x.iter().zip(&series.y).zip(values) {
         let at = frame.at(panel, *x, *y);
         if let Some(level) =
             level(bar, *value).filter(|_| x.is_finite() && y.is_finite() && frame.holds(at))
         {
-            lists[level].push(at);
+            // Two dots of one colour within half a pixel are one.
+            if seen.insert((level, (2.0 * at.0) as i64, (2.0 * at.1) as i64)) {
+                lists[level].push(at);
+            }
         }
     }
     let full = lists
@@ -59,6 +64,8 @@ pub(super) fn by_color(
 
 /// Cells drawn along each axis at most.
 const CELLS: usize = 600;
+/// Pixels by which a cell reaches into its neighbours.
+const OVERLAP: f64 = 0.4;
 
 /// Neighbours of one colour in a row are one rectangle; one path per colour.
 pub(super) fn draw_cells(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, raster: &Raster) {
@@ -74,7 +81,8 @@ pub(super) fn draw_cells(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, ra
                 let (left, bottom) = frame.at(panel, x[first], y[j]);
                 let (right, top) = frame.at(panel, x[end], y[j + 1]);
                 let d = &mut paths[level];
-                let (w, h) = (right - left, bottom - top);
+                // Cells overlap, so that rounding leaves no seam between them.
+                let (w, h) = (right - left + OVERLAP, bottom - top + OVERLAP);
                 let _ = write!(d, "M{left:.2} {top:.2}h{w:.2}v{h:.2}h-{w:.2}Z");
             }
             first = end;

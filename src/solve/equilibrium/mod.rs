@@ -94,6 +94,13 @@ impl NoEquilibrium {
 /// # Errors
 /// There is none, or none was found.
 pub fn equilibrium(system: &System) -> Result<Equilibrium, NoEquilibrium> {
+    if let Some(still) = system.still() {
+        let found = equilibrium(&still.system)?;
+        let map = still.system.element_map() * &found.q;
+        let q = still.connections.iter().map(|k| map[*k]);
+        let q = DVector::from_iterator(still.connections.len(), q);
+        return Ok(Equilibrium { q, ..found });
+    }
     let mut laws = system.mounts().iter().map(|m| &m.element);
     if laws.any(|law| law.first_loading().is_some()) {
         return equilibrium(&system.at_first_loading());
