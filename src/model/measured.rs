@@ -114,36 +114,78 @@ fn parse(text: &str, names: &[&str]) -> Result<Vec<Vec<f64>>, String> {
     let places = names.iter().map(|name| place(&header, name));
     let places = places.collect::<Result<Vec<usize>, String>>()?;
     let mut columns = vec![Vec::new(); names.len()];
-    for (row, record) in reader.records().enumerate() {
-        if row >= MOST_ROWS {
+    let mut marks = vec![None; names.len()];
+    // Blank lines are not records; where lines end otherwise, records are counted from the header, line 1.
+    let has_lines = text.contains('\n');
+    for (count, record) in reader.records().enumerate() {
+        if count >= MOST_ROWS {
             return Err(format!("more than {MOST_ROWS} rows"));
         }
-        // Line 1 is the header.
-        let record = record.map_err(|e| format!("row {}: {e}", row + 2))?;
-        for ((column, place), name) in columns.iter_mut().zip(&places).zip(names) {
+        let record = record.map_err(|e| unequal(&e, count + 2))?;
+        let line = record.position().filter(|_| has_lines);
+        let row = line.map_or(count as u64 + 2, csv::Position::line);
+        let cells = places.iter().zip(names).zip(&mut marks);
+        for (column, ((place, name), mark)) in columns.iter_mut().zip(cells) {
             let cell = record.get(*place).unwrap_or_default();
+            let shown = || cell.chars().take(SHOWN).collect::<String>();
             let number = number(cell, delimiter != b',').ok_or_else(|| {
-                let shown: String = cell.chars().take(SHOWN).collect();
-                format!(
-                    "row {}, column `{name}`: found `{shown}`, wanted a finite number",
-                    row + 2
-                )
+                let shown = shown();
+                format!("row {row}, column `{name}`: found `{shown}`, wanted a finite number")
             })?;
+            let own = cell.chars().find(|c| ['.', ','].contains(c));
+            if own.is_some() && mark.is_some() && own != *mark {
+                let shown = shown();
+                return Err(format!(
+                    "row {row}, column `{name}`: found `{shown}`, but rows before have the other decimal sign: wanted points or commas throughout, \
+                     and no separators of thousands"
+                ));
+            }
+            *mark = mark.or(own);
             column.push(number);
         }
     }
     Ok(columns)
 }
 
+/// What is wrong with a record.
+fn unequal(error: &csv::Error, row: usize) -> String {
+    let (row, kind) = match error.kind() {
+        csv::ErrorKind::UnequalLengths {
+            pos,
+            expected_len,
+            len,
+        } => (
+            pos.as_ref().map_or(row as u64, csv::Position::line),
+            format!("found {len} cells, wanted {expected_len}, one per column of the first row"),
+        ),
+        _ => (row as u64, error.to_string()),
+    };
+    format!("row {row}: {kind}")
+}
+
 fn place(header: &csv::StringRecord, name: &str) -> Result<usize, String> {
-    header.iter().position(|cell| cell == name).ok_or_else(|| {
-        let help = did_you_mean(name, header.iter());
-        let all: Vec<&str> = header.iter().collect();
-        format!(
-            "no column `{name}` in its first row, which names {} ({help})",
-            all.join(", ")
-        )
-    })
+    let mut places = header.iter().enumerate().filter(|(_, cell)| *cell == name);
+    let all: Vec<&str> = header.iter().collect();
+    match (places.next(), places.next()) {
+        (Some((place, _)), None) => return Ok(place),
+        (Some(_), Some(_)) => {
+            return Err(format!("column `{name}` is there twice in its first row"));
+        }
+        (None, _) => {}
+    }
+    if all.iter().all(|cell| cell.is_empty()) {
+        return Err(format!(
+            "its first row is empty: wanted the names of the columns, `{name}` among them"
+        ));
+    }
+    let help = match all.as_slice() {
+        [one] if one.contains(name) => "columns are separated by commas, semicolons or tabs".into(),
+        _ => did_you_mean(name, header.iter()),
+    };
+    Err(format!(
+        "no column `{name}` in its first row, which names {} ({help})",
+        all.join(", ")
+    ))
 }
 
 fn number(cell: &str, may_have_comma: bool) -> Option<f64> {
@@ -180,7 +222,13 @@ mod tests {
             ("T\nNaN\n", "row 2, column `T`: found `NaN`"),
             ("t,torque\n1,2\n", "no column `T`"),
             ("T,u\n1\n", "row 2"),
-            ("T,u\n1,5,2\n", "row 2"),
+            ("T,u\n1,5,2\n", "row 2: found 3 cells, wanted 2"),
+            ("T,u\n1,2\n\n3,4\n5\n", "row 5: found 1 cells"),
+            ("T\n1\n\n\nx\n", "row 5, column `T`: found `x`"),
+            ("T,T\n1,2\n", "is there twice"),
+            ("", "its first row is empty"),
+            ("T u\n1 2\n", "separated by commas"),
+            ("T;u\n2,5;1\n1.234;2\n", "other decimal sign"),
         ] {
             let said = parse(text, &["T"]).expect_err("a mistake");
             assert!(said.contains(wanted), "{said}");

@@ -10,11 +10,12 @@ use crate::yaml::{Node, Value, join};
 use indexmap::IndexMap;
 
 /// Parts of a document that hold numbers of the mechanics.
-const ROOTS: [&str; 7] = [
+const ROOTS: [&str; 8] = [
     "bodies",
     "connections",
     "damping",
     "loads",
+    "matrices",
     "reduced",
     "reference",
     "scaling",

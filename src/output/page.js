@@ -124,7 +124,11 @@
       hovertemplate: "%{text}<br>" + text(panel.x_label) + " %{x}<br>" + text(panel.y_label) + " %{y}<extra></extra>",
     };
     const shown = new Set(curve.cells.flat());
-    const named = curve.is_continuous ? [0, 1, 2, 3, 4].map((k) => Math.floor(k * (count - 1) / 4)) : [...curve.levels.keys()].filter((k) => shown.has(k));
+    if (curve.is_continuous) {
+      const named = [0, 1, 2, 3, 4].map((k) => Math.floor(k * (count - 1) / 4));
+      return [{ ...map, showscale: true, colorbar: { thickness: 11, x: 1.01, tickvals: named, ticktext: named.map((k) => Number(curve.levels[k][0]).toPrecision(4)), title: { text: text(panel.bar || ""), side: "right" } } }];
+    }
+    const named = [...curve.levels.keys()].filter((k) => shown.has(k));
     const entries = named.map((k) => ({
       x: [null], y: [null], mode: "markers", hoverinfo: "skip", name: text(curve.levels[k][0]), first: true, meta: {},
       marker: { symbol: "square", size: 11, color: curve.levels[k][1] },
@@ -175,26 +179,37 @@
   }
 
   // Ranges are copies: a zoom writes into the ones that the layout holds.
+  // Heights of the panels, and the share of all of them that one takes.
+  function heights(data) {
+    const n = data.panels.length;
+    const panelHeight = n === 1 ? 400 : 290;
+    const inner = n * panelHeight + (n - 1) * 80;
+    const domain = (i) => {
+      const top = 1 - (i * (panelHeight + 80)) / inner;
+      return [Math.max(0, top - panelHeight / inner), top];
+    };
+    return { panelHeight, inner, domain };
+  }
+
   function layout(data, width) {
     const n = data.panels.length;
     const small = width < 700;
     const dotted = data.panels.every((panel) => panel.curves.every((curve) => curve.style === "dots"));
-    const panelHeight = n === 1 ? 400 : 290;
+    const scaled = data.panels.some((panel) => panel.curves.some((curve) => curve.is_continuous));
+    const { panelHeight, inner, domain } = heights(data);
     const height = n * panelHeight + (n - 1) * 80 + (small ? 230 : 160);
     const result = {
       height, autosize: true, hovermode: "closest", dragmode: "zoom", ...theme.layout(),
       annotations: [],
-      margin: { l: small ? 62 : 78, r: 16, t: 34, b: 20 }, hoverlabel: { align: "left" },
+      margin: { l: small ? 62 : 78, r: scaled ? 84 : 16, t: 34, b: 20 }, hoverlabel: { align: "left" },
       legend: { orientation: "h", x: 0, xanchor: "left", yanchor: "top", y: -70 / (n * panelHeight + (n - 1) * 80), tracegroupgap: 0, itemsizing: dotted ? "constant" : "trace" },
     };
-    const inner = n * panelHeight + (n - 1) * 80;
     data.panels.forEach((panel, i) => {
-      const top = 1 - (i * (panelHeight + 80)) / inner;
       const suffix = axes.suffix(i);
       const frame = { showline: true, mirror: "allticks", ticks: "inside", zeroline: false, exponentformat: "power", automargin: true, ...theme.axis() };
       const names = panel.curves.some((curve) => curve.style === "tornado");
       result["xaxis" + suffix] = { ...frame, title: { text: text(panel.x_label), standoff: 10 }, anchor: "y" + suffix, range: panel.x_range.slice() };
-      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: [Math.max(0, top - panelHeight / inner), top], range: panel.y_range.slice() };
+      result["yaxis" + suffix] = { ...frame, title: { text: text(panel.y_label) }, anchor: "x" + suffix, domain: domain(i), range: panel.y_range.slice() };
       if (data.shared && i > 0) result["xaxis" + suffix].matches = "x";
       if (names) result["yaxis" + suffix] = { ...frame, type: "category", autorange: "reversed", anchor: "x" + suffix, domain: result["yaxis" + suffix].domain };
       if (panel.log) result["yaxis" + suffix] = { ...result["yaxis" + suffix], type: "log", range: panel.y_range.map(Math.log10) };
@@ -207,6 +222,7 @@
 
   function traces(data) {
     const list = [], named = new Set();
+    const { domain } = heights(data);
     data.panels.forEach((panel, i) => {
       const suffix = axes.suffix(i);
       for (const curve of panel.curves) {
@@ -215,6 +231,10 @@
           const { first, ...rest } = trace;
           const showlegend = first && trace.name !== "" && !named.has(group);
           if (showlegend) named.add(group);
+          if (rest.colorbar) {
+            const [bottom, top] = domain(i);
+            rest.colorbar = { ...rest.colorbar, len: top - bottom, lenmode: "fraction", y: (bottom + top) / 2, yanchor: "middle" };
+          }
           list.push({ ...rest, legendgroup: group, showlegend, xaxis: "x" + suffix, yaxis: "y" + suffix });
         }
       }

@@ -86,7 +86,8 @@ fn compare(model: &Model) -> usize {
         };
         let mut other = model.clone();
         let whole = other.set(&knob, value).and_then(|()| other.assemble());
-        let parameters = [Parameter::Number(Box::new(knob)), Parameter::Frequency];
+        let frequency = Parameter::Frequency(Vec::new());
+        let parameters = [Parameter::Number(Box::new(knob)), frequency];
         let mut systems = Systems::new(&setting, &parameters, 1.0, 1);
         let found = systems.at(&[value, 0.7]);
         match (found, whole) {

@@ -291,6 +291,7 @@ impl Worker<'_> {
             };
             set.map_err(|mistake| said(&mistake))?;
             for (path, node) in direction.followers(value) {
+                changes_model = true;
                 let set = self.root.set(path, node);
                 set.map_err(|mistake| said(&mistake))?;
             }

@@ -1,11 +1,90 @@
 //! The systems along a number of the model.
 
-use super::swept::Road;
+use super::swept::Track;
 use crate::analysis::Setting;
 use crate::analysis::parameter::{Variation, joined};
 use crate::error::SolveError;
+use crate::model::{Follower, Knob};
 use crate::solve::family::Family;
 use crate::system::System;
+
+/// Numbers of the model that follow the excitation frequency.
+#[derive(Debug, Clone)]
+pub(super) struct Ties {
+    /// The numbers, each with its formula of the frequency in rad/s.
+    pub followers: Vec<Follower>,
+    /// omega_c \[rad/s\].
+    pub unit: f64,
+    /// First and last frequency over omega_c.
+    pub range: (f64, f64),
+}
+
+/// What varies along a branch, beside or instead of the excitation frequency.
+pub(super) trait Road {
+    /// The numbers that vary.
+    fn knobs(&self) -> Vec<Knob>;
+
+    /// Their values at lambda.
+    fn values(&self, lambda: f64) -> Vec<f64>;
+
+    /// Excitation frequency over omega_c.
+    fn excitation(&self, lambda: f64) -> f64;
+
+    /// The nearest lambda of the range.
+    fn clamped(&self, lambda: f64) -> f64;
+
+    /// Step of a difference quotient in lambda.
+    fn step(&self, lambda: f64) -> f64;
+}
+
+impl Road for Track {
+    fn knobs(&self) -> Vec<Knob> {
+        vec![self.knob.clone()]
+    }
+
+    fn values(&self, lambda: f64) -> Vec<f64> {
+        vec![self.value(lambda)]
+    }
+
+    fn excitation(&self, _lambda: f64) -> f64 {
+        self.at
+    }
+
+    fn clamped(&self, lambda: f64) -> f64 {
+        lambda.clamp(0.0, 1.0)
+    }
+
+    /// For the size of the number, where that is larger than the range.
+    fn step(&self, lambda: f64) -> f64 {
+        let (from, to) = self.ends;
+        let size = self.value(lambda).abs() / (to - from).abs();
+        f64::EPSILON.cbrt() * size.clamp(1.0, 1e3)
+    }
+}
+
+impl Road for Ties {
+    fn knobs(&self) -> Vec<Knob> {
+        self.followers.iter().map(|f| f.knob.clone()).collect()
+    }
+
+    fn values(&self, lambda: f64) -> Vec<f64> {
+        let value = |f: &Follower| f.relation.value(lambda * self.unit);
+        self.followers.iter().map(value).collect()
+    }
+
+    fn excitation(&self, lambda: f64) -> f64 {
+        lambda
+    }
+
+    fn clamped(&self, lambda: f64) -> f64 {
+        let (from, to) = self.range;
+        lambda.clamp(from.min(to), from.max(to))
+    }
+
+    fn step(&self, lambda: f64) -> f64 {
+        f64::EPSILON.cbrt() * lambda.abs()
+    }
+}
 
 /// Systems kept: a value and its two neighbours, which Newton's iteration asks for in turn.
 const KEPT: usize = 3;

@@ -1,6 +1,6 @@
 //! The continued parameter of a response: what it means, the systems along it, and how it is reported.
 
-use super::model_family::ModelFamily;
+use super::model_family::{ModelFamily, Road, Ties};
 use super::{BranchSettings, ResponseTable, Tables};
 use crate::analysis::parameter::{FREQUENCY, Parameter, Variation, joined};
 use crate::analysis::saved::SavedPoint;
@@ -9,7 +9,7 @@ use crate::analysis::{Fault, Link, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
 use crate::measure::Heading;
-use crate::model::{Follower, Knob, Model};
+use crate::model::{Knob, Model};
 use crate::postprocess::connection::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
 use crate::solve::closed_form::ClosedForm;
@@ -82,82 +82,6 @@ impl Track {
         let (from, to) = self.ends;
         let listed = self.exact.iter().find(|(x, _)| *x == lambda);
         listed.map_or_else(|| from + lambda * (to - from), |(_, value)| *value)
-    }
-}
-
-/// Numbers of the model that follow the excitation frequency.
-#[derive(Debug, Clone)]
-pub(super) struct Ties {
-    followers: Vec<Follower>,
-    /// omega_c \[rad/s\].
-    unit: f64,
-    range: (f64, f64),
-}
-
-/// What varies along a branch, beside or instead of the excitation frequency.
-pub(super) trait Road {
-    /// The numbers that vary.
-    fn knobs(&self) -> Vec<Knob>;
-
-    /// Their values at lambda.
-    fn values(&self, lambda: f64) -> Vec<f64>;
-
-    /// Excitation frequency over omega_c.
-    fn excitation(&self, lambda: f64) -> f64;
-
-    /// The nearest lambda of the range.
-    fn clamped(&self, lambda: f64) -> f64;
-
-    /// Step of a difference quotient in lambda.
-    fn step(&self, lambda: f64) -> f64;
-}
-
-impl Road for Track {
-    fn knobs(&self) -> Vec<Knob> {
-        vec![self.knob.clone()]
-    }
-
-    fn values(&self, lambda: f64) -> Vec<f64> {
-        vec![self.value(lambda)]
-    }
-
-    fn excitation(&self, _lambda: f64) -> f64 {
-        self.at
-    }
-
-    fn clamped(&self, lambda: f64) -> f64 {
-        lambda.clamp(0.0, 1.0)
-    }
-
-    /// For the size of the number, where that is larger than the range.
-    fn step(&self, lambda: f64) -> f64 {
-        let (from, to) = self.ends;
-        let size = self.value(lambda).abs() / (to - from).abs();
-        f64::EPSILON.cbrt() * size.clamp(1.0, 1e3)
-    }
-}
-
-impl Road for Ties {
-    fn knobs(&self) -> Vec<Knob> {
-        self.followers.iter().map(|f| f.knob.clone()).collect()
-    }
-
-    fn values(&self, lambda: f64) -> Vec<f64> {
-        let value = |f: &Follower| f.relation.value(lambda * self.unit);
-        self.followers.iter().map(value).collect()
-    }
-
-    fn excitation(&self, lambda: f64) -> f64 {
-        lambda
-    }
-
-    fn clamped(&self, lambda: f64) -> f64 {
-        let (from, to) = self.range;
-        lambda.clamp(from.min(to), from.max(to))
-    }
-
-    fn step(&self, lambda: f64) -> f64 {
-        f64::EPSILON.cbrt() * lambda.abs()
     }
 }
 
