@@ -7,7 +7,7 @@ mod npz;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use super::{file_error, results::Results, table_file, write_file};
+use super::{results::Results, table_file, write_file};
 use crate::error::Error;
 use crate::report::{Column, Report, Table};
 
@@ -166,7 +166,7 @@ fn parquet_files(report: &Report, _: &Path, out: &Path, _: Names) -> Result<Vec<
     let path = out.join(name).with_extension("parquet");
     let reason = "gearlash was built without the feature `parquet`; build it with `--features parquet`, or export npz or netcdf";
     let source = std::io::Error::new(std::io::ErrorKind::Unsupported, reason);
-    Err(file_error("write", &path, source))
+    Err(super::file_error("write", &path, source))
 }
 
 #[cfg(test)]

@@ -328,6 +328,7 @@ fn trace(
         let (x, y) = at(row);
         (x * FINE, y * FINE)
     };
+    let is_count = series.is_count();
     for stretch in sparse::line(rows, fine) {
         let mut last: Option<(f64, f64)> = None;
         let end = stretch.last().copied();
@@ -339,7 +340,7 @@ fn trace(
                 }
                 Some((a, b)) if Some(row) != end && (x - a).hypot(y - b) < 0.1 => continue,
                 Some((a, b)) => {
-                    if series.is_count() && y != b {
+                    if is_count && y != b {
                         let _ = write!(d, "H{:.2}V{y:.2}", 0.5 * (a + x));
                     }
                     let _ = write!(d, "L{x:.2} {y:.2}");

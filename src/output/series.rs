@@ -59,13 +59,11 @@ pub(super) struct Series<'a> {
 }
 
 impl Series<'_> {
-    /// Whether the ordinate counts something: it changes in steps.
+    /// Whether the ordinate counts something: it changes in steps. Averages of counts do not.
     pub fn is_count(&self) -> bool {
         let quantity = self.curve.y.split('.').next().unwrap_or_default();
-        matches!(
-            quantity,
-            "impacts" | "impacts_front" | "impacts_back" | "regime" | "period"
-        )
+        let counts = ["impacts", "impacts_front", "impacts_back", "regime", "period"];
+        counts.contains(&quantity) && self.points().all(|(_, y)| y.fract() == 0.0)
     }
 
     /// Points that can be drawn.
