@@ -62,7 +62,13 @@ impl Series<'_> {
     /// Whether the ordinate counts something: it changes in steps. Averages of counts do not.
     pub fn is_count(&self) -> bool {
         let quantity = self.curve.y.split('.').next().unwrap_or_default();
-        let counts = ["impacts", "impacts_front", "impacts_back", "regime", "period"];
+        let counts = [
+            "impacts",
+            "impacts_front",
+            "impacts_back",
+            "regime",
+            "period",
+        ];
         counts.contains(&quantity) && self.points().all(|(_, y)| y.fract() == 0.0)
     }
 

@@ -312,3 +312,37 @@ fn a_loop_of_three_connections_has_a_mass_each() {
         .collect();
     assert_eq!(masses, [0.5, 0.5, 1.0 / 6.0]);
 }
+
+/// Wheels and masses accelerate in different units, meshes and shafts push in different ones: the axes name them all.
+#[test]
+fn axes_of_the_rattle_figure_name_every_unit() {
+    let model = "schema: 1
+bodies: {A: {inertia: 1.0e-3}, B: {inertia: 2.0e-3}, T: {inertia: 3 kg}}
+connections:
+  shaft: {shaft: [A, B], stiffness: 800}
+  rack: {acts_on: {B: 30 mm, T: -1}, stiffness: 2.0e7, element: {type: backlash, half_gap: 20 um}}
+damping: {modal_ratio: 0.05}
+loads: {A: {mean: 3, harmonics: [{order: 1, amplitude: 1}]}, T: {mean: -100 N}}
+report: {units: si}
+";
+    let report = run(
+        model,
+        "{type: frequency_response, from: 60 Hz, to: 62 Hz, harmonics: 5, stability: false}",
+    );
+    let rattle = report
+        .further_figures
+        .iter()
+        .find(|f| f.name == "rattle")
+        .unwrap();
+    let labels: Vec<&str> = rattle
+        .figure
+        .panels
+        .iter()
+        .map(|p| p.y_label.as_str())
+        .collect();
+    assert!(labels.contains(&"peak force [N m, N]"), "{labels:?}");
+    assert!(
+        labels.contains(&"peak acceleration [rad/s^2, m/s^2]"),
+        "{labels:?}"
+    );
+}

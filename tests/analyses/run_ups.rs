@@ -185,6 +185,11 @@ fn rattle_and_resonances_stand_beside_the_tracks() {
             "{first}: {rate} {inside}"
         );
     }
+    let spectra = (report.further_figures.iter())
+        .find(|f| f.name == "spectra")
+        .unwrap();
+    let mut panels = spectra.figure.panels.iter();
+    assert!(panels.all(|p| !p.heading.contains("q.") && p.heading.contains(", mesh")));
     let resonances = report.table("resonances").unwrap();
     // Mesh: m = 1 / (0.05^2 / 0.012 + 0.09^2 / 0.05) kg against 6e5 N/m, order 2.
     let mass: f64 = 1.0 / (0.0025 / 0.012 + 0.0081 / 0.05);

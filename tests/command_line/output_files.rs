@@ -260,3 +260,51 @@ fn what_several_panels_show_stands_once_in_the_legend() {
     let text = figure(&report);
     assert_eq!(text.matches(">down<").count(), 1, "{text}");
 }
+
+/// The file holds every row, the picture and the page what they can show.
+#[test]
+fn long_records_make_small_pictures() {
+    use gearlash::report::{Column, Figure, Panel, Table};
+    let rows = 200_000;
+    let column = |name: &str, unit: &str, value: &dyn Fn(f64) -> f64| Column {
+        name: name.into(),
+        unit: unit.into(),
+        values: Values::Float((0..rows).map(|k| value(f64::from(k) * 1e-4)).collect()),
+    };
+    let curve = |y: &str| Curve {
+        table: String::new(),
+        x: "t".into(),
+        y: y.into(),
+        label: y.into(),
+        style: CurveStyle::Line,
+        only: None,
+    };
+    let report = Report {
+        name: "long".into(),
+        tables: vec![Table {
+            name: String::new(),
+            columns: vec![
+                column("t", "s", &|t| t),
+                column("q.mesh", "m", &|t| (300.0 * t).sin() * (0.1 * t).cos()),
+            ],
+        }],
+        figure: Some(Figure {
+            title: String::new(),
+            panels: vec![Panel {
+                x_label: "time t [s]".into(),
+                y_label: "deformation q [m]".into(),
+                curves: vec![curve("q.mesh")],
+                ..Panel::default()
+            }],
+        }),
+        ..Report::default()
+    };
+    let picture = figure(&report);
+    assert!(picture.len() < 200_000, "{}", picture.len());
+    let dir = tempfile::tempdir().unwrap();
+    write_run(dir.path(), &[report], &options()).unwrap();
+    let page = std::fs::metadata(dir.path().join("report.html")).unwrap();
+    assert!(page.len() < 3_000_000, "{}", page.len());
+    let table = std::fs::read_to_string(dir.path().join("long.csv")).unwrap();
+    assert_eq!(table.lines().count(), 200_001);
+}
