@@ -270,6 +270,7 @@
       axes.attach(canvas, data, base);
       orbits.attach(plot, canvas, data);
       reader.attach(plot, canvas, list);
+      reader.quiet();
       plot.classList.add("drawn");
     } catch (error) {
       canvas.remove(); // the static figure stays

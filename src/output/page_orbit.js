@@ -75,7 +75,7 @@ const orbits = (() => {
       layout["yaxis" + axes.suffix(i)] = { ...frame, title: { text: y, standoff: 6 } };
     });
     if (largest > 0) Object.assign(layout.yaxis4, { type: "log", range: [Math.log10(largest) - 6, Math.log10(largest) + 0.2] });
-    return Plotly.react(canvas, traces, layout, { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", modeBarButtonsToRemove: ["lasso2d", "select2d"] });
+    return Plotly.react(canvas, traces, layout, { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", modeBarButtonsToRemove: ["lasso2d", "select2d"] }).then((plot) => { reader.quiet(); return plot; });
   }
 
   function heading(orbit, point) {

@@ -29,6 +29,12 @@ const reader = (() => {
     return words + " (point " + (number + 1) + " of " + count + ")";
   }
 
+  // What plots show is said by their labels and by the walk, not shape by shape; their tools have a name.
+  function quiet() {
+    for (const drawing of document.querySelectorAll(".js-plotly-plot svg, #js-plotly-tester")) drawing.setAttribute("aria-hidden", "true");
+    for (const tools of document.querySelectorAll(".js-plotly-plot [role=toolbar]")) tools.setAttribute("aria-label", "Tools of the plot");
+  }
+
   function attach(plot, canvas, traces) {
     const curves = traces.map((trace, index) => ({ trace, index, rows: Array.isArray(trace.x) ? points(trace) : [] })).filter((c) => c.rows.length > 0 && c.trace.hoverinfo !== "skip");
     if (curves.length === 0) return;
@@ -38,11 +44,8 @@ const reader = (() => {
     canvas.after(voice);
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "application");
-    // What a plot shows is said by its label and by the walk, not shape by shape.
-    for (const drawing of canvas.querySelectorAll("svg.main-svg")) drawing.setAttribute("aria-hidden", "true");
     const image = plot.querySelector("img");
     canvas.setAttribute("aria-label", (image ? image.alt + ". " : "") + curves.length + " curves. " + HELP);
-    for (const tools of canvas.querySelectorAll("[role=toolbar]")) tools.setAttribute("aria-label", "Tools of the plot");
     let curve = 0, point = -1;
 
     function show() {
@@ -75,5 +78,5 @@ const reader = (() => {
     });
   }
 
-  return { attach };
+  return { attach, quiet };
 })();
