@@ -304,7 +304,7 @@ fn entries_are_numbers_by_name() {
         assert_eq!(report.ended_early, None, "{parameter}");
     }
     let study = "  y: {type: parameter_study, grid: {disc.stiffness.1.0: [-5.0e4, -4.0e4]}, \
-         analysis: {type: modes}, collect: {w: {column: frequency, reduce: max}}}\n";
+         analysis: {type: modes}, collect: {w: {column: natural_frequency.3, reduce: max}}}\n";
     let model = Model::from_yaml(&(text + study)).unwrap();
     let report = model.run_observed("y", &Interrupt::default()).unwrap();
     let table = report.main().unwrap();

@@ -79,7 +79,7 @@ fn mistakes_in_tables_name_file_row_and_column() {
         (CYCLE, "torque\n1e999\n2\n", &["row 2", "1e999"]),
         (CYCLE, "torque,b\n1,2\n3\n", &["row 3"]),
         (CYCLE, "torque\n", &["0 values", "at least 2"]),
-        (CYCLE, "", &["a.csv", "no column"]),
+        (CYCLE, "", &["a.csv", "first row is empty"]),
         (
             "cycle: {file: b.csv, column: torque}",
             "torque\n1\n",
