@@ -115,15 +115,16 @@ fn parse(text: &str, names: &[&str]) -> Result<Vec<Vec<f64>>, String> {
     let places = places.collect::<Result<Vec<usize>, String>>()?;
     let mut columns = vec![Vec::new(); names.len()];
     let mut marks = vec![None; names.len()];
-    // Blank lines are not records; where lines end otherwise, records are counted from the header, line 1.
-    let has_lines = text.contains('\n');
-    for (count, record) in reader.records().enumerate() {
+    let mut record = csv::StringRecord::new();
+    for count in 0.. {
+        let found = reader.read_record(&mut record);
+        let row = row(text, reader.position(), count);
+        if !found.map_err(|e| unequal(&e, row))? {
+            break;
+        }
         if count >= MOST_ROWS {
             return Err(format!("more than {MOST_ROWS} rows"));
         }
-        let record = record.map_err(|e| unequal(&e, count + 2))?;
-        let line = record.position().filter(|_| has_lines);
-        let row = line.map_or(count as u64 + 2, csv::Position::line);
         let cells = places.iter().zip(names).zip(&mut marks);
         for (column, ((place, name), mark)) in columns.iter_mut().zip(cells) {
             let cell = record.get(*place).unwrap_or_default();
@@ -147,20 +148,26 @@ fn parse(text: &str, names: &[&str]) -> Result<Vec<Vec<f64>>, String> {
     Ok(columns)
 }
 
-/// What is wrong with a record.
-fn unequal(error: &csv::Error, row: usize) -> String {
-    let (row, kind) = match error.kind() {
+/// Line of the record that ends at a position. Blank lines are not records; where lines end otherwise than usual, records are counted
+/// from the header, line 1.
+fn row(text: &str, end: &csv::Position, count: usize) -> u64 {
+    match text.as_bytes().get(end.byte() as usize - 1) {
+        Some(b'\n') => end.line() - 1,
+        _ if text.contains('\n') => end.line(),
+        _ => count as u64 + 2,
+    }
+}
+
+/// What is wrong with the record on a line.
+fn unequal(error: &csv::Error, row: u64) -> String {
+    match error.kind() {
         csv::ErrorKind::UnequalLengths {
-            pos,
-            expected_len,
-            len,
-        } => (
-            pos.as_ref().map_or(row as u64, csv::Position::line),
-            format!("found {len} cells, wanted {expected_len}, one per column of the first row"),
+            expected_len, len, ..
+        } => format!(
+            "row {row}: found {len} cells, wanted {expected_len}, one per column of the first row"
         ),
-        _ => (row as u64, error.to_string()),
-    };
-    format!("row {row}: {kind}")
+        _ => format!("row {row}: {error}"),
+    }
 }
 
 fn place(header: &csv::StringRecord, name: &str) -> Result<usize, String> {

