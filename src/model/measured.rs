@@ -151,7 +151,7 @@ fn parse(text: &str, names: &[&str]) -> Result<Vec<Vec<f64>>, String> {
 /// Line of the record that ends at a position. Blank lines are not records; where lines end otherwise than usual, records are counted
 /// from the header, line 1.
 fn row(text: &str, end: &csv::Position, count: usize) -> u64 {
-    match text.as_bytes().get(end.byte() as usize - 1) {
+    match text.as_bytes().get((end.byte() as usize).saturating_sub(1)) {
         Some(b'\n') => end.line() - 1,
         _ if text.contains('\n') => end.line(),
         _ => count as u64 + 2,
