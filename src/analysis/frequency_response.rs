@@ -61,7 +61,7 @@ impl Analysis for FrequencyResponse {
         });
         faults.extend(settings.check(setting, &setting.assembly.system));
         if faults.is_empty()
-            && let Ok(swept) = Swept::frequency(setting, &settings)
+            && let Ok(swept) = Swept::frequency(setting, &settings, &self.link)
         {
             faults.extend(swept.check_start(&settings));
         }

@@ -169,11 +169,11 @@ impl Saved {
         let varied = self.varied.iter().find(|(_, name)| is_own(name));
         let varied = varied.and_then(|(column, _)| self.get(column));
         let value = match (parameter, varied) {
-            (Parameter::Frequency, Some(value)) if setting.is_si() => {
+            (Parameter::Frequency(_), Some(value)) if setting.is_si() => {
                 Some(value / setting.assembly.scales.frequency)
             }
             (_, Some(value)) => Some(value),
-            (Parameter::Frequency, None) => self.get("omega"),
+            (Parameter::Frequency(_), None) => self.get("omega"),
             (Parameter::Number(knob), None) => Some(setting.model.get(knob)),
         };
         value.ok_or_else(|| format!("the results have no value of {}", parameter.name()))

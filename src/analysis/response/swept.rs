@@ -331,7 +331,9 @@ impl<'a> Swept<'a> {
     pub fn saved(&self, point: &SavedPoint) -> Result<(f64, Vec<f64>), String> {
         let row = point.read()?;
         let lambda = match &self.kind {
-            Kind::Frequency { .. } => row.value(self.setting, &Parameter::Frequency)?,
+            Kind::Frequency { .. } | Kind::Linked { .. } => {
+                row.value(self.setting, &Parameter::Frequency(Vec::new()))?
+            }
             Kind::Number(track) => {
                 let parameter = Parameter::Number(Box::new(track.knob.clone()));
                 let value = row.value(self.setting, &parameter)?;
