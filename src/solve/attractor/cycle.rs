@@ -1,5 +1,6 @@
 //! Attracting periodic orbits: found by Newton's iteration on iterates of the map, and reached or not by a record.
 
+use super::LEAST_POINTS;
 use super::geometry::{Cloud, distance};
 use super::lyapunov::{Exponents, FORGOTTEN};
 use super::map::Map;
@@ -337,12 +338,15 @@ pub(super) fn settled(map: &mut dyn Map, cloud: &Cloud<'_>, longest: usize) -> O
     let mut search = Search::new(map, cloud, budget);
     let start = cloud.count() - 1;
     lags.into_iter().find_map(|lag| {
-        let lap = match cloud.derivative(start - lag, lag) {
-            Some(phi) => phi,
-            None => search.lap(cloud.point(start - lag), lag)?,
+        let mut lap = cloud.derivative(start - lag, lag);
+        if lap.is_none() && cloud.count() < LEAST_POINTS {
+            lap = Some(search.lap(cloud.point(start - lag), lag)?);
+        }
+        let expands = |phi| {
+            let leading = floquet::multipliers_and_neutral(&phi, 0).0;
+            leading.first().is_none_or(|mu| mu.norm() > LAST_LAP)
         };
-        let leading = floquet::multipliers_and_neutral(&lap, 0).0;
-        if leading.first().is_none_or(|mu| mu.norm() > LAST_LAP) {
+        if lap.is_some_and(expands) {
             return None;
         }
         let cycle = search.attracting(cloud.last(), lag)?;
