@@ -1,12 +1,35 @@
 //! The systems along a number of the model.
 
-use super::swept::Track;
 use crate::analysis::Setting;
 use crate::analysis::parameter::{Variation, joined};
 use crate::error::SolveError;
 use crate::model::{Follower, Knob};
 use crate::solve::family::Family;
 use crate::system::System;
+
+/// A number of the model between two values.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    /// The number.
+    pub knob: Knob,
+    /// The path as the user wrote it.
+    pub written: String,
+    /// Values at lambda = 0 and 1.
+    pub ends: (f64, f64),
+    /// Values that are met exactly, with their lambda.
+    pub exact: Vec<(f64, f64)>,
+    /// Excitation frequency over omega_c.
+    pub at: f64,
+}
+
+impl Track {
+    /// The number at lambda.
+    pub fn value(&self, lambda: f64) -> f64 {
+        let (from, to) = self.ends;
+        let listed = self.exact.iter().find(|(x, _)| *x == lambda);
+        listed.map_or_else(|| from + lambda * (to - from), |(_, value)| *value)
+    }
+}
 
 /// Numbers of the model that follow the excitation frequency.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! The continued parameter of a response: what it means, the systems along it, and how it is reported.
 
-use super::model_family::{ModelFamily, Road, Ties};
+use super::model_family::{ModelFamily, Road, Ties, Track};
 use super::{BranchSettings, ResponseTable, Tables};
 use crate::analysis::parameter::{FREQUENCY, Parameter, Variation, joined};
 use crate::analysis::saved::SavedPoint;
@@ -59,30 +59,6 @@ enum Kind {
         ties: Ties,
     },
     Number(Track),
-}
-
-/// A number of the model between two values.
-#[derive(Debug, Clone)]
-pub(super) struct Track {
-    /// The number.
-    pub knob: Knob,
-    /// The path as the user wrote it.
-    written: String,
-    /// Values at lambda = 0 and 1.
-    pub ends: (f64, f64),
-    /// Values that are met exactly, with their lambda.
-    exact: Vec<(f64, f64)>,
-    /// Excitation frequency over omega_c.
-    pub at: f64,
-}
-
-impl Track {
-    /// The number at lambda.
-    pub fn value(&self, lambda: f64) -> f64 {
-        let (from, to) = self.ends;
-        let listed = self.exact.iter().find(|(x, _)| *x == lambda);
-        listed.map_or_else(|| from + lambda * (to - from), |(_, value)| *value)
-    }
 }
 
 /// The model at one value of the parameter.
