@@ -5,6 +5,7 @@ use super::{Analysis, Fault, Setting, columns, limits};
 use crate::error::Error;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::solve::attractor::Stop;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::system::System;
 use schemars::JsonSchema;
@@ -98,6 +99,9 @@ impl Analysis for Modes {
         let mut stiffness = Vec::with_capacity(self.points);
         let mut frequencies = vec![Vec::with_capacity(self.points); n];
         for k in 0..self.points {
+            if setting.control.is_interrupted() {
+                break;
+            }
             let value = from + (to - from) * k as f64 / (self.points - 1) as f64;
             let slopes: Vec<f64> = assembly
                 .connections
@@ -112,12 +116,14 @@ impl Analysis for Modes {
                 .zip(list)
                 .for_each(|(column, w)| column.push(w));
         }
+        let ended_early = (stiffness.len() < self.points).then(|| Stop::Interrupted.to_string());
         let (_, scale) = unit(setting);
         let scaled = |list: Vec<f64>| list.into_iter().map(|w| w * scale).collect();
         let frequencies = frequencies.into_iter().map(scaled).collect();
         Ok(Report {
             tables: vec![table(setting, stiffness, frequencies)],
             figure: Some(figure(n, unit(setting).0)),
+            ended_early,
             ..Report::default()
         })
     }

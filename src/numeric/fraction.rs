@@ -18,6 +18,13 @@ pub fn whole(value: i64) -> Fraction {
     Fraction::from_integer(BigInt::from(value))
 }
 
+/// Divisors of a number, falling.
+pub fn divisors(of: usize) -> impl Iterator<Item = usize> {
+    (1..=of)
+        .rev()
+        .filter(move |divisor| of.is_multiple_of(*divisor))
+}
+
 /// The simplest fraction within rounding of a finite floating-point number: 1/3 for 0.333.., 9/200 for 0.045.
 pub fn nearest(x: f64) -> Fraction {
     let Some(exact) = Fraction::from_float(x) else {

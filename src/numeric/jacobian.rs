@@ -180,6 +180,26 @@ impl Jacobian {
         }
     }
 
+    /// Replaces a row and a column by those of the unit matrix; a border keeps its own.
+    pub fn pin(&mut self, at: usize) {
+        match self {
+            Jacobian::Dense(matrix) => {
+                matrix.row_mut(at).fill(0.0);
+                matrix.column_mut(at).fill(0.0);
+                matrix[(at, at)] = 1.0;
+            }
+            Jacobian::Block(blocks) => {
+                for k in 0..blocks.pattern.dim() {
+                    for entry in [(at, k), (k, at)] {
+                        if let Some(place) = blocks.place(entry) {
+                            blocks.values[place] = if k == at { 1.0 } else { 0.0 };
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Borders `inner`, whose entries move here: [inner, column; row, corner]. `row(k)` gives the last row.
     pub fn take_bordered(
         &mut self,

@@ -2,6 +2,7 @@
 
 mod bounds;
 pub mod confirm;
+mod joints;
 mod ledger;
 mod refit;
 mod ripple;
@@ -11,6 +12,7 @@ use super::continuation::{Continuation, ContinuationOptions, Heading, PathEnd, P
 use super::events::{
     BifurcationEvent, EventKind, Examined, Look, Probe, Resolution, Step, is_outside, is_same,
 };
+use super::floquet;
 use super::newton::{NewtonOutcome, NewtonStatus};
 use super::orbit::Orbit;
 use super::place::Place;
@@ -129,10 +131,17 @@ pub fn trace(
     options: &TraceOptions,
     recorder: &mut dyn Recorder,
 ) -> Result<Result<Branch, NewtonOutcome>, SolveError> {
+    let is_free = !matches!(begin, Begin::Crossing(..));
     let path = match refit::begin(problem, begin, options)? {
         Ok(path) => path,
         Err(outcome) => return Ok(Err(outcome)),
     };
+    // A branch of orbits that repeat themselves as often as the excitation does stays one where others branch off.
+    let parts = match is_free {
+        true => problem.equal_parts(&path.point().u, path.point().lambda)?,
+        false => 1,
+    };
+    let parts_outside = problem.restrict(parts);
     let branch = Branch {
         points: Vec::new(),
         events: Vec::new(),
@@ -142,6 +151,7 @@ pub fn trace(
     let mut tracer = Tracer {
         problem,
         path,
+        parts,
         options,
         recorder,
         branch,
@@ -149,7 +159,9 @@ pub fn trace(
         ledger: Ledger::default(),
         exchanges: 0,
     };
-    let end = match tracer.follow() {
+    let followed = tracer.follow();
+    tracer.problem.restrict(parts_outside);
+    let end = match followed {
         // Earlier results are kept.
         Err(SolveError::Interrupted) => PathEnd::Interrupted,
         end => end?,
@@ -176,6 +188,8 @@ fn singular(point: &PathPoint) -> NewtonOutcome {
 struct Tracer<'a> {
     problem: &'a mut dyn PeriodicResidual,
     path: Continuation,
+    /// Equal parts of the period of all its orbits.
+    parts: usize,
     options: &'a TraceOptions,
     recorder: &'a mut dyn Recorder,
     branch: Branch,
@@ -186,21 +200,6 @@ struct Tracer<'a> {
     ledger: Ledger,
     /// Row exchanges in the sizes that the problem has left.
     exchanges: usize,
-}
-
-/// Halves of an orbit at a branch point that differ by less than this, relative to its size, are one: the point is located to a
-/// small share of a step, in which the amplitude of the half orders passes zero.
-const SAME_HALVES: f64 = 1e-4;
-
-/// The same on the interpolant of a step.
-const NEAR_HALVES: f64 = 1e-2;
-
-/// Where a branch meets a known one.
-struct Joint {
-    /// Number of the known one's crossing.
-    known: Option<usize>,
-    /// The place, where it was located.
-    at: Option<Probe>,
 }
 
 /// Places before a step that are remembered: with its two ends they carry a cubic.
@@ -257,69 +256,19 @@ impl Tracer<'_> {
         before.iter_mut().for_each(|look| look.fraction /= chord);
         let sight = (self.options.extent(), self.options.resolution);
         let step = Step::new(&mut self.path, self.problem, sight, after_point);
-        step.examine(&before, (a, b), &self.options.marks)
+        let mut examined = step.examine(&before, (a, b), &self.options.marks)?;
+        if self.has_equal_halves() {
+            // What passes -1 in a part passes +1 in the whole period.
+            let doublings = |e: &&mut BifurcationEvent| e.kind == EventKind::PeriodDoubling;
+            let doublings = examined.events.iter_mut().filter(doublings);
+            doublings.for_each(|e| e.kind = EventKind::BranchPoint);
+        }
+        Ok(examined)
     }
 
-    /// Ends the branch in the last step, where it meets a known one.
-    fn end_at(
-        &mut self,
-        Joint { known, at }: Joint,
-        last: &Probe,
-        mut examined: Examined,
-    ) -> Result<PathEnd, SolveError> {
-        let end = at.as_ref().unwrap_or(last);
-        let place = end.look.fraction;
-        examined.events.retain(|e| e.fraction <= place);
-        examined.owed.retain(|e| e.fraction <= place);
-        examined.marks.retain(|m| m.look.fraction < place);
-        self.keep(last, end, examined)?;
-        if let Some(joint) = &at {
-            self.push(joint)?;
-        }
-        Ok(PathEnd::Joined { known })
-    }
-
-    /// Where the step meets a known branch.
-    fn joint(
-        &mut self,
-        a: &Probe,
-        b: &Probe,
-        events: &[BifurcationEvent],
-    ) -> Result<Option<Joint>, SolveError> {
-        let Some(known) = &self.options.known else {
-            return Ok(None);
-        };
-        for event in events.iter().filter(|e| e.kind == EventKind::BranchPoint) {
-            let Some(point) = &event.point else {
-                continue;
-            };
-            let here = Place::of(self.problem, &point.u, point.lambda)?;
-            let number = here.nearest(known);
-            if number.is_some() || here.gap_of_halves() < SAME_HALVES {
-                let probe = self.probe(point.clone(), event.fraction)?;
-                return Ok(Some(Joint {
-                    known: number,
-                    at: Some(probe),
-                }));
-            }
-        }
-        if a.point.orientation == 0 {
-            // The branch has just left such an orbit.
-            return Ok(None);
-        }
-        // The halves change places where the branch passes an orbit of half the period, even if the corrector fails there.
-        let from = Place::of(self.problem, &a.point.u, a.point.lambda)?;
-        let to = Place::of(self.problem, &b.point.u, b.point.lambda)?;
-        let Some(fraction) = from.exchange_of_halves(&to) else {
-            return Ok(None);
-        };
-        let (u, lambda) = self.path.interpolate(fraction);
-        let here = Place::of(self.problem, &u, lambda)?;
-        let is_half = here.gap_of_halves() < NEAR_HALVES;
-        Ok(is_half.then(|| Joint {
-            known: here.nearest(known),
-            at: None,
-        }))
+    /// Whether the halves of every orbit of this branch are one.
+    fn has_equal_halves(&self) -> bool {
+        self.parts.is_multiple_of(2)
     }
 
     /// Changes of stability in the step that its events do not explain; on a vertical branch a multiplier stays at 1.
@@ -437,7 +386,7 @@ impl Tracer<'_> {
             frequency: system.reference_frequency(),
             is_mark: self.is_mark(point.lambda),
             unknowns: point.u.clone(),
-            multipliers: survey.multipliers.clone(),
+            multipliers: floquet::whole(survey.multipliers.clone(), self.parts),
             neutral: survey.neutral,
             stability,
             newton: point.newton,

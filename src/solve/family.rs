@@ -1,6 +1,7 @@
 //! The system as a function of one parameter.
 
 use crate::error::SolveError;
+use crate::numeric::fraction::gcd;
 use crate::system::System;
 
 /// The system at a value of the continuation parameter.
@@ -22,6 +23,22 @@ pub trait Family {
         let h = f64::EPSILON.cbrt() * lambda.abs().max(1e-3);
         (lambda - h, lambda + h)
     }
+}
+
+/// Equal parts of the response period in each of which everything that excites is the same, at a parameter and beside it: a load may
+/// vanish at one value only.
+///
+/// # Errors
+/// The system cannot be made.
+pub fn repetitions(family: &mut impl Family, lambda: f64) -> Result<usize, SolveError> {
+    let mut parts = family.at(lambda)?.repetitions();
+    if !family.is_frequency() {
+        let (low, high) = family.neighbours(lambda);
+        for beside in [low, high] {
+            parts = gcd(parts, family.at(beside)?.repetitions());
+        }
+    }
+    Ok(parts)
 }
 
 impl<F: Family + ?Sized> Family for Box<F> {

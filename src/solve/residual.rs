@@ -133,7 +133,8 @@ pub struct Survey {
     pub extrema: Vec<Vec<(f64, f64)>>,
     /// Breakpoints of every law at this parameter.
     pub breakpoints: Vec<Vec<f64>>,
-    /// Floquet multipliers over one response period, by decreasing modulus; empty if not requested or not available.
+    /// Floquet multipliers over one response period, or one of its equal parts where the problem is restricted to them, by decreasing
+    /// modulus; empty if not requested or not available.
     pub multipliers: Vec<Complex<f64>>,
     /// All characteristic exponents of an orbit along which the variational equation has constant coefficients, as far as the
     /// method knows.
@@ -215,6 +216,20 @@ pub trait PeriodicResidual: Residual {
     /// The system cannot be made at this parameter.
     fn fit(&mut self, _u: &DVector<f64>, _lambda: f64) -> Result<Fit, SolveError> {
         Ok(Fit::Suits)
+    }
+
+    /// Most equal parts of the response period in which both everything that excites and this orbit repeat themselves.
+    ///
+    /// # Errors
+    /// The system cannot be made at this parameter.
+    fn equal_parts(&mut self, _u: &DVector<f64>, _lambda: f64) -> Result<usize, SolveError> {
+        Ok(1)
+    }
+
+    /// Restricts the problem to orbits that repeat themselves in so many equal parts of the response period, and returns the number
+    /// so far. Multipliers are those of one part: at -1, where orbits of two parts branch off, the problem stays regular.
+    fn restrict(&mut self, _parts: usize) -> usize {
+        1
     }
 
     /// Unknowns of an orbit that repeats itself after half the period, from those (or a change of those) in the problem with

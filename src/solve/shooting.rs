@@ -5,8 +5,10 @@
 //! ```
 //!
 //! Rook & Singh (1995), eq. (23); v = Om q' as everywhere.
+//!
+//! Restricted to orbits that repeat themselves in m equal parts of the period, R and Phi are those of one part.
 
-use super::family::Family;
+use super::family::{Family, repetitions};
 use super::floquet;
 use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer, Strain, choose};
 use super::jumps;
@@ -15,8 +17,10 @@ use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey,
 use super::segment_orbit::SegmentOrbit;
 use super::uninterrupted;
 use crate::error::SolveError;
+use crate::numeric::fraction::divisors;
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
+use num_complex::Complex;
 use std::f64::consts::TAU;
 
 /// The shooting residual of a family of systems.
@@ -38,7 +42,13 @@ pub struct Shooting<F: Family> {
     phi: DMatrix<f64>,
     /// Coordinates and rates: 2n.
     motion: usize,
+    /// Equal parts of the period, one of which is integrated.
+    parts: usize,
 }
+
+/// Distance between the ends of a part, relative to the state, up to which an orbit repeats itself there: a solution of the whole period
+/// has it as closely as its multipliers let it.
+const EQUAL_PARTS: f64 = 1e-7;
 
 /// A difference quotient of the map in the parameter, and where it holds.
 struct Quotient {
@@ -52,9 +62,9 @@ struct Quotient {
 /// Map of the flow over nu excitation periods.
 #[derive(Debug, Clone, Copy)]
 pub struct Image<'a> {
-    /// P^nu(u).
+    /// P^nu(u), or the end of the first of the equal parts.
     pub state: &'a [f64],
-    /// The transition matrix.
+    /// The transition matrix up to there.
     pub phi: &'a DMatrix<f64>,
 }
 
@@ -85,6 +95,7 @@ impl<F: Family> Shooting<F> {
             width: 1.0,
             quotient: None,
             motion,
+            parts: 1,
             state,
             phi,
         })
@@ -109,11 +120,17 @@ impl<F: Family> Shooting<F> {
         Ok(())
     }
 
-    /// P^nu(u) into `self.state`, watched.
+    /// Phase at the end of the first of the equal parts.
+    fn end_of_part(&self) -> f64 {
+        TAU / self.parts as f64
+    }
+
+    /// The state at a phase into `self.state`, watched on its way from `u` at phase 0.
     fn map(
         &mut self,
         u: &[f64],
         lambda: f64,
+        to: f64,
         observer: &mut dyn Observer,
     ) -> Result<IntegrationEnd, SolveError> {
         self.prepare(lambda)?;
@@ -122,7 +139,7 @@ impl<F: Family> Shooting<F> {
         self.integrator.allow(self.allowance);
         let end = self
             .integrator
-            .advance(system, (0.0, TAU), &mut self.state, observer);
+            .advance(system, (0.0, to), &mut self.state, observer);
         self.allowance = self.allowance.saturating_sub(self.integrator.effort());
         uninterrupted().map(|()| end)
     }
@@ -132,7 +149,7 @@ impl<F: Family> Shooting<F> {
         self.allowance = steps;
     }
 
-    /// Also writes the transition matrix into `self.phi`.
+    /// The end of the first of the equal parts, and the transition matrix in `self.phi`.
     fn map_with_variation(
         &mut self,
         u: &[f64],
@@ -140,19 +157,21 @@ impl<F: Family> Shooting<F> {
         observer: &mut dyn Observer,
     ) -> Result<IntegrationEnd, SolveError> {
         self.prepare(lambda)?;
-        let system = self.family.at(lambda)?;
         self.state.copy_from_slice(u);
         self.phi.fill_with_identity();
+        let span = (0.0, self.end_of_part());
+        let system = self.family.at(lambda)?;
         let (state, phi) = (&mut self.state, &mut self.phi);
         self.integrator.allow(self.allowance);
         let end = self
             .integrator
-            .advance_with_variation(system, (0.0, TAU), state, phi, observer);
+            .advance_with_variation(system, span, state, phi, observer);
         self.allowance = self.allowance.saturating_sub(self.integrator.effort());
         uninterrupted().map(|()| end)
     }
 
-    /// P^nu(u) and its transition matrix Phi, watched; `None` where the flow does not reach the end of the period.
+    /// P^nu(u), or the end of the first of the equal parts, and the transition matrix up to there, watched; `None` where the flow does not
+    /// get there.
     ///
     /// # Errors
     /// The system cannot be made at this parameter.
@@ -170,12 +189,17 @@ impl<F: Family> Shooting<F> {
         }))
     }
 
-    /// The transition matrix of the last image.
-    pub fn monodromy(&self) -> &DMatrix<f64> {
-        &self.phi
+    /// Floquet multipliers by decreasing modulus from the last image.
+    pub fn multipliers_of_image(&self) -> Vec<Complex<f64>> {
+        floquet::multipliers(&self.phi)
     }
 
-    /// dP^nu/dlambda into `slope`, a difference quotient.
+    /// Equal parts in which the image is taken.
+    pub fn parts(&self) -> usize {
+        self.parts
+    }
+
+    /// Derivative of the image with respect to lambda into `slope`, a difference quotient.
     ///
     /// # Errors
     /// The system cannot be made beside this parameter.
@@ -185,9 +209,29 @@ impl<F: Family> Shooting<F> {
         lambda: f64,
         slope: &mut DVector<f64>,
     ) -> Result<(), SolveError> {
-        self.map(u, lambda, &mut ())?;
+        self.map(u, lambda, self.end_of_part(), &mut ())?;
         self.centre.copy_from_slice(&self.state);
         self.difference(u, lambda, slope)
+    }
+
+    /// Multipliers of an orbit over one part, with the number of those that are 1 by construction; the orbit is filled with the whole period.
+    fn stability(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        orbit: &mut SegmentOrbit,
+    ) -> Result<(Vec<Complex<f64>>, usize), SolveError> {
+        let end = match self.parts {
+            1 => self.map_with_variation(u.as_slice(), lambda, orbit)?,
+            _ => {
+                self.map(u.as_slice(), lambda, TAU, orbit)?;
+                self.map_with_variation(u.as_slice(), lambda, &mut ())?
+            }
+        };
+        if end != IntegrationEnd::Reached {
+            return Ok((Vec::new(), 0));
+        }
+        Ok(floquet::multipliers_and_neutral(&self.phi, self.motion))
     }
 
     /// An orbit to be filled by the integration.
@@ -301,9 +345,9 @@ impl<F: Family> Shooting<F> {
         loop {
             let width = self.width;
             let [low, high] = [low, high].map(|x| lambda + width * (x - lambda));
-            self.map(u, high, &mut ())?;
+            self.map(u, high, self.end_of_part(), &mut ())?;
             out.copy_from_slice(&self.state);
-            self.map(u, low, &mut ())?;
+            self.map(u, low, self.end_of_part(), &mut ())?;
             let (mut change, mut bend) = (0.0_f64, 0.0_f64);
             let (ahead, behind) = (high - lambda, lambda - low);
             let images = self.state.iter().zip(&self.centre);
@@ -335,8 +379,26 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
 
     fn orbit(&mut self, u: &DVector<f64>, lambda: f64) -> Result<Orbit, SolveError> {
         let mut orbit = self.empty_orbit(lambda)?;
-        self.map(u.as_slice(), lambda, &mut orbit)?;
+        self.map(u.as_slice(), lambda, TAU, &mut orbit)?;
         Ok(Orbit::Segments(orbit))
+    }
+
+    fn equal_parts(&mut self, u: &DVector<f64>, lambda: f64) -> Result<usize, SolveError> {
+        let most = repetitions(&mut self.family, lambda)?;
+        for parts in divisors(most).take_while(|parts| *parts > 1) {
+            let end = self.map(u.as_slice(), lambda, TAU / parts as f64, &mut ())?;
+            let gaps = self.state.iter().zip(u).map(|(x, u)| (x - u).abs());
+            let gap = gaps.fold(0.0, f64::max);
+            if end == IntegrationEnd::Reached && gap <= EQUAL_PARTS * u.amax() {
+                return Ok(parts);
+            }
+        }
+        Ok(1)
+    }
+
+    fn restrict(&mut self, parts: usize) -> usize {
+        (self.quotient, self.width) = (None, 1.0);
+        std::mem::replace(&mut self.parts, parts)
     }
 
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
@@ -352,13 +414,10 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
         let mut orbit = self.empty_orbit(lambda)?;
         let (multipliers, neutral) = match extent {
             Extent::Motion => {
-                self.map(u.as_slice(), lambda, &mut orbit)?;
+                self.map(u.as_slice(), lambda, TAU, &mut orbit)?;
                 (Vec::new(), 0)
             }
-            Extent::Stability => match self.map_with_variation(u.as_slice(), lambda, &mut orbit)? {
-                IntegrationEnd::Reached => floquet::multipliers_and_neutral(&self.phi, self.motion),
-                _ => (Vec::new(), 0),
-            },
+            Extent::Stability => self.stability(u, lambda, &mut orbit)?,
         };
         let system = self.family.at(lambda)?;
         let extrema = orbit.extrema(system);

@@ -265,6 +265,11 @@ impl System {
         orders.fold(0, gcd).max(1)
     }
 
+    /// Equal parts of the response period in each of which everything that excites is the same.
+    pub fn repetitions(&self) -> usize {
+        self.subharmonic * self.common_order()
+    }
+
     /// Frequency of the reference shaft over omega_c: the excitation frequency of the user.
     pub fn reference_frequency(&self) -> f64 {
         self.excitation_frequency() * self.revolutions as f64

@@ -138,3 +138,56 @@ fn where_the_series_is_poor() {
     });
     response(model, (2.061, 0.698), 3);
 }
+
+/// Events of a response to a load of an order, none of them refuted, with that order times their parameter; branch points of an even
+/// order are the period doublings of the first one.
+fn events_of_order(
+    model: &dyn Fn(usize) -> Value,
+    order: usize,
+    method: &str,
+) -> Vec<(String, f64)> {
+    let (mut tree, scale) = (model(order), order as f64);
+    complete(&mut tree, (2.5 / scale, 0.45 / scale));
+    tree["analyses"]["a"]["method"] = json!(method);
+    let report = Model::from_tree(&tree).unwrap().run("a").unwrap();
+    let known = floats(report.table("events").unwrap(), "located");
+    assert!(known.iter().all(|x| *x == 1.0), "order {order}, {method}");
+    let mut list: Vec<(String, f64)> = located(&report)
+        .into_iter()
+        .map(|(kind, _, at)| match order % 2 {
+            0 => (kind.replace("branch_point", "period_doubling"), at * scale),
+            _ => (kind, at * scale),
+        })
+        .collect();
+    list.sort_by(|a, b| a.1.total_cmp(&b.1));
+    list
+}
+
+/// The order in which an excitation is given changes nothing: the orbit repeats itself as often as the load does, and where others
+/// branch off the response to orders 2 and 3 is as regular as that to order 1. Events by shooting, the series and the flow behind it.
+#[test]
+fn of_every_order() {
+    type Cases<'c> = (&'c dyn Fn(usize) -> Value, &'c [(usize, &'c str)]);
+    let folds = |order| pair(0.0529, 0.2556, [0.531, 0.382], (order, 0.3127));
+    let pairs = |order| pair(0.049, 0.4746, [0.567, 0.357], (order, 0.1522));
+    let cases: [Cases<'_>; 2] = [
+        (&folds, &[(1, "galerkin"), (2, "galerkin"), (3, "shooting")]),
+        (&pairs, &[(1, "galerkin"), (2, "shooting")]),
+    ];
+    for (model, others) in cases {
+        let first = events_of_order(model, 1, "shooting");
+        assert!(first.len() > 40, "{first:?}");
+        for (order, method) in others {
+            let list = events_of_order(model, *order, method);
+            let kinds =
+                |list: &[(String, f64)]| list.iter().map(|e| e.0.clone()).collect::<Vec<_>>();
+            assert_eq!(kinds(&list), kinds(&first), "order {order}, {method}");
+            for (a, b) in list.iter().zip(&first) {
+                assert!(
+                    (a.1 / b.1 - 1.0).abs() <= SAME,
+                    "order {order}, {method}: {a:?} {b:?}"
+                );
+            }
+        }
+    }
+}

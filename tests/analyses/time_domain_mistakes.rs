@@ -53,6 +53,14 @@ fn an_interruption_keeps_what_is_finished() {
         ),
         (6, 2)
     );
+    for text in [
+        "{type: effective_frequencies, amplitude: [0, 5], points: 100000, mean_displacement: 0}",
+        "{type: modes, points: 100000}",
+    ] {
+        let report = of(text, 30);
+        assert!((1..30).contains(&main_table(&report).rows()), "{text}");
+        assert_eq!(report.ended_early.as_deref(), Some("interrupted"));
+    }
 }
 
 #[test]

@@ -11,6 +11,7 @@ use crate::postprocess::describing_function::{describing_function, mean_for_forc
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::quantity::Quantity;
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
+use crate::solve::attractor::Stop;
 use indexmap::IndexMap;
 use motion::{Held, Moving};
 use schemars::JsonSchema;
@@ -88,17 +89,17 @@ impl Analysis for EffectiveFrequencies {
             let first = faults.into_iter().next();
             refused(setting, first.unwrap_or(Fault::new("", "")))
         })?;
-        let shares: Vec<f64> = (0..self.points)
-            .map(|k| k as f64 / (self.points - 1) as f64)
-            .collect();
-        let rows: Vec<Vec<State>> = shares
-            .iter()
-            .map(|share| states(setting, &moving, *share))
+        let shares = (0..self.points).map(|k| k as f64 / (self.points - 1) as f64);
+        let goes_on = |_: &f64| !setting.control.is_interrupted();
+        let rows: Vec<Row> = shares
+            .take_while(goes_on)
+            .map(|share| Row::at(setting, &moving, share))
             .collect();
         let mut report = Report {
-            tables: vec![table(setting, &moving, &shares, &rows)],
+            tables: vec![table(setting, &moving, &rows)],
             figure: Some(figure(setting, &amplitude_of(setting, &moving))),
             warnings: warnings(setting, &moving, &rows),
+            ended_early: (rows.len() < self.points).then(|| Stop::Interrupted.to_string()),
             ..Report::default()
         };
         for m in moving.iter().filter(|m| lost(m, &rows) == rows.len()) {
@@ -113,28 +114,43 @@ impl Analysis for EffectiveFrequencies {
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
         let moving = self.moving(setting);
-        moving.map_or(Vec::new(), |m| vec![table(setting, &m, &[], &[])])
+        moving.map_or(Vec::new(), |m| vec![table(setting, &m, &[])])
+    }
+}
+
+/// One point.
+struct Row {
+    /// Share of the way from the first to the last amplitude.
+    share: f64,
+    /// By connection.
+    states: Vec<State>,
+    /// Natural frequencies over omega_c with these stiffnesses, ascending.
+    frequencies: Vec<f64>,
+}
+
+impl Row {
+    fn at(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Row {
+        let states = states(setting, moving, share);
+        let slopes: Vec<f64> = states.iter().map(|s| s.slope).collect();
+        Row {
+            share,
+            frequencies: natural_frequencies(&setting.assembly.system, &slopes),
+            states,
+        }
     }
 }
 
 /// `amplitude`, the columns of the connections, `effective_frequency.1..n`: one row per point.
-fn table(setting: &Setting<'_>, moving: &[Moving], shares: &[f64], rows: &[Vec<State>]) -> Table {
-    let frequencies: Vec<Vec<f64>> = rows
-        .iter()
-        .map(|row| {
-            let slopes: Vec<f64> = row.iter().map(|s| s.slope).collect();
-            natural_frequencies(&setting.assembly.system, &slopes)
-        })
-        .collect();
+fn table(setting: &Setting<'_>, moving: &[Moving], rows: &[Row]) -> Table {
     let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
-    let amplitude = shares.iter().map(|share| from + (to - from) * share);
+    let amplitude = rows.iter().map(|row| from + (to - from) * row.share);
     let mut columns = vec![amplitude_of(setting, moving).column(amplitude)];
     columns.extend(connection_columns(setting, rows));
     for i in 0..setting.assembly.system.dof() {
         let heading = setting
             .units()
             .frequency(format!("effective_frequency.{}", i + 1));
-        columns.push(heading.column(frequencies.iter().map(|row| row[i])));
+        columns.push(heading.column(rows.iter().map(|row| row.frequencies[i])));
     }
     Table {
         name: String::new(),
@@ -169,7 +185,7 @@ fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<State> {
 }
 
 /// `mean.c.., force_mean.c.., effective_stiffness.c..`.
-fn connection_columns(setting: &Setting<'_>, rows: &[Vec<State>]) -> Vec<Column> {
+fn connection_columns(setting: &Setting<'_>, rows: &[Row]) -> Vec<Column> {
     type Part<'p> = (
         &'p dyn Fn(usize, &str) -> Heading,
         fn(&State) -> Option<f64>,
@@ -190,7 +206,9 @@ fn connection_columns(setting: &Setting<'_>, rows: &[Vec<State>]) -> Vec<Column>
     let mut columns = Vec::new();
     for (heading, value) in parts {
         for (e, connection) in setting.assembly.connections.iter().enumerate() {
-            let values = rows.iter().map(|row| value(&row[e]).unwrap_or(f64::NAN));
+            let values = rows
+                .iter()
+                .map(|row| value(&row.states[e]).unwrap_or(f64::NAN));
             columns.push(heading(e, connection).column(values));
         }
     }
@@ -203,12 +221,12 @@ fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> Heading {
 }
 
 /// Amplitudes at which no mean displacement carries the mean force of a connection.
-fn lost(moving: &Moving, rows: &[Vec<State>]) -> usize {
-    let is_lost = |row: &&Vec<State>| row[moving.connection].mean.is_none();
+fn lost(moving: &Moving, rows: &[Row]) -> usize {
+    let is_lost = |row: &&Row| row.states[moving.connection].mean.is_none();
     rows.iter().filter(is_lost).count()
 }
 
-fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Vec<State>]) -> Vec<String> {
+fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Row]) -> Vec<String> {
     let mut list = Vec::new();
     for m in moving {
         let name = &setting.assembly.connections[m.connection];

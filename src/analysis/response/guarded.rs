@@ -64,6 +64,14 @@ impl PeriodicResidual for Guarded<'_> {
         self.0.in_doubled_period(half)
     }
 
+    fn equal_parts(&mut self, u: &DVector<f64>, lambda: f64) -> Result<usize, SolveError> {
+        self.0.equal_parts(u, lambda)
+    }
+
+    fn restrict(&mut self, parts: usize) -> usize {
+        self.0.restrict(parts)
+    }
+
     fn size(&self) -> Size {
         self.0.size()
     }

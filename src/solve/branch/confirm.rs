@@ -17,7 +17,8 @@ mod stretch;
 use super::{Branch, Recorder, Stability};
 use crate::error::SolveError;
 use crate::numeric::assignment::assign;
-use crate::solve::events::{Resolution, Verdict};
+use crate::numeric::fraction::gcd;
+use crate::solve::events::{BifurcationEvent, Resolution, Verdict};
 use crate::solve::family::Family;
 use crate::solve::newton::NewtonOptions;
 use crate::solve::residual::{PeriodicResidual, Residual};
@@ -123,7 +124,9 @@ pub fn confirm<F: Family>(
         x[n] = point.lambda;
         states.push(x);
     }
-    let mut work = Confirmer {
+    let parts = parts(series, branch, options)?;
+    let parts_outside = shooting.restrict(parts);
+    let work = Confirmer {
         flow: Flow::new(shooting, options.weight, options.newton),
         stations: vec![None; states.len()],
         series,
@@ -136,15 +139,22 @@ pub fn confirm<F: Family>(
         followed: Vec::new(),
         explained: Vec::new(),
     };
-    work.spread()?;
-    work.confirm_events()?;
-    work.complete()?;
-    work.explain()?;
-    work.hand_over();
-    Ok(Confirmed {
-        checked: work.checked(),
-        is_spent: work.is_spent(),
-    })
+    let confirmed = work.all();
+    shooting.restrict(parts_outside);
+    confirmed
+}
+
+/// Equal parts of the period of all orbits of a branch.
+fn parts(
+    series: &mut dyn PeriodicResidual,
+    branch: &Branch,
+    options: &ConfirmOptions<'_>,
+) -> Result<usize, SolveError> {
+    let mut common = 0;
+    for point in branch.points.iter().filter(|_| !options.begins_at_crossing) {
+        common = gcd(common, series.equal_parts(&point.unknowns, point.lambda)?);
+    }
+    Ok(common.max(1))
 }
 
 /// One branch on its way through the flow.
@@ -201,6 +211,18 @@ impl Station {
 }
 
 impl<F: Family> Confirmer<'_, F> {
+    fn all(mut self) -> Result<Confirmed, SolveError> {
+        self.spread()?;
+        self.confirm_events()?;
+        self.complete()?;
+        self.explain()?;
+        self.hand_over();
+        Ok(Confirmed {
+            checked: self.checked(),
+            is_spent: self.is_spent(),
+        })
+    }
+
     /// Whether more may be begun.
     fn goes_on(&self) -> bool {
         !self.is_spent() && (self.options.keep_going)()
@@ -352,6 +374,10 @@ impl<F: Family> Confirmer<'_, F> {
 
     /// Multipliers of the flow take the place of the series' where they are known.
     fn hand_over(&mut self) {
+        // What the flow's branch showed at first, and in steps finer or between other points no more.
+        let is_gone =
+            |e: &BifurcationEvent| e.verdict == Verdict::Refuted && e.method_lambda.is_nan();
+        self.branch.events.retain(|e| !is_gone(e));
         for k in 0..self.states.len() {
             if self.branch.points[k].multipliers.is_empty() {
                 continue;

@@ -1,6 +1,6 @@
 //! Roots of test functions on the corrected path.
 
-use super::{BifurcationEvent, EventKind, Step, Verdict};
+use super::{BifurcationEvent, EventKind, Look, Step, Verdict};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::PathPoint;
@@ -52,6 +52,19 @@ pub(super) struct Root {
     pub bracket: (f64, f64),
     /// Values of the test function at the ends of the bracket, in the order of the path.
     pub values: (f64, f64),
+}
+
+impl Root {
+    /// A look at its place; `None` without multipliers.
+    pub fn look(&self) -> Option<Look> {
+        let survey = self.survey.as_ref();
+        let survey = survey.filter(|s| !s.multipliers.is_empty());
+        survey.map(|survey| Look {
+            fraction: self.fraction,
+            lambda: self.point.lambda,
+            survey: survey.clone(),
+        })
+    }
 }
 
 impl Step<'_> {

@@ -263,11 +263,17 @@ impl Step<'_> {
             survey.map_or(f64::NAN, |s| sought.value(&s.multipliers))
         })?;
         let here = looks.into_iter().find(|look| look.fraction == guess);
-        let sketched = here
-            .as_ref()
-            .filter(|look| Count::of(&look.survey.multipliers).is_some());
-        let Some(look) = sketched else {
-            return Ok(None);
+        let here = here.filter(|look| Count::of(&look.survey.multipliers).is_some());
+        let (place, look, ends) = match (here, &found) {
+            (Some(look), _) => (guess, look, ends),
+            // Beside a grazing the sketch jumps where the path does not.
+            (None, Found::Root(root)) if root.fraction > a.look.fraction && root.fraction < b.look.fraction => {
+                let Some(look) = root.look() else {
+                    return Ok(None);
+                };
+                (root.fraction, Rc::new(look), root.values)
+            }
+            _ => return Ok(None),
         };
         let passing = Passing::at(&look.survey.multipliers, ends, sought);
         let largest = values.0.abs().max(values.1.abs());
@@ -282,14 +288,14 @@ impl Step<'_> {
             Found::Nothing if !(a.is_solved && b.is_solved) => None,
             Found::Nothing | Found::Lost => Some(passing.clone()),
         };
-        let is_event = located.is_some() && !stretch.is_at_end(guess);
+        let is_event = located.is_some() && !stretch.is_at_end(place);
         if let Some(located) = located.filter(|_| is_event) {
             let ends = (a.look.lambda, b.look.lambda);
-            self.report_passing(&located, ends, guess, found, ones);
+            self.report_passing(&located, ends, place, found, ones);
         }
         Ok(Some(Node {
-            x: sketch.root,
-            look: look.clone(),
+            x: stretch.abscissa(place),
+            look,
             before: passing.before,
             behind: passing.behind,
             is_solved: false,

@@ -12,6 +12,8 @@ use num_complex::Complex;
 const DISTANCE: f64 = 4e-3;
 /// The least of it.
 const LEAST: f64 = 2e-4;
+/// Change of the parameter, relative to it, that tells on which side of a branch point a place lies.
+const ROUNDING: f64 = 1e-12;
 /// Share of that distance by which the branch point may move.
 const NEAR: f64 = 0.1;
 
@@ -25,6 +27,15 @@ impl Step<'_> {
                 continue;
             }
             let event = event.clone();
+            if let Some((low, high)) = self.turn(&event)? {
+                let fold = self.fold((low.0, &low.1), (high.0, &high.1), event.fraction)?;
+                self.found[k] = BifurcationEvent {
+                    multiplicity: event.multiplicity,
+                    unstable: event.unstable,
+                    ..fold
+                };
+                continue;
+            }
             let Some((fraction, point)) = self.sharpened(&event)? else {
                 continue;
             };
@@ -41,11 +52,38 @@ impl Step<'_> {
         Ok(())
     }
 
+    /// Places around a branch point between which the path turns: two folds in one step show in the signs at its ends as little as two
+    /// branch points.
+    fn turn(&mut self, event: &BifurcationEvent) -> Result<Option<(Beside, Beside)>, SolveError> {
+        let center = event.fraction;
+        let turns =
+            |e: &&BifurcationEvent| matches!(e.kind, EventKind::Fold | EventKind::BranchPoint);
+        let gaps = self
+            .found
+            .iter()
+            .filter(turns)
+            .map(|e| (e.fraction - center).abs());
+        let room = gaps.filter(|gap| *gap > 0.0).fold(1.0, f64::min);
+        let distance = DISTANCE
+            .min(0.3 * room)
+            .min(0.4 * center)
+            .min(0.4 * (1.0 - center));
+        let (from, to) = (center - distance, center + distance);
+        let low = self.path.at_fraction(self.problem, from)?;
+        let high = self.path.at_fraction(self.problem, to)?;
+        let (Some(low), Some(high)) = (low, high) else {
+            return Ok(None);
+        };
+        let ahead = [&low, &high].map(|place| place.lambda - event.lambda);
+        let is_seen = ahead
+            .iter()
+            .all(|x| x.abs() > ROUNDING * event.lambda.abs());
+        let turns = is_seen && ahead[0] * ahead[1] > 0.0;
+        Ok(turns.then_some(((from, low), (to, high))))
+    }
+
     /// The place of a branch point, interpolated between four around it; `None` where these do not tell.
-    fn sharpened(
-        &mut self,
-        event: &BifurcationEvent,
-    ) -> Result<Option<(f64, PathPoint)>, SolveError> {
+    fn sharpened(&mut self, event: &BifurcationEvent) -> Result<Option<Beside>, SolveError> {
         let center = event.fraction;
         let distance = DISTANCE.min(0.4 * center).min(0.4 * (1.0 - center));
         let Some(point) = event.point.clone().filter(|_| distance >= LEAST) else {
@@ -85,6 +123,9 @@ impl Step<'_> {
         Ok(Some((fraction, sharp)))
     }
 }
+
+/// Fraction of a step, and the point of the path there.
+type Beside = (f64, PathPoint);
 
 /// Sum of mu - 1 over the multipliers nearest to 1: smooth where they pass together.
 pub fn beyond_one(list: &[Complex<f64>], count: usize) -> f64 {

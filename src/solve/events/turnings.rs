@@ -1,7 +1,7 @@
 //! Where a path turns in the parameter, and where the sign of its determinant tells that another one crosses it.
 
 use super::locate::{Found, Root, Target};
-use super::{EventKind, Probe, Step};
+use super::{BifurcationEvent, EventKind, Probe, Step};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::PathPoint;
@@ -38,7 +38,9 @@ impl Step<'_> {
         guesses.retain(|guess| *guess > x);
         if a.tangent_lambda * b.tangent_lambda < 0.0 {
             let guess = guesses.first().copied().unwrap_or(0.5);
-            return self.fold((x, a), (y, b), guess);
+            let event = self.fold((x, a), (y, b), guess)?;
+            self.add(event);
+            return Ok(());
         }
         if let [first, second] = guesses[..] {
             // The interpolant turns and turns back: the corrected path tells whether it does.
@@ -46,8 +48,11 @@ impl Step<'_> {
             if let Some(m) = self.path.at_fraction(self.problem, middle)?
                 && m.tangent_lambda * a.tangent_lambda < 0.0
             {
-                self.fold((x, a), (middle, &m), first)?;
-                return self.fold((middle, &m), (y, b), second);
+                let folds = [
+                    self.fold((x, a), (middle, &m), first)?,
+                    self.fold((middle, &m), (y, b), second)?,
+                ];
+                folds.into_iter().for_each(|event| self.add(event));
             }
         }
         Ok(())
@@ -85,28 +90,32 @@ impl Step<'_> {
         }
     }
 
-    /// A fold between two fractions of the step.
-    fn fold(
+    /// A fold between two fractions of the step. Where other branches cross beside it the tangents of two places may point either way; the
+    /// sign of the determinant tells which.
+    pub(super) fn fold(
         &mut self,
         (x, a): (f64, &PathPoint),
         (y, b): (f64, &PathPoint),
         guess: f64,
-    ) -> Result<(), SolveError> {
+    ) -> Result<BifurcationEvent, SolveError> {
+        let slope = |p: &PathPoint| match p.orientation * a.orientation < 0 {
+            true => -p.tangent_lambda,
+            false => p.tangent_lambda,
+        };
         let target = Target {
             limits: (x, y),
             guess,
-            slope: (b.tangent_lambda - a.tangent_lambda) / (y - x),
+            slope: (slope(b) - slope(a)) / (y - x),
             extent: None,
             values: None,
         };
-        let mut found = self.locate(&target, |_, p, _| p.tangent_lambda)?;
+        let mut found = self.locate(&target, |_, p, _| slope(p))?;
         let side = a.tangent_lambda.signum();
         let farthest = (side * a.lambda).max(side * b.lambda);
         if matches!(&found, Found::Root(root) if side * root.point.lambda < farthest) {
             found = self.farthest((x, y), side)?;
         }
-        self.report(EventKind::Fold, (a.lambda, b.lambda), guess, found);
-        Ok(())
+        Ok(self.event(EventKind::Fold, (a.lambda, b.lambda), guess, &found))
     }
 
     /// The largest (`side` 1) or smallest (-1) parameter between two fractions, for a path that ripples at its fold, as that

@@ -19,6 +19,7 @@ const TOLERANCE: f64 = 1e-9;
 impl Floquet {
     /// The multipliers of largest modulus: at least [`WANTED`], and all outside the unit circle.
     pub(super) fn leading(
+        &self,
         system: &System,
         orbit: &FourierOrbit,
         extrema: &[Vec<(f64, f64)>],
@@ -26,7 +27,7 @@ impl Floquet {
         if jumps::refuse_hidden(system).is_err() {
             return Vec::new();
         }
-        let stretches = Stretches::new(system, orbit, extrema);
+        let stretches = Stretches::new(system, orbit, extrema, self.end());
         let mut flow = Flow::new(system, orbit, &stretches);
         let mut subspace = Subspace::new(2 * system.dof());
         loop {

@@ -15,11 +15,12 @@ use crate::system::System;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
-/// The transition matrix over a period; `None` where some law is not affine between its events.
+/// The transition matrix up to a phase; `None` where some law is not affine between its events.
 pub(super) fn transition(
     system: &System,
     orbit: &FourierOrbit,
     extrema: &[Vec<(f64, f64)>],
+    to: f64,
 ) -> Option<DMatrix<f64>> {
     let is_affine = |m: &crate::system::Mount| {
         let law = m.element.as_ref();
@@ -35,7 +36,7 @@ pub(super) fn transition(
     let (mut phi, mut next) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
     let mut fill = Filler::new(system, orbit);
     hand_over(system, &tracks, 0.0, &mut phi);
-    for cut in cuts(system, orbit, extrema, &tracks).windows(2) {
+    for cut in cuts((system, orbit), extrema, &tracks, to).windows(2) {
         let width = cut[1] - cut[0];
         if width <= 0.0 {
             continue;
@@ -48,14 +49,14 @@ pub(super) fn transition(
     Some(phi)
 }
 
-/// 0, every instant at which some law changes its region, 2 pi.
+/// 0, every instant at which some law changes its region, the end.
 fn cuts(
-    system: &System,
-    orbit: &FourierOrbit,
+    (system, orbit): (&System, &FourierOrbit),
     extrema: &[Vec<(f64, f64)>],
     tracks: &[Track],
+    to: f64,
 ) -> Vec<f64> {
-    let mut list = vec![0.0, TAU];
+    let mut list = vec![0.0, to];
     for (e, mount) in system.mounts().iter().enumerate() {
         if extrema[e].is_empty() || mount.element.memory_count() > 0 {
             continue;
@@ -67,6 +68,7 @@ fn cuts(
     }
     let ends = tracks.iter().flat_map(|t| &t.stretches);
     list.extend(ends.map(|s| s.end.rem_euclid(TAU)));
+    list.retain(|tau| *tau <= to);
     list.sort_by(f64::total_cmp);
     list
 }

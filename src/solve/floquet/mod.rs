@@ -49,9 +49,21 @@ impl Spectrum {
 pub struct Floquet {
     exponential: Option<Exponential>,
     steady: Steady,
+    /// Equal parts of the period, where there are more than one.
+    parts: Option<usize>,
 }
 
 impl Floquet {
+    /// Takes the multipliers over one of so many equal parts of the period from now on.
+    pub fn restrict(&mut self, parts: usize) {
+        self.parts = Some(parts);
+    }
+
+    /// Phase at the end of a part.
+    fn end(&self) -> f64 {
+        TAU / self.parts.unwrap_or(1) as f64
+    }
+
     /// Multipliers over one response period by falling modulus: all, or the leading ones of a long train ([`Spectrum::of`]).
     /// None when they are not known: a law with hidden jumps, an overflow, an iteration that does not converge.
     /// `extrema`: of the deformations, one list a connection.
@@ -73,7 +85,7 @@ impl Floquet {
     ) -> (Vec<Complex<f64>>, Option<Exponents>) {
         let spectrum = Spectrum::of(system.dof());
         if let Some(exponents) = self.steady.exponents(system, orbit, extrema) {
-            let mut list = steady::multipliers(&exponents, TAU / orbit.omega);
+            let mut list = steady::multipliers(&exponents, self.end() / orbit.omega);
             if spectrum == Spectrum::Leading {
                 list.truncate(leading::wanted(&list));
             }
@@ -81,24 +93,25 @@ impl Floquet {
         }
         let list = match spectrum {
             Spectrum::All => multipliers(&self.transition(system, orbit, extrema)),
-            Spectrum::Leading => Floquet::leading(system, orbit, extrema),
+            Spectrum::Leading => self.leading(system, orbit, extrema),
         };
         (list, None)
     }
 
     /// The same of a system with memory, and how many more are 1 by construction.
     pub fn with_memory(
+        &self,
         system: &System,
         orbit: &FourierOrbit,
         extrema: &[Vec<(f64, f64)>],
     ) -> (Vec<Complex<f64>>, usize) {
-        match memory::transition(system, orbit, extrema) {
+        match memory::transition(system, orbit, extrema, self.end()) {
             Some(phi) => multipliers_and_neutral(&phi, 2 * system.dof()),
             None => (Vec::new(), 0),
         }
     }
 
-    /// State-transition matrix over one response period, in (q, v), 2n x 2n; the system is at the frequency of the orbit.
+    /// State-transition matrix over one response period, or a part of it, in (q, v), 2n x 2n; the system is at the frequency of the orbit.
     ///
     /// ```text
     /// dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]
@@ -124,7 +137,7 @@ impl Floquet {
         if jumps::refuse_hidden(system).is_err() {
             return DMatrix::from_element(size, size, f64::NAN);
         }
-        let stretches = Stretches::new(system, orbit, extrema);
+        let stretches = Stretches::new(system, orbit, extrema, self.end());
         let exponential = match &mut self.exponential {
             Some(exponential) if exponential.size() == size => exponential,
             other => other.insert(Exponential::new(size)),
@@ -162,6 +175,14 @@ pub fn multipliers(phi: &DMatrix<f64>) -> Vec<Complex<f64>> {
         return Vec::new();
     }
     by_falling_modulus(eigenvalues(phi).unwrap_or_default())
+}
+
+/// Multipliers of the whole period from those of one of its equal parts.
+pub fn whole(mut list: Vec<Complex<f64>>, parts: usize) -> Vec<Complex<f64>> {
+    if parts > 1 {
+        list.iter_mut().for_each(|mu| *mu = mu.powu(parts as u32));
+    }
+    list
 }
 
 /// Rows of a transition matrix, behind the first ones, that belong to numbers which stay what they are.

@@ -43,7 +43,7 @@ impl Stretch {
     }
 }
 
-/// All stretches of a period.
+/// All stretches of a period, or of its first part.
 #[derive(Debug)]
 pub(super) struct Stretches {
     pub list: Vec<Stretch>,
@@ -52,8 +52,17 @@ pub(super) struct Stretches {
 }
 
 impl Stretches {
-    pub fn new(system: &System, orbit: &FourierOrbit, extrema: &[Vec<(f64, f64)>]) -> Stretches {
-        let (cuts, mut passages) = cuts(system, orbit, extrema);
+    /// `to`: phase at the end.
+    pub fn new(
+        system: &System,
+        orbit: &FourierOrbit,
+        extrema: &[Vec<(f64, f64)>],
+        to: f64,
+    ) -> Stretches {
+        let (mut cuts, mut passages) = cuts(system, orbit, extrema);
+        cuts.push(to);
+        cuts.retain(|tau| *tau <= to);
+        cuts.sort_by(f64::total_cmp);
         let is_constant = system.mounts().iter().all(is_piecewise_constant);
         let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
         let mut list = Vec::with_capacity(cuts.len());
@@ -75,13 +84,13 @@ impl Stretches {
     }
 }
 
-/// 0, every instant where A(tau) is not smooth, 2 pi; and the jumps among them.
+/// 0 and every instant where A(tau) is not smooth; and the jumps among them.
 fn cuts(
     system: &System,
     orbit: &FourierOrbit,
     extrema: &[Vec<(f64, f64)>],
 ) -> (Vec<f64>, Vec<Passage>) {
-    let (mut list, mut passages) = (vec![0.0, TAU], Vec::new());
+    let (mut list, mut passages) = (vec![0.0], Vec::new());
     for (k, mount) in system.mounts().iter().enumerate() {
         if !extrema[k].is_empty() {
             let deformation = orbit.deformation(system, k);
@@ -118,7 +127,6 @@ fn cuts(
             list.extend(copies);
         }
     }
-    list.sort_by(f64::total_cmp);
     passages.retain(|p| p.jump != 0.0);
     (list, passages)
 }

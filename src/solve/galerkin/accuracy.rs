@@ -17,7 +17,7 @@ use crate::numeric::trigonometric;
 use crate::solve::family::Family;
 use crate::solve::newton::{Newton, NewtonOptions, NewtonOutcome};
 use crate::solve::orbit::FourierOrbit;
-use crate::solve::residual::{Linearisation, Residual};
+use crate::solve::residual::{Linearisation, PeriodicResidual, Residual};
 use crate::system::System;
 use nalgebra::DVector;
 
@@ -104,6 +104,11 @@ impl<F: Family> Accuracy<F> {
             newton: Newton::new(&structure, newton),
             fine,
         }
+    }
+
+    /// Judges orbits that repeat themselves in so many equal parts of the period.
+    pub fn restrict(&mut self, parts: usize) {
+        self.fine.restrict(parts);
     }
 
     /// Errors of a solution.

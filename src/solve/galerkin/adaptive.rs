@@ -87,6 +87,8 @@ pub struct Adaptive<'a, F: Family> {
     /// Most doublings of the samples so far.
     finest: u32,
     problem: Galerkin<F>,
+    /// Equal parts of the period to which the problem is restricted.
+    parts: usize,
     judge: Accuracy<F>,
     judged: Option<Judged>,
 }
@@ -116,6 +118,7 @@ impl<'a, F: Family> Adaptive<'a, F> {
         Ok(Adaptive {
             problem: (sizes.problem)(sizes.of(size))?,
             judge: sizes.judge(size, subharmonic, newton)?,
+            parts: 1,
             sizes,
             resolution,
             newton,
@@ -241,6 +244,16 @@ impl<F: Family> PeriodicResidual for Adaptive<'_, F> {
         self.problem.survey(u, lambda, extent)
     }
 
+    fn equal_parts(&mut self, u: &DVector<f64>, lambda: f64) -> Result<usize, SolveError> {
+        self.problem.equal_parts(u, lambda)
+    }
+
+    fn restrict(&mut self, parts: usize) -> usize {
+        (self.parts, self.judged) = (parts, None);
+        self.judge.restrict(parts);
+        self.problem.restrict(parts)
+    }
+
     fn size(&self) -> Size {
         self.size
     }
@@ -248,6 +261,7 @@ impl<F: Family> PeriodicResidual for Adaptive<'_, F> {
     fn resize(&mut self, size: Size) -> Result<(), SolveError> {
         self.problem = (self.sizes.problem)(self.sizes.of(size))?;
         self.judge = self.sizes.judge(size, self.subharmonic, self.newton)?;
+        self.restrict(self.parts);
         (self.size, self.judged) = (size, None);
         self.finest = self.finest.max(size.doublings);
         Ok(())

@@ -16,10 +16,11 @@ mod hill;
 pub mod jumps;
 mod loads;
 pub mod march;
+mod parts;
 mod refusal;
 mod switching;
 
-use super::family::Family;
+use super::family::{Family, repetitions};
 use super::floquet::Floquet;
 use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey, slips};
@@ -67,6 +68,8 @@ pub struct Galerkin<F: Family> {
     load_series: Vec<f64>,
     shifted: Linearisation,
     floquet: Floquet,
+    /// Only harmonics whose order is a multiple of this are not held at 0.
+    parts: usize,
 }
 
 impl<F: Family> Galerkin<F> {
@@ -110,6 +113,7 @@ impl<F: Family> Galerkin<F> {
             load_series: vec![0.0; coefficients],
             shifted,
             floquet: Floquet::default(),
+            parts: 1,
         })
     }
 
@@ -242,9 +246,11 @@ impl<F: Family> Residual for Galerkin<F> {
             if revolutions > 1 {
                 out.dr_dlambda /= revolutions as f64;
             }
+            parts::hold(self.parts, self.coefficients, u, out);
             return Ok(());
         }
         if !out.has_parameter {
+            parts::hold(self.parts, self.coefficients, u, out);
             return Ok(());
         }
         // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
@@ -252,6 +258,7 @@ impl<F: Family> Residual for Galerkin<F> {
             std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));
         let outcome = self.difference(u, lambda, &mut shifted, out);
         self.shifted = shifted;
+        parts::hold(self.parts, self.coefficients, u, out);
         outcome
     }
 }
@@ -271,6 +278,16 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         lambda: f64,
     ) -> Result<Option<DVector<f64>>, SolveError> {
         Galerkin::aliasing(self, u, lambda)
+    }
+
+    fn equal_parts(&mut self, u: &DVector<f64>, lambda: f64) -> Result<usize, SolveError> {
+        let most = repetitions(&mut self.family, lambda)?;
+        Ok(parts::of(u, self.family.at(lambda)?.dof(), most))
+    }
+
+    fn restrict(&mut self, parts: usize) -> usize {
+        self.floquet.restrict(parts);
+        std::mem::replace(&mut self.parts, parts)
     }
 
     fn in_doubled_period(&self, half: &DVector<f64>) -> DVector<f64> {
@@ -299,7 +316,7 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         let (multipliers, exponents, neutral) = match extent {
             Extent::Motion => (Vec::new(), None, 0),
             Extent::Stability if system.memory_count() > 0 => {
-                let (list, neutral) = Floquet::with_memory(system, &orbit, &extrema);
+                let (list, neutral) = self.floquet.with_memory(system, &orbit, &extrema);
                 (list, None, neutral)
             }
             Extent::Stability => {

@@ -52,6 +52,8 @@ pub(super) struct FlowPoint {
     pub switches: Vec<usize>,
     /// Iterations of the corrector.
     pub iterations: usize,
+    /// Distance of the eigenvalues of the map from 1: the corrector is singular at 0. NaN where it is not known.
+    pub from_singular: f64,
 }
 
 impl FlowPoint {
@@ -198,17 +200,22 @@ impl<'a, F: Family> Flow<'a, F> {
             Care::Rough => &mut self.rough,
         };
         let outcome = newton.solve(&mut section, &mut x, lambda)?;
-        let periods = (outcome.iterations + 1) as f64;
+        let images = (outcome.iterations + 1) as f64;
+        let periods = images / self.shooting.parts() as f64;
         self.periods += periods;
-        self.passages += periods * self.passed.0.iter().sum::<usize>() as f64;
+        self.passages += images * self.passed.0.iter().sum::<usize>() as f64;
         if !outcome.is_converged() {
             return Ok(None);
         }
-        let multipliers = floquet::multipliers(self.shooting.monodromy());
-        Ok((!multipliers.is_empty()).then(|| FlowPoint {
+        let parts = self.shooting.parts();
+        let own = self.shooting.multipliers_of_image();
+        let gaps = own.iter().map(|mu| (mu - 1.0).norm());
+        let from_singular = gaps.fold(f64::INFINITY, f64::min);
+        Ok((!own.is_empty()).then(|| FlowPoint {
             x,
-            multipliers,
-            switches: self.passed.0.clone(),
+            from_singular,
+            multipliers: floquet::whole(own, parts),
+            switches: self.passed.0.iter().map(|count| parts * count).collect(),
             iterations: outcome.iterations,
         }))
     }

@@ -20,6 +20,8 @@ const LOOKS: usize = 8;
 const VANISHES: f64 = 1e-3;
 /// Places through which the guess of an orbit is interpolated.
 const NODES: usize = 3;
+/// Distance of a product of two multipliers from 1 that counts by its direction alone.
+const FAR_FROM_ONE: f64 = 0.3;
 /// Imaginary parts below this share of the modulus belong to real multipliers.
 const REAL: f64 = 1e-12;
 
@@ -30,8 +32,10 @@ pub(super) enum Test {
     Real(f64),
     /// So many equal multipliers pass this value together.
     Equal(f64, usize),
-    /// A complex pair, near this value, passes the circle, or several equal ones.
-    Pair(Complex<f64>, usize),
+    /// A complex pair passes the circle.
+    Pair,
+    /// So many equal complex pairs, near this value, pass it together.
+    EqualPairs(Complex<f64>, usize),
     /// An extremum touches a breakpoint.
     Touch {
         connection: usize,
@@ -57,7 +61,10 @@ impl Test {
                 let upper = survey.multipliers.iter().filter(|mu| is_upper(mu));
                 let gap = |mu: &Complex<f64>| (mu.norm() - 1.0).abs();
                 let nearest = upper.min_by(|a, b| gap(a).total_cmp(&gap(b)));
-                nearest.map(|mu| Test::Pair(*mu, event.multiplicity))
+                nearest.map(|mu| match event.multiplicity {
+                    1 => Test::Pair,
+                    count => Test::EqualPairs(*mu, count),
+                })
             }
             EventKind::Grazing {
                 connection,
@@ -93,15 +100,13 @@ impl Test {
                 let near = nearest(point.multipliers.iter(), Complex::new(*passed, 0.0), *count);
                 near.iter().map(|mu| mu.re - *passed).sum::<f64>() * passed.signum()
             }
-            Test::Pair(seen, count) => {
+            Test::Pair => products_beyond_one(&point.multipliers),
+            Test::EqualPairs(seen, count) => {
                 let upper = point.multipliers.iter().filter(|mu| is_upper(mu));
                 let near = nearest(upper, *seen, *count);
-                match near.first() {
-                    Some(mu) => {
-                        *seen = *mu;
-                        near.iter().map(|mu| mu.norm() - 1.0).sum()
-                    }
-                    None => f64::NAN,
+                match near.len() == *count {
+                    true => near.iter().map(|mu| mu.norm() - 1.0).sum(),
+                    false => f64::NAN,
                 }
             }
             Test::Touch {
@@ -129,6 +134,20 @@ impl Test {
             }
         })
     }
+}
+
+/// The product of mu_j mu_k - 1 over all pairs, factors far from 0 by their direction alone. It depends on the set and on nothing that was
+/// seen before, and changes its sign where the modulus of a complex pair passes 1; also where two real multipliers are reciprocal, which
+/// the counts on both sides tell apart.
+fn products_beyond_one(list: &[Complex<f64>]) -> f64 {
+    let mut product = Complex::new(1.0, 0.0);
+    for (k, mu) in list.iter().enumerate() {
+        for other in &list[k + 1..] {
+            let factor = mu * other - 1.0;
+            product *= factor / factor.norm().max(FAR_FROM_ONE);
+        }
+    }
+    product.re
 }
 
 /// The multipliers nearest to a value.

@@ -81,6 +81,7 @@ impl Path {
             multipliers: self.points[k].multipliers.clone(),
             switches: Vec::new(),
             iterations: 0,
+            from_singular: f64::NAN,
         }
     }
 }
@@ -256,7 +257,7 @@ impl<F: Family> Confirmer<'_, F> {
         Ok(())
     }
 
-    /// The known event that each one of the flow's is: of its kind and near, nearest parameters first.
+    /// The known event that each one of the flow's is: of its kind and near, those of the series first, then nearest parameters first.
     fn pairs(
         &self,
         (shown, known): (&[&BifurcationEvent], &[usize]),
@@ -271,13 +272,13 @@ impl<F: Family> Confirmer<'_, F> {
                 let is_near = other.after_point.abs_diff(step) <= NEAR
                     || event.kind == EventKind::Fold && gap <= SAME_FOLD * event.lambda.abs();
                 if other.kind == event.kind && is_near {
-                    gaps.push((gap, i, *k));
+                    gaps.push((other.method_lambda.is_nan(), gap, i, *k));
                 }
             }
         }
-        gaps.sort_by(|p, q| p.0.total_cmp(&q.0));
+        gaps.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
         let (mut pairs, mut taken) = (vec![None; shown.len()], Vec::new());
-        for (_, i, k) in gaps {
+        for (_, _, i, k) in gaps {
             if pairs[i].is_none() && !taken.contains(&k) {
                 pairs[i] = Some(k);
                 taken.push(k);
