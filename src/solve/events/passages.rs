@@ -267,7 +267,9 @@ impl Step<'_> {
         let (place, look, ends) = match (here, &found) {
             (Some(look), _) => (guess, look, ends),
             // Beside a grazing the sketch jumps where the path does not.
-            (None, Found::Root(root)) if root.fraction > a.look.fraction && root.fraction < b.look.fraction => {
+            (None, Found::Root(root))
+                if root.fraction > a.look.fraction && root.fraction < b.look.fraction =>
+            {
                 let Some(look) = root.look() else {
                     return Ok(None);
                 };
