@@ -5,7 +5,6 @@
 use super::CurveKind;
 use super::conditions::{Borders, paired, shifted};
 use super::shots::Shots;
-use super::touching::Passes;
 use crate::error::SolveError;
 use crate::solve::residual::{Linearisation, Residual};
 use nalgebra::{DMatrix, DVector};
@@ -24,6 +23,14 @@ pub struct Spot {
     pub p: [f64; 2],
     /// cos theta of a Neimark-Sacker event, tau of a grazing, the unfolding of a branch point.
     pub extra: f64,
+}
+
+/// What is done about transition matrices.
+pub(super) enum Passes<'p> {
+    /// They are computed, with the derivatives of the conditions to u and tau.
+    Varied(&'p mut DMatrix<f64>),
+    /// Those of the last time are kept: so near to it, over so small a distance as that from the touching, they are the same.
+    Kept,
 }
 
 /// The defining system.

@@ -1,6 +1,6 @@
 //! Touchings of a grazing curve: the flow beside them, and the conditions on it.
 
-use super::defining::Spot;
+use super::defining::{Passes, Spot};
 use super::{CurveKind, Defining};
 use crate::error::SolveError;
 use nalgebra::DMatrix;
@@ -8,14 +8,6 @@ use nalgebra::DMatrix;
 /// Distance from a touching, in sizes, within which images are those of the flow that does not touch, extended: the square of it is
 /// what the extension is wrong by.
 const APART: f64 = 1e-7;
-
-/// What is done about transition matrices.
-pub(super) enum Passes<'p> {
-    /// They are computed, with the derivatives of the conditions to u and tau.
-    Varied(&'p mut DMatrix<f64>),
-    /// Those of the last time are kept: so near to it, over so small a distance as that from the touching, they are the same.
-    Kept,
-}
 
 /// A connection on its way to a breakpoint.
 struct Extremum {
