@@ -291,3 +291,22 @@ fn mistakes() {
         assert!(message.contains(wanted), "{keys}: {message}");
     }
 }
+
+/// Half orders make the period two revolutions: harmonics count orders of the reference, in chosen sizes and in their judgement.
+#[test]
+fn sizes_are_chosen_for_half_orders_too() {
+    let largest = |order: &str, range: [f64; 2]| {
+        let load = format!("{{order: {order}, cos: [0.25, 0]");
+        let model = PAIR.replace("{order: 1, cos: [0.25, 0]", &load);
+        let [from, to] = range;
+        let keys = format!("from: {from}, to: {to}, harmonics: {{tolerance: 1e-3, most: 60}}");
+        let report = respond(&model, &keys);
+        let errors = floats(accuracy(&report), "relative_error");
+        assert!(errors.iter().all(|e| *e < 1e-3), "{errors:?}");
+        floats(main_table(&report), "rms.mesh_1")
+            .into_iter()
+            .fold(0.0_f64, f64::max)
+    };
+    let (whole, half) = (largest("1", [2.4, 1.7]), largest("1/2", [4.8, 3.4]));
+    assert!((half / whole - 1.0).abs() < 0.01, "{half} {whole}");
+}

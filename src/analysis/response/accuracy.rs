@@ -149,7 +149,6 @@ impl Accuracies {
         (delivered, verification): (&Delivered, &Verification),
     ) -> Result<(), SolveError> {
         let subharmonic = delivered.subharmonic;
-        let dof = swept.setting.assembly.system.dof();
         let mut by_size: Option<(usize, Accuracy<F>)> = None;
         let mut judge = Judge {
             swept,
@@ -162,7 +161,7 @@ impl Accuracies {
                 break;
             }
             let (u, lambda) = (&accepted.unknowns, accepted.lambda);
-            let harmonics = u.len() / dof / 2 / subharmonic;
+            let harmonics = swept.harmonics(u.len(), subharmonic);
             let larger = match &mut by_size {
                 Some((size, larger)) if *size == harmonics => larger,
                 other => {

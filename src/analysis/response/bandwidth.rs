@@ -32,7 +32,7 @@ pub(super) fn complaint(swept: &Swept<'_>, delivered: &Delivered) -> Option<Stri
         })
         .collect();
     let harmonics =
-        |p: &BranchPoint| (p.unknowns.len() / system.dof() / 2 / delivered.subharmonic) as f64;
+        |p: &BranchPoint| swept.harmonics(p.unknowns.len(), delivered.subharmonic) as f64;
     let mut worst: Option<Short> = None;
     let mut count = 0;
     for (point, at) in delivered.points.iter().enumerate() {

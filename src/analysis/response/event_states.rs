@@ -45,7 +45,7 @@ pub(in crate::analysis) fn event_states(
                 Method::Shooting => point.u.as_slice().to_vec(),
                 Method::Integration => continue,
                 Method::Galerkin => {
-                    let size = settings.size_with(point.u.len() / dof / 2 / nu, nu);
+                    let size = settings.size_with(swept.harmonics(point.u.len(), nu), nu);
                     let family = swept.family_for(nu)?;
                     let mut galerkin = Galerkin::new(family, event.lambda, size)?;
                     let mut state = vec![0.0; 2 * dof];

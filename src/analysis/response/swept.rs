@@ -70,6 +70,12 @@ pub(in crate::analysis) struct Here<'a> {
 }
 
 impl<'a> Swept<'a> {
+    /// Harmonics of the reference frequency in so many unknowns of the Galerkin method, for a subharmonic index.
+    pub fn harmonics(&self, unknowns: usize, subharmonic: usize) -> usize {
+        let system = &self.setting.assembly.system;
+        unknowns / system.dof() / 2 / subharmonic / system.revolutions()
+    }
+
     /// Which multipliers the Galerkin method computes; the averaged estimates exist only with all of them.
     pub fn spectrum(&self) -> Spectrum {
         Spectrum::of(self.setting.assembly.system.dof())

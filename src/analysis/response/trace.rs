@@ -317,8 +317,7 @@ impl<'a> Work<'a> {
         else {
             return None;
         };
-        let dof = self.swept.setting.assembly.system.dof();
-        Some(point.u.len() / dof / 2 / subharmonic)
+        Some(self.swept.harmonics(point.u.len(), *subharmonic))
     }
 
     /// Follows one branch.
