@@ -120,4 +120,5 @@ def test_laws_with_memory_are_varied(results):
     name = "clutch.element.stages.0.hysteresis"
     assert model.get(name) == 1.0 and model.numbers[name].unit == "N m"
     losses = [model.set({name: value}).run("point").main["energy_lost.clutch"][0] for value in (0.0, 1.0)]
-    assert 0 <= losses[0] < losses[1]
+    # Without hysteresis nothing but rounding is lost.
+    assert abs(losses[0]) < 1e-12 * losses[1]
