@@ -23,6 +23,9 @@ pub const MOST: usize = 4;
 const SAFETY: f64 = 2.5;
 /// Ratio on the grid of angles above which the circle between its points is not looked at.
 const CLEAR: f64 = 8.0;
+/// Share of the larger neighbour on the grid that a zero on the circle leaves at most, at the angle nearest to it: half a step away from
+/// one, a whole step and more from the other. The parabola is not asked there: beside a second multiplier of nearly the same angle it is wrong.
+const SHALLOW: f64 = 0.5;
 /// Share of the way left out at both ends, whose multipliers are known.
 const ENDS: f64 = 0.01;
 /// Halvings of the way.
@@ -141,9 +144,10 @@ impl Quiet {
             // The circle goes on beyond +-1 as a mirror image.
             let left = self.ratios[if k == 0 { 1 } else { k - 1 }];
             let right = self.ratios[if k == last { last - 1 } else { k + 1 }];
+            let is_shallow = here > SHALLOW * left.max(right);
             here > left
                 || here > right
-                || bottom((left, here, right)) > CLEAR
+                || is_shallow && bottom((left, here, right)) > CLEAR
                 || closest(places, (self.grid[k].0, step), (weights, self.least[k])) > 1.0
         })
     }
@@ -237,29 +241,35 @@ fn error(places: &[Polynomial], x: f64) -> f64 {
     term.max(UNKNOWN * share * (1.0 - share) * surprise.abs())
 }
 
-/// Smallest ratio near an angle, on ever finer grids.
+/// Smallest ratio near an angle, on ever finer grids, and between the angles of the last one: a multiplier on the circle beside another
+/// one of the same angle makes a dip as narrow as its distance from the circle.
 fn closest(
     places: &[Polynomial],
     (angle, step): (f64, f64),
     (weights, least_difference): (&Weights, f64),
 ) -> f64 {
     let (mut middle, mut width, mut least) = (angle, step, f64::INFINITY);
+    let ratio = |angle: f64| weights.ratio(&differences(places, angle), least_difference);
     for _ in 0..ROUNDS {
         let from = middle - width;
         let spacing = 2.0 * width / CLOSER as f64;
         for k in 0..=CLOSER {
             let angle = from + spacing * k as f64;
-            let here = weights.ratio(&differences(places, angle), least_difference);
+            let here = ratio(angle);
             if here < least {
                 (least, middle) = (here, angle);
             }
         }
         if least <= 1.0 {
-            break;
+            return least;
         }
         width = spacing;
     }
-    least
+    least.min(bottom((
+        ratio(middle - width),
+        least,
+        ratio(middle + width),
+    )))
 }
 
 /// Lowest value of a function near a zero of P, whose square is a parabola there, from three equidistant values.
