@@ -362,6 +362,26 @@ mod tests {
     }
 
     #[test]
+    fn a_pair_passes_beside_another_of_the_same_angle() {
+        for k in 0..20 {
+            // Anywhere between the angles of the grid. The modulus of one pair rises to 1.0004 between two places at which it is less than 1.
+            let angle = 2.6 + 0.01 * f64::from(k);
+            let list = |x: f64| {
+                let pairs = [
+                    (1.0004 - 4.0 * x * x, angle + 0.5 * x),
+                    (0.92, angle - 0.6 * x),
+                ];
+                let both = pairs.map(|(r, a)| [a, -a].map(|a| Complex::from_polar(r, a)));
+                both.concat()
+            };
+            let xs = [-0.0125, 0.0125, -0.0375, 0.0375];
+            let lists = xs.map(list);
+            let places: Vec<_> = (0..4).map(|k| Place::new(xs[k], &lists[k])).collect();
+            assert!(!Quiet::default().holds(&places), "{angle}");
+        }
+    }
+
+    #[test]
     fn two_places_alone_prove_nothing() {
         assert!(!holds(&[-0.5, 0.5], 0.0));
         assert!(!holds(&[1.0, 1.02], 0.0));
