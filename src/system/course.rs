@@ -29,6 +29,14 @@ pub struct Moment {
     pub change: f64,
 }
 
+impl Moment {
+    /// d^2/d(omega_c t)^2 of a function of the phase.
+    pub fn bend(&self, of: &Periodic) -> f64 {
+        self.frequency.powi(2) * of.second_derivative(self.phase)
+            + self.change * of.derivative(self.phase)
+    }
+}
+
 impl Course {
     /// `speed`: rate of the base phase over omega_c against omega_c t; `phase`: at time 0.
     pub fn new(speed: BrokenLine, phase: f64) -> Course {

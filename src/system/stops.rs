@@ -56,11 +56,6 @@ impl Stops {
         }
     }
 
-    /// Whether there are any.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
     /// Puts the forces of the stops at a state into the responses, which are those of [`System::respond`] there; NaN where stops share
     /// a motion, so that the equation of motion does not decide.
     pub fn load(&mut self, system: &System, tau: f64, state: &[f64], scratch: &mut Scratch) {
@@ -116,11 +111,7 @@ impl Stops {
             let error = system.mounts()[self.closed[a].0]
                 .transmission_error
                 .as_ref();
-            let bend = error.map_or(0.0, |e| {
-                moment.frequency.powi(2) * e.second_derivative(moment.phase)
-                    + moment.change * e.derivative(moment.phase)
-            });
-            free - bend
+            free - error.map_or(0.0, |e| moment.bend(e))
         });
         let scale = DVector::from_fn(count, |a, _| mobility[(a, a)].abs().sqrt());
         let unit = DMatrix::from_fn(count, count, |a, b| {

@@ -150,8 +150,11 @@ fn parts(
     branch: &Branch,
     options: &ConfirmOptions<'_>,
 ) -> Result<usize, SolveError> {
+    if options.begins_at_crossing {
+        return Ok(1);
+    }
     let mut common = 0;
-    for point in branch.points.iter().filter(|_| !options.begins_at_crossing) {
+    for point in &branch.points {
         common = gcd(common, series.equal_parts(&point.unknowns, point.lambda)?);
     }
     Ok(common.max(1))
@@ -301,11 +304,10 @@ impl<F: Family> Confirmer<'_, F> {
         &self.states[behind] - &self.states[k.saturating_sub(1)]
     }
 
-    /// Whether the parameter hardly changes along the branch.
-    fn is_steep(&self, k: usize) -> bool {
-        let direction = self.direction(k);
+    /// Whether the parameter hardly changes in a direction of the branch.
+    fn is_steep(&self, direction: &DVector<f64>) -> bool {
         let along = direction[direction.len() - 1].abs();
-        along < STEEP * self.flow.dot(&direction, &direction).sqrt()
+        along < STEEP * self.flow.dot(direction, direction).sqrt()
     }
 
     /// Solves a point by the flow, once.
@@ -314,7 +316,8 @@ impl<F: Family> Confirmer<'_, F> {
             return Ok(());
         }
         let x = self.states[k].clone();
-        let (direction, is_steep) = (self.direction(k), self.is_steep(k));
+        let direction = self.direction(k);
+        let is_steep = self.is_steep(&direction);
         // Points outside the request need only multipliers.
         let care = match self.options.spread {
             Spread::Some => Care::Rough,

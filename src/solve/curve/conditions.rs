@@ -8,7 +8,7 @@
 //! For a Neimark-Sacker event M loses two ranks and G has four entries. In the plane of the pair M = (t - 2 k) A + (1 - d) I with
 //! trace t and determinant d, so that G is a combination of two fixed matrices: its two coordinates are the conditions.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{ComplexField, DMatrix, DVector};
 
 /// Borders of a matrix that is nearly singular.
 #[derive(Debug, Clone)]
@@ -35,33 +35,33 @@ pub(super) fn paired(phi: &DMatrix<f64>, k: f64) -> DMatrix<f64> {
     shifted(&(phi * phi - phi * (2.0 * k)), 1.0)
 }
 
-/// Singular vectors to rounding, from those of the decomposition, which now and then are some orders of magnitude worse:
+/// Left and right singular vectors of the value nearest to 0, to rounding, from those of the decomposition, which now and then are some orders
+/// of magnitude worse:
 ///
 /// ```text
-/// [M    l] [v]   [0]    [M^T  r] [w]   [0]
-/// [r^T  0] [g] = [1],   [l^T  0] [g] = [1]
+/// [M    l] [v]   [0]    [M*  r] [w]   [0]
+/// [r*   0] [g] = [1],   [l*  0] [g] = [1]
 /// ```
-fn sharpened(
-    m: &DMatrix<f64>,
-    left: &DMatrix<f64>,
-    right: &DMatrix<f64>,
-) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+pub(super) fn sharpened<T: ComplexField<RealField = f64>>(
+    m: &DMatrix<T>,
+    left: &DVector<T>,
+    right: &DVector<T>,
+) -> Option<(DVector<T>, DVector<T>)> {
     let n = m.nrows();
     let mut bordered = DMatrix::zeros(n + 1, n + 1);
     bordered.view_mut((0, 0), (n, n)).copy_from(m);
     bordered.view_mut((0, n), (n, 1)).copy_from(left);
     bordered
         .view_mut((n, 0), (1, n))
-        .copy_from(&right.transpose());
-    let mut unit = DMatrix::zeros(n + 1, 1);
-    unit[n] = 1.0;
-    let solved = |matrix: DMatrix<f64>| {
-        let whole = matrix.lu().solve(&unit)?;
-        let vector: DMatrix<f64> = whole.rows(0, n).into_owned();
+        .copy_from(&right.adjoint());
+    let mut unit = DVector::zeros(n + 1);
+    unit[n] = T::one();
+    let solved = |matrix: DMatrix<T>| {
+        let vector = matrix.lu().solve(&unit)?.rows(0, n).into_owned();
         let length = vector.norm();
-        length.is_normal().then(|| vector / length)
+        length.is_normal().then(|| vector / T::from_real(length))
     };
-    Some((solved(bordered.transpose())?, solved(bordered)?))
+    Some((solved(bordered.adjoint())?, solved(bordered)?))
 }
 
 impl Borders {
@@ -76,16 +76,17 @@ impl Borders {
         let (u, v) = (svd.u?, svd.v_t?.transpose());
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|a, b| svd.singular_values[*a].total_cmp(&svd.singular_values[*b]));
-        let pick = |from: &DMatrix<f64>| {
-            let columns: Vec<DVector<f64>> = (order[..rank].iter())
-                .map(|k| from.column(*k).into_owned())
-                .collect();
-            DMatrix::from_columns(&columns)
+        let pick = |from: &DMatrix<f64>| -> Vec<DVector<f64>> {
+            let columns = order[..rank].iter();
+            columns.map(|k| from.column(*k).into_owned()).collect()
         };
         let (mut left, mut right) = (pick(&u), pick(&v));
-        if let Some(sharper) = (rank == 1).then(|| sharpened(m, &left, &right)).flatten() {
-            (left, right) = sharper;
+        if let ([l], [r]) = (&mut left[..], &mut right[..])
+            && let Some(sharper) = sharpened(m, l, r)
+        {
+            (*l, *r) = sharper;
         }
+        let (mut left, mut right) = (DMatrix::from_columns(&left), DMatrix::from_columns(&right));
         if let Some(before) = before.filter(|_| rank == 1) {
             if left.dot(&before.left) < 0.0 {
                 left.neg_mut();

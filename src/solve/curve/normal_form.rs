@@ -9,7 +9,7 @@
 //! Kuznetsov (2004), Elements of applied bifurcation theory, sections 4.4, 4.5 and 5.4.
 
 use super::Defining;
-use super::conditions::{Borders, shifted};
+use super::conditions::{Borders, sharpened, shifted};
 use super::defining::Spot;
 use super::shots::Passages;
 use crate::error::SolveError;
@@ -234,30 +234,13 @@ type Vector = DVector<Complex<f64>>;
 /// p and q with A q = mu q, p* A = mu p*, <p, q> = 1, |q| = 1.
 fn eigenvectors(a: &DMatrix<Complex<f64>>, mu: Complex<f64>) -> Option<(Vector, Vector)> {
     let n = a.nrows();
-    let svd = (a - DMatrix::identity(n, n) * mu).svd(true, true);
+    let shifted = a - DMatrix::identity(n, n) * mu;
+    let svd = shifted.clone().svd(true, true);
     let values = svd.singular_values.iter().enumerate();
     let (k, _) = values.min_by(|a, b| a.1.total_cmp(b.1))?;
     let (u, v) = (svd.u?, svd.v_t?);
     let (left, right) = (u.column(k).into_owned(), v.row(k).adjoint());
-    // To rounding, as [`Borders::of`] does.
-    let mut bordered = DMatrix::zeros(n + 1, n + 1);
-    let shifted = a - DMatrix::identity(n, n) * mu;
-    bordered.view_mut((0, 0), (n, n)).copy_from(&shifted);
-    bordered.view_mut((0, n), (n, 1)).copy_from(&left);
-    bordered
-        .view_mut((n, 0), (1, n))
-        .copy_from(&right.adjoint());
-    let mut unit = Vector::zeros(n + 1);
-    unit[n] = Complex::new(1.0, 0.0);
-    let solved = |matrix: DMatrix<Complex<f64>>| {
-        let whole = matrix.lu().solve(&unit)?;
-        let vector: Vector = whole.rows(0, n).into_owned();
-        let length = vector.norm();
-        length
-            .is_normal()
-            .then(|| vector / Complex::new(length, 0.0))
-    };
-    let (p, q) = (solved(bordered.adjoint())?, solved(bordered)?);
+    let (p, q) = sharpened(&shifted, &left, &right)?;
     let product = p.dotc(&q);
     (product.norm() > 1e-12).then(|| (p / product.conj(), q))
 }

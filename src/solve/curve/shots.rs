@@ -2,6 +2,7 @@
 
 use crate::element::PiecewiseLinear;
 use crate::error::SolveError;
+use crate::numeric::fraction::divisors;
 use crate::solve::integrate::{
     IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, choose,
 };
@@ -130,10 +131,9 @@ impl<'a> Shots<'a> {
     /// # Errors
     /// There is no system at this place, or an interruption.
     pub fn repeats(&mut self, p: [f64; 2], u: &[f64]) -> Result<usize, SolveError> {
-        let system = self.system(p)?;
-        let most = system.subharmonic() * system.common_order();
+        let most = self.system(p)?.repetitions();
         let size = u.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
-        for k in (2..=most).rev().filter(|k| most.is_multiple_of(*k)) {
+        for k in divisors(most).take_while(|k| *k > 1) {
             let mut state = u.to_vec();
             let is_whole = self.map(p, (0.0, TAU / k as f64), (&mut state, None))?;
             let mut gaps = state.iter().zip(u).map(|(a, b)| (a - b).abs());

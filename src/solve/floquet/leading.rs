@@ -17,17 +17,16 @@ const GROWTH: usize = 10;
 const TOLERANCE: f64 = 1e-9;
 
 impl Floquet {
-    /// The multipliers of largest modulus: at least [`WANTED`], and all outside the unit circle.
+    /// The multipliers of largest modulus up to a phase: at least [`WANTED`], and all outside the unit circle.
     pub(super) fn leading(
-        &self,
         system: &System,
-        orbit: &FourierOrbit,
-        extrema: &[Vec<(f64, f64)>],
+        (orbit, extrema): (&FourierOrbit, &[Vec<(f64, f64)>]),
+        to: f64,
     ) -> Vec<Complex<f64>> {
         if jumps::refuse_hidden(system).is_err() {
             return Vec::new();
         }
-        let stretches = Stretches::new(system, orbit, extrema, self.end());
+        let stretches = Stretches::new(system, orbit, extrema, to);
         let mut flow = Flow::new(system, orbit, &stretches);
         let mut subspace = Subspace::new(2 * system.dof());
         loop {

@@ -49,21 +49,9 @@ impl Spectrum {
 pub struct Floquet {
     exponential: Option<Exponential>,
     steady: Steady,
-    /// Equal parts of the period, where there are more than one.
-    parts: Option<usize>,
 }
 
 impl Floquet {
-    /// Takes the multipliers over one of so many equal parts of the period from now on.
-    pub fn restrict(&mut self, parts: usize) {
-        self.parts = Some(parts);
-    }
-
-    /// Phase at the end of a part.
-    fn end(&self) -> f64 {
-        TAU / self.parts.unwrap_or(1) as f64
-    }
-
     /// Multipliers over one response period by falling modulus: all, or the leading ones of a long train ([`Spectrum::of`]).
     /// None when they are not known: a law with hidden jumps, an overflow, an iteration that does not converge.
     /// `extrema`: of the deformations, one list a connection.
@@ -73,45 +61,46 @@ impl Floquet {
         orbit: &FourierOrbit,
         extrema: &[Vec<(f64, f64)>],
     ) -> Vec<Complex<f64>> {
-        self.multipliers_and_exponents(system, orbit, extrema).0
+        self.of_part(system, (orbit, extrema), 1).0
     }
 
-    /// The same, and all characteristic exponents of an orbit along which the variational equation has constant coefficients.
-    pub fn multipliers_and_exponents(
+    /// The same over the first of so many equal parts of the period, and all characteristic exponents of an orbit along which the variational
+    /// equation has constant coefficients.
+    pub fn of_part(
         &mut self,
         system: &System,
-        orbit: &FourierOrbit,
-        extrema: &[Vec<(f64, f64)>],
+        (orbit, extrema): (&FourierOrbit, &[Vec<(f64, f64)>]),
+        parts: usize,
     ) -> (Vec<Complex<f64>>, Option<Exponents>) {
-        let spectrum = Spectrum::of(system.dof());
+        let (spectrum, end) = (Spectrum::of(system.dof()), TAU / parts as f64);
         if let Some(exponents) = self.steady.exponents(system, orbit, extrema) {
-            let mut list = steady::multipliers(&exponents, self.end() / orbit.omega);
+            let mut list = steady::multipliers(&exponents, end / orbit.omega);
             if spectrum == Spectrum::Leading {
                 list.truncate(leading::wanted(&list));
             }
             return (list, Some(exponents));
         }
         let list = match spectrum {
-            Spectrum::All => multipliers(&self.transition(system, orbit, extrema)),
-            Spectrum::Leading => self.leading(system, orbit, extrema),
+            Spectrum::All => multipliers(&self.transition(system, (orbit, extrema), end)),
+            Spectrum::Leading => Floquet::leading(system, (orbit, extrema), end),
         };
         (list, None)
     }
 
     /// The same of a system with memory, and how many more are 1 by construction.
     pub fn with_memory(
-        &self,
         system: &System,
         orbit: &FourierOrbit,
         extrema: &[Vec<(f64, f64)>],
+        parts: usize,
     ) -> (Vec<Complex<f64>>, usize) {
-        match memory::transition(system, orbit, extrema, self.end()) {
+        match memory::transition(system, orbit, extrema, TAU / parts as f64) {
             Some(phi) => multipliers_and_neutral(&phi, 2 * system.dof()),
             None => (Vec::new(), 0),
         }
     }
 
-    /// State-transition matrix over one response period, or a part of it, in (q, v), 2n x 2n; the system is at the frequency of the orbit.
+    /// State-transition matrix over one response period, in (q, v), 2n x 2n; the system is at the frequency of the orbit.
     ///
     /// ```text
     /// dPhi/dT = A Phi,    A = [[0, I], [-kappa diag(df/dq) W, -Gam - kappa diag(df/dv) W]]
@@ -124,20 +113,21 @@ impl Floquet {
     ///
     /// Rook & Singh (1995), eqs. (17), (18), in d/dT instead of d/dtau.
     pub fn monodromy(&mut self, system: &System, orbit: &FourierOrbit) -> DMatrix<f64> {
-        self.transition(system, orbit, &orbit.extrema(system))
+        self.transition(system, (orbit, &orbit.extrema(system)), TAU)
     }
 
+    /// The same up to a phase.
     fn transition(
         &mut self,
         system: &System,
-        orbit: &FourierOrbit,
-        extrema: &[Vec<(f64, f64)>],
+        (orbit, extrema): (&FourierOrbit, &[Vec<(f64, f64)>]),
+        to: f64,
     ) -> DMatrix<f64> {
         let size = 2 * system.dof();
         if jumps::refuse_hidden(system).is_err() {
             return DMatrix::from_element(size, size, f64::NAN);
         }
-        let stretches = Stretches::new(system, orbit, extrema, self.end());
+        let stretches = Stretches::new(system, orbit, extrema, to);
         let exponential = match &mut self.exponential {
             Some(exponential) if exponential.size() == size => exponential,
             other => other.insert(Exponential::new(size)),

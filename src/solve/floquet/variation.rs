@@ -59,10 +59,7 @@ impl Stretches {
         extrema: &[Vec<(f64, f64)>],
         to: f64,
     ) -> Stretches {
-        let (mut cuts, mut passages) = cuts(system, orbit, extrema);
-        cuts.push(to);
-        cuts.retain(|tau| *tau <= to);
-        cuts.sort_by(f64::total_cmp);
+        let (cuts, mut passages) = cuts(system, orbit, extrema, to);
         let is_constant = system.mounts().iter().all(is_piecewise_constant);
         let panel = TAU / (PANELS_PER_HARMONIC * orbit.harmonics().max(8)) as f64;
         let mut list = Vec::with_capacity(cuts.len());
@@ -84,13 +81,14 @@ impl Stretches {
     }
 }
 
-/// 0 and every instant where A(tau) is not smooth; and the jumps among them.
+/// 0, every instant where A(tau) is not smooth, the end; and the jumps of the period.
 fn cuts(
     system: &System,
     orbit: &FourierOrbit,
     extrema: &[Vec<(f64, f64)>],
+    to: f64,
 ) -> (Vec<f64>, Vec<Passage>) {
-    let (mut list, mut passages) = (vec![0.0], Vec::new());
+    let (mut list, mut passages) = (vec![0.0, to], Vec::new());
     for (k, mount) in system.mounts().iter().enumerate() {
         if !extrema[k].is_empty() {
             let deformation = orbit.deformation(system, k);
@@ -127,6 +125,8 @@ fn cuts(
             list.extend(copies);
         }
     }
+    list.retain(|tau| *tau <= to);
+    list.sort_by(f64::total_cmp);
     passages.retain(|p| p.jump != 0.0);
     (list, passages)
 }

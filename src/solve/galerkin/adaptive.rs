@@ -87,8 +87,6 @@ pub struct Adaptive<'a, F: Family> {
     /// Most doublings of the samples so far.
     finest: u32,
     problem: Galerkin<F>,
-    /// Equal parts of the period to which the problem is restricted.
-    parts: usize,
     judge: Accuracy<F>,
     judged: Option<Judged>,
 }
@@ -118,7 +116,6 @@ impl<'a, F: Family> Adaptive<'a, F> {
         Ok(Adaptive {
             problem: (sizes.problem)(sizes.of(size))?,
             judge: sizes.judge(size, subharmonic, newton)?,
-            parts: 1,
             sizes,
             resolution,
             newton,
@@ -249,7 +246,7 @@ impl<F: Family> PeriodicResidual for Adaptive<'_, F> {
     }
 
     fn restrict(&mut self, parts: usize) -> usize {
-        (self.parts, self.judged) = (parts, None);
+        self.judged = None;
         self.judge.restrict(parts);
         self.problem.restrict(parts)
     }
@@ -259,10 +256,11 @@ impl<F: Family> PeriodicResidual for Adaptive<'_, F> {
     }
 
     fn resize(&mut self, size: Size) -> Result<(), SolveError> {
-        self.problem = (self.sizes.problem)(self.sizes.of(size))?;
+        let problem = (self.sizes.problem)(self.sizes.of(size))?;
+        let parts = std::mem::replace(&mut self.problem, problem).restrict(1);
         self.judge = self.sizes.judge(size, self.subharmonic, self.newton)?;
-        self.restrict(self.parts);
-        (self.size, self.judged) = (size, None);
+        self.restrict(parts);
+        self.size = size;
         self.finest = self.finest.max(size.doublings);
         Ok(())
     }

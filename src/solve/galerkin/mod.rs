@@ -207,6 +207,32 @@ impl<F: Family> Galerkin<F> {
         Ok(())
     }
 
+    /// R and its derivatives, none of its harmonics held.
+    fn of_all_harmonics(
+        &mut self,
+        u: &DVector<f64>,
+        lambda: f64,
+        out: &mut Linearisation,
+    ) -> Result<(), SolveError> {
+        self.evaluate(u, lambda, out)?;
+        if self.family.is_frequency() {
+            let revolutions = self.family.at(lambda)?.revolutions();
+            if revolutions > 1 {
+                out.dr_dlambda /= revolutions as f64;
+            }
+            return Ok(());
+        }
+        if !out.has_parameter {
+            return Ok(());
+        }
+        // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
+        let mut shifted =
+            std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));
+        let outcome = self.difference(u, lambda, &mut shifted, out);
+        self.shifted = shifted;
+        outcome
+    }
+
     /// dR/dlambda as a difference quotient.
     fn difference(
         &mut self,
@@ -240,26 +266,9 @@ impl<F: Family> Residual for Galerkin<F> {
         lambda: f64,
         out: &mut Linearisation,
     ) -> Result<(), SolveError> {
-        self.evaluate(u, lambda, out)?;
-        if self.family.is_frequency() {
-            let revolutions = self.family.at(lambda)?.revolutions();
-            if revolutions > 1 {
-                out.dr_dlambda /= revolutions as f64;
-            }
-            parts::hold(self.parts, self.coefficients, u, out);
-            return Ok(());
-        }
-        if !out.has_parameter {
-            parts::hold(self.parts, self.coefficients, u, out);
-            return Ok(());
-        }
-        // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
-        let mut shifted =
-            std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));
-        let outcome = self.difference(u, lambda, &mut shifted, out);
-        self.shifted = shifted;
+        self.of_all_harmonics(u, lambda, out)?;
         parts::hold(self.parts, self.coefficients, u, out);
-        outcome
+        Ok(())
     }
 }
 
@@ -286,7 +295,6 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
     }
 
     fn restrict(&mut self, parts: usize) -> usize {
-        self.floquet.restrict(parts);
         std::mem::replace(&mut self.parts, parts)
     }
 
@@ -316,13 +324,13 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
         let (multipliers, exponents, neutral) = match extent {
             Extent::Motion => (Vec::new(), None, 0),
             Extent::Stability if system.memory_count() > 0 => {
-                let (list, neutral) = self.floquet.with_memory(system, &orbit, &extrema);
+                let (list, neutral) = Floquet::with_memory(system, &orbit, &extrema, self.parts);
                 (list, None, neutral)
             }
             Extent::Stability => {
-                let floquet = &mut self.floquet;
-                let (list, exponents) = floquet.multipliers_and_exponents(system, &orbit, &extrema);
-                (list, exponents, 0)
+                let along = (&orbit, extrema.as_slice());
+                let known = self.floquet.of_part(system, along, self.parts);
+                (known.0, known.1, 0)
             }
         };
         uninterrupted()?;

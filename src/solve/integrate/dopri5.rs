@@ -426,12 +426,6 @@ fn transmission_error(system: &System, k: usize, taus: [f64; 2], h: f64, c: &mut
     };
     let moments = taus.map(|tau| system.moment(tau));
     let [begin, end] = moments.map(|at| -error.value(at.phase));
-    let slopes = moments.map(|at| {
-        let slope = error.derivative(at.phase);
-        [
-            -at.frequency * slope,
-            -at.frequency.powi(2) * error.second_derivative(at.phase) - at.change * slope,
-        ]
-    });
+    let slopes = moments.map(|at| [-at.frequency * error.derivative(at.phase), -at.bend(error)]);
     hermite(c, begin, end - begin, slopes, h);
 }

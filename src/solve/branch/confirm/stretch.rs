@@ -154,7 +154,10 @@ impl<F: Family> Confirmer<'_, F> {
             return false;
         };
         let orbit = station.orbit().filter(|p| p.is_decided());
-        station.is_same && !station.is_nearest_own && orbit.is_some() && !self.is_steep(k)
+        station.is_same
+            && !station.is_nearest_own
+            && orbit.is_some()
+            && !self.is_steep(&self.direction(k))
     }
 
     /// The flow's branch from one point of the series to another; `None` where it does not lead there.

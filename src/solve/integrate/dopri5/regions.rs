@@ -80,9 +80,7 @@ impl Instant<'_> {
         let row = system.element_map_row(connection).iter();
         let mut bend: f64 = row.map(|(i, w)| w * self.acceleration[*i]).sum();
         if let Some(error) = &system.mounts()[connection].transmission_error {
-            let moment = system.moment(tau);
-            bend -= moment.frequency.powi(2) * error.second_derivative(moment.phase)
-                + moment.change * error.derivative(moment.phase);
+            bend -= system.moment(tau).bend(error);
         }
         bend
     }
