@@ -19,10 +19,18 @@ pub struct Lu {
     odd_permutation: bool,
 }
 
+/// A matrix of zeros in memory that the system hands out as zeros already: of a large one no page is touched before it is used, so
+/// that an interruption is heard in between.
+pub fn zeros(rows: usize, columns: usize) -> DMatrix<f64> {
+    DMatrix::from_vec(rows, columns, vec![0.0; rows * columns])
+}
+
 /// Rows from which a factorisation takes seconds: it goes panel by panel.
 const LONG: usize = 1500;
 /// Columns of a panel.
 const PANEL: usize = 96;
+/// Columns that a panel is taken out of at a time: a fraction of a second at the largest sizes.
+const SLAB: usize = 1024;
 
 impl Lu {
     /// Buffers for n x n matrices and one right-hand side.
@@ -35,7 +43,7 @@ impl Lu {
         let factor = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default());
         let solve = solve::solve_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
         Lu {
-            factors: DMatrix::zeros(n, n),
+            factors: zeros(n, n),
             forward: vec![0; n],
             inverse: vec![0; n],
             memory: MemBuffer::new(factor.or(solve)),
@@ -43,9 +51,17 @@ impl Lu {
         }
     }
 
-    /// Factorises with partial pivoting; false when a pivot vanishes or is not finite.
+    /// Factorises with partial pivoting; false when a pivot vanishes or is not finite, or when an interrupt is requested.
     pub fn factorise(&mut self, matrix: &DMatrix<f64>) -> bool {
-        self.factors.copy_from(matrix);
+        // The first use of large buffers takes seconds by itself.
+        let stretch = SLAB * self.rows().max(1);
+        let (to, from) = (self.factors.as_mut_slice(), matrix.as_slice());
+        for (to, from) in to.chunks_mut(stretch).zip(from.chunks(stretch)) {
+            if from.len() == stretch && interrupt::is_requested() {
+                return false;
+            }
+            to.copy_from_slice(from);
+        }
         self.factorise_stored()
     }
 
@@ -109,7 +125,9 @@ impl Lu {
             }
             let moved: Vec<usize> = order.iter().map(|i| self.forward[begin + i]).collect();
             self.forward[begin..].copy_from_slice(&moved);
-            self.eliminate(begin, end);
+            if !self.eliminate(begin, end) {
+                return false;
+            }
         }
         for (to, from) in self.forward.iter().enumerate() {
             self.inverse[*from] = to;
@@ -117,19 +135,25 @@ impl Lu {
         self.is_regular()
     }
 
-    /// Takes the columns of a factorised panel out of those to the right of it.
-    fn eliminate(&mut self, begin: usize, end: usize) {
+    /// Takes the columns of a factorised panel out of those to the right of it; false when an interrupt is requested.
+    fn eliminate(&mut self, begin: usize, end: usize) -> bool {
         let n = self.rows();
         let whole = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
-        let (left, right) = whole.split_at_col_mut(end);
+        let (left, mut right) = whole.split_at_col_mut(end);
         let (_, panel) = left.rb().split_at_col(begin);
         let (pivot, below) = panel.split_at_row(begin).1.split_at_row(end - begin);
-        let (mut upper, lower) = right
-            .split_at_row_mut(begin)
-            .1
-            .split_at_row_mut(end - begin);
-        solve_unit_lower_triangular_in_place(pivot, upper.rb_mut(), Par::Seq);
-        matmul(lower, Accum::Add, below, upper.rb(), -1.0, Par::Seq);
+        for first in (end..n).step_by(SLAB) {
+            if interrupt::is_requested() {
+                return false;
+            }
+            let columns = SLAB.min(n - first);
+            let slab = right.rb_mut().subcols_mut(first - end, columns);
+            let (mut upper, lower) =
+                { slab.split_at_row_mut(begin).1 }.split_at_row_mut(end - begin);
+            solve_unit_lower_triangular_in_place(pivot, upper.rb_mut(), Par::Seq);
+            matmul(lower, Accum::Add, below, upper.rb(), -1.0, Par::Seq);
+        }
+        true
     }
 
     /// Sign of the determinant of the factorised matrix.

@@ -1,5 +1,6 @@
 //! Jacobian matrices: dense, or the blocks of coordinates that share equations.
 
+use super::dense::zeros;
 use super::pattern::Pattern;
 use nalgebra::{DMatrix, DVector};
 use std::ops::{Index, IndexMut};
@@ -110,7 +111,7 @@ impl Jacobian {
     /// Zero matrix of this shape.
     pub fn new(structure: &Structure) -> Jacobian {
         match structure {
-            Structure::Dense(dim) => Jacobian::Dense(DMatrix::zeros(*dim, *dim)),
+            Structure::Dense(dim) => Jacobian::Dense(zeros(*dim, *dim)),
             Structure::Block(pattern) => Jacobian::Block(Blocks::new(pattern, false)),
             Structure::BorderedBlock(pattern) => Jacobian::Block(Blocks::new(pattern, true)),
         }

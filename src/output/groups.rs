@@ -2,12 +2,15 @@
 
 use kuva::render::render::{Scene, TextAnchor};
 
-use super::draw::{TextStyle, marker, put_text};
+use super::beside::Taken;
+use super::draw::{TextStyle, marker, put_text, stroke};
 use super::legend::kind_text;
+use super::look::FAINT;
 use super::panel::Frame;
 use super::series::{Drawing, Series};
 use super::shown::Shown;
 use super::svg::Sheet;
+use super::text::text_width;
 use crate::report::Values;
 
 /// Events nearer than this in the first panel, in pixels, are one group.
@@ -112,6 +115,13 @@ impl Group {
         self.branches.push(branch);
     }
 
+    /// Place of the first event that the panel shows.
+    fn spot(&self, frame: &Frame, panel: &Shown<'_>, series: &Series<'_>) -> Option<(f64, f64)> {
+        let rows = self.rows.iter().filter(|row| **row < series.x.len());
+        rows.map(|row| frame.at(panel, series.x[*row], series.y[*row]))
+            .find(|at| at.0.is_finite() && at.1.is_finite() && frame.holds(*at))
+    }
+
     /// Kind whose marker represents the group.
     fn shape(&self) -> &str {
         match self.kinds.iter().all(|k| *k == self.kinds[0]) {
@@ -135,40 +145,32 @@ pub(super) fn draw(
     let Some((series, _)) = panel.list.iter().find_map(events) else {
         return;
     };
-    let mut taken: Vec<(f64, f64)> = Vec::new();
-    for (number, group) in groups.iter().enumerate() {
-        let places = group.rows.iter().filter(|row| **row < series.x.len());
-        let mut places = places
-            .map(|row| frame.at(panel, series.x[*row], series.y[*row]))
-            .filter(|at| at.0.is_finite() && at.1.is_finite() && frame.holds(*at));
-        let Some(at) = places.next() else {
+    let spots: Vec<(usize, (f64, f64))> = (groups.iter().enumerate())
+        .filter_map(|(number, group)| Some((number, group.spot(frame, panel, series)?)))
+        .collect();
+    for (number, at) in &spots {
+        marker(scene, *at, groups[*number].shape());
+    }
+    let mut taken = Taken::by_markers(spots.iter().map(|(_, at)| *at));
+    let size = sheet.tick - 2;
+    let font = f64::from(size);
+    for (number, at) in spots.into_iter().filter(|(number, _)| *number < MOST) {
+        let text = (number + 1).to_string();
+        let half = (0.5 * text_width(&text, font), 0.4 * font);
+        let Some(place) = taken.beside(at, half, frame) else {
             continue;
         };
-        marker(scene, at, group.shape());
-        let size = sheet.tick - 2;
-        // Above the marker, or below it if another number is there.
-        let above = (at.0, at.1 - 6.5);
-        let is_taken = |p: (f64, f64)| {
-            taken
-                .iter()
-                .any(|t| (t.0 - p.0).abs() < 12.0 && (t.1 - p.1).abs() < 9.0)
-        };
-        let below = (at.0, at.1 + 6.0 + f64::from(size));
-        let place = if is_taken(above) || above.1 < frame.top + 8.0 {
-            below
-        } else {
-            above
-        };
-        if !is_taken(place) && number < MOST {
-            let text = (number + 1).to_string();
-            put_text(
-                scene,
-                place,
-                &text,
-                TextStyle::level(size, TextAnchor::Middle),
-            );
-            taken.push(place);
+        let (x, y) = place.middle;
+        if place.is_far {
+            // To the edge of the text: as far as its half width or half height allows.
+            let way = (at.0 - x, at.1 - y);
+            let share = (half.0 / way.0.abs()).min(half.1 / way.1.abs());
+            let (a, b) = (x + share * way.0, y + share * way.1);
+            let d = format!("M{:.2} {:.2}L{a:.2} {b:.2}", at.0, at.1);
+            stroke(scene, d, FAINT, 0.7, None);
         }
+        let style = TextStyle::level(size, TextAnchor::Middle);
+        put_text(scene, (x, y + 0.36 * font), &text, style);
     }
 }
 

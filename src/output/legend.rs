@@ -7,7 +7,7 @@ use super::groups::{self, Group, SEVERAL};
 use super::look::{self, FAINT, NEUTRAL, Rank, tint};
 use super::series::{Drawing, Series, State};
 use super::shown::Shown;
-use super::svg::Sheet;
+use super::svg::{Room, Sheet};
 use super::text::{cut, text_width};
 use crate::report::readable;
 
@@ -123,29 +123,27 @@ fn push(list: &mut Vec<Entry>, sample: Sample, color: &'static str, text: &str) 
     }
 }
 
-/// Draws the legend and moves `top` below it.
+/// Draws the legend and moves the top of the room below it.
 pub(super) fn draw(
     scene: &mut Scene,
     sheet: &Sheet,
     panels: &[Shown<'_>],
     groups: &[Group],
-    left: f64,
-    top: &mut f64,
+    room: &mut Room,
 ) {
     let mut entries = entries(panels, groups);
     let font = f64::from(sheet.tick);
     let row = 1.55 * font;
-    let width = sheet.width - left - 10.0;
     let mut widest = 0.0_f64;
     for entry in &mut entries {
-        entry.text = cut(&entry.text, font, width - SAMPLE_WIDTH);
+        entry.text = cut(&entry.text, font, room.width - SAMPLE_WIDTH);
         widest = widest.max(text_width(&entry.text, font));
     }
     let columns =
-        ((width / (widest + SAMPLE_WIDTH + 14.0)) as usize).clamp(1, entries.len().max(1));
+        ((room.width / (widest + SAMPLE_WIDTH + 14.0)) as usize).clamp(1, entries.len().max(1));
     for (index, entry) in entries.iter().enumerate() {
-        let x = left + (index % columns) as f64 * width / columns as f64;
-        let y = *top + (index / columns) as f64 * row + 5.0;
+        let x = room.left + (index % columns) as f64 * room.width / columns as f64;
+        let y = room.top + (index / columns) as f64 * row + 5.0;
         sample(scene, entry, (x, y));
         let at = (x + SAMPLE_WIDTH, y + 0.36 * font);
         put_text(
@@ -155,7 +153,7 @@ pub(super) fn draw(
             TextStyle::level(sheet.tick, TextAnchor::Start),
         );
     }
-    *top += entries.len().div_ceil(columns) as f64 * row + 3.0;
+    room.top += entries.len().div_ceil(columns) as f64 * row + 3.0;
 }
 
 fn sample(scene: &mut Scene, entry: &Entry, (x, y): (f64, f64)) {

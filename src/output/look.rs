@@ -3,10 +3,11 @@
 use super::series::State;
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white; then others, so that
-/// bodies, modes and orders beside many connections have colours of their own.
-pub(super) const PALETTE: [&str; 12] = [
+/// bodies, modes and orders beside many connections have colours of their own; then the same, darker and lighter.
+pub(super) const PALETTE: [&str; 24] = [
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7B4F9D", "#8C6D31",
-    "#5F6A72", "#A6192E", "#5C8A00", "#1F2A6B",
+    "#5F6A72", "#A6192E", "#5C8A00", "#1F2A6B", "#004F7A", "#F7BC8C", "#00543E", "#7A3F60",
+    "#8F6200", "#A9DAF5", "#A98BE0", "#4A3813", "#C9CFD4", "#FF8A80", "#A8CC5C", "#6478DC",
 ];
 
 /// Colour of what belongs to no curve: events, the meaning of dashes.
@@ -118,6 +119,17 @@ mod tests {
         };
         let list: Vec<f64> = (0..=20).map(|k| lightness(f64::from(k) / 20.0)).collect();
         assert!(list.windows(2).all(|w| w[1] > w[0]), "{list:?}");
+    }
+
+    #[test]
+    fn no_two_colours_of_the_palette_are_close() {
+        for (k, a) in PALETTE.iter().enumerate() {
+            for b in &PALETTE[..k] {
+                let (a, b) = (channels(a), channels(b));
+                let apart = (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+                assert!(apart > 45.0, "{a:?} {b:?}: {apart}");
+            }
+        }
     }
 
     #[test]

@@ -23,6 +23,7 @@ pub mod svg;
 pub mod arrange;
 #[cfg(feature = "figures")]
 mod axis;
+mod beside;
 #[cfg(feature = "figures")]
 mod draw;
 #[cfg(feature = "figures")]

@@ -14,7 +14,7 @@ use super::series::{Drawing, Series, State};
 use super::shown::Shown;
 use super::sparse;
 use super::svg::{LINE_HEIGHT, Sheet};
-use super::text::{cut_front, text_width, wrapped};
+use super::text::{cut, cut_front, text_width, wrapped};
 
 /// Pixels between the marks on a curve.
 const BETWEEN_MARKS: f64 = 42.0;
@@ -76,12 +76,13 @@ pub(super) fn draw_panel(
         height: frame.height,
         id,
     });
-    // The backbone and halos lie behind the curves.
-    for is_behind in [true, false] {
-        let list = panel.list.iter().filter(|s| is_back(s) == is_behind);
-        list.for_each(|series| draw_series(scene, frame, panel, series));
+    // The backbone and halos lie behind the curves, dots on top; those on the frame are whole.
+    let layer = |wanted: usize| panel.list.iter().filter(move |s| layer(s) == wanted);
+    for series in layer(0).chain(layer(1)) {
+        draw_series(scene, frame, panel, series);
     }
     scene.add(Primitive::ClipEnd);
+    layer(2).for_each(|series| draw_series(scene, frame, panel, series));
     if panel.list.iter().all(|s| s.points().next().is_none()) {
         let at = (
             frame.left + frame.width / 2.0,
@@ -100,8 +101,14 @@ pub(super) fn draw_panel(
     }
 }
 
-fn is_back(series: &Series<'_>) -> bool {
-    matches!(series.drawing, Drawing::Crosses | Drawing::Cells(_)) || is_halo(series)
+/// From the back to the front.
+fn layer(series: &Series<'_>) -> usize {
+    match series.drawing {
+        Drawing::Crosses | Drawing::Cells(_) => 0,
+        _ if is_halo(series) => 0,
+        Drawing::Dots => 2,
+        _ => 1,
+    }
 }
 
 /// The second of two curves of dots lies as a broad ring behind the first: both are seen where they agree.
@@ -211,11 +218,15 @@ fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_
             0 => (frame.left, frame.top - 5.0),
             _ => (frame.left + 4.5 * tick_font, frame.top - 5.0),
         };
+        // Bold letters are wider by a tenth.
+        let room = frame.left + frame.width - at.0 + 8.0;
+        let share = (room / (1.1 * text_width(&panel.panel.heading, font))).clamp(0.6, 1.0);
         let style = TextStyle {
             bold: true,
-            ..TextStyle::level(sheet.label, TextAnchor::Start)
+            ..TextStyle::level((font * share) as u32, TextAnchor::Start)
         };
-        put_text(scene, at, &panel.panel.heading, style);
+        let heading = cut(&panel.panel.heading, 1.1 * font * share, room);
+        put_text(scene, at, &heading, style);
     }
     let lines = wrapped(&panel.y_label, font, frame.height + 20.0);
     let ticks = panel.y.ticks.iter().map(|t| text_width(&t.text, tick_font));

@@ -43,6 +43,11 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
+    /// Height of ticks and label of an abscissa.
+    fn texts(&self) -> f64 {
+        f64::from(self.tick) * 1.6 + f64::from(self.label) * 1.9
+    }
+
     fn new(size: FigureSize, panels: usize) -> Sheet {
         let width = |millimetres: f64| (millimetres * MILLIMETRE).round();
         match size {
@@ -123,17 +128,65 @@ fn scene(figure: &Figure, report: &Report) -> Result<Scene, Error> {
     let sheet = Sheet::new(report.plot.size.unwrap_or_default(), panels.len());
     let mut scene = empty(sheet.width, sheet.width);
     let top = title(&mut scene, &sheet, &figure.title);
-    let (frames, mut top) = frames(&sheet, &panels, top);
+    let (frames, bottom) = frames(&sheet, &panels, top);
     let groups = groups::of(&panels, &frames);
     for (index, (panel, frame)) in panels.iter().zip(&frames).enumerate() {
         draw_panel(&mut scene, &sheet, frame, panel, index);
         groups::draw(&mut scene, &sheet, frame, panel, &groups);
     }
-    let left = frames.first().map_or(GAP, |f| f.left);
-    legend::draw(&mut scene, &sheet, &panels, &groups, left, &mut top);
-    list_events(&mut scene, &sheet, &groups, left, &mut top);
-    scene.height = top.round();
+    let write = |scene: &mut Scene, mut room: Room| {
+        legend::draw(scene, &sheet, &panels, &groups, &mut room);
+        list_events(scene, &sheet, &groups, &mut room);
+        room.top
+    };
+    let free =
+        Room::free(&sheet, &frames).filter(|room| write(&mut empty(1.0, 1.0), *room) <= bottom);
+    let end = write(
+        &mut scene,
+        free.unwrap_or(Room::below(&sheet, &frames, bottom)),
+    );
+    scene.height = end.max(bottom).round();
     Ok(scene)
+}
+
+/// Where legend and list of events go: `top` moves down with each.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Room {
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+}
+
+impl Room {
+    fn below(sheet: &Sheet, frames: &[Frame], bottom: f64) -> Room {
+        let left = frames.first().map_or(GAP, |f| f.left);
+        let width = sheet.width - left - GAP;
+        Room {
+            left,
+            top: bottom,
+            width,
+        }
+    }
+
+    /// What a last row that is not full leaves free.
+    fn free(sheet: &Sheet, frames: &[Frame]) -> Option<Room> {
+        let columns = sheet.columns.min(frames.len()).max(1);
+        // The panel above the first free place has its ticks below it.
+        let above = match frames.len() % columns {
+            0 => return None,
+            _ => frames.get(frames.len() - columns)?,
+        };
+        let texts = if above.has_x_texts {
+            sheet.texts()
+        } else {
+            0.0
+        };
+        Some(Room {
+            left: above.left,
+            top: frames.last()?.top + texts,
+            width: sheet.width - above.left - GAP,
+        })
+    }
 }
 
 fn title(scene: &mut Scene, sheet: &Sheet, text: &str) -> f64 {
@@ -163,7 +216,6 @@ fn frames(sheet: &Sheet, panels: &[Shown<'_>], mut top: f64) -> (Vec<Frame>, f64
     let columns = sheet.columns.min(panels.len()).max(1);
     let cell = (sheet.width - GAP) / columns as f64;
     let is_shared = is_shared(panels);
-    let texts = f64::from(sheet.tick) * 1.6 + f64::from(sheet.label) * 1.9;
     let names = panels.iter().map(|p| match p.panel.y_range {
         None if p.y.ticks.len() > 12 => p.y.ticks.len() as f64 * f64::from(sheet.tick) * 1.5,
         _ => 0.0,
@@ -179,10 +231,8 @@ fn frames(sheet: &Sheet, panels: &[Shown<'_>], mut top: f64) -> (Vec<Frame>, f64
         } else {
             GAP
         };
-        let mut is_written = false;
         for column in 0..list.len() {
             let is_lowest = (row + 1) * columns + column >= panels.len();
-            is_written |= is_lowest || !is_shared;
             frames.push(Frame {
                 left: column as f64 * cell + left,
                 top,
@@ -191,7 +241,13 @@ fn frames(sheet: &Sheet, panels: &[Shown<'_>], mut top: f64) -> (Vec<Frame>, f64
                 has_x_texts: is_lowest || !is_shared,
             });
         }
-        top += height + if is_written { texts + GAP } else { CLOSE };
+        // Ticks of a shared abscissa stand below the lowest panels, where no other one follows.
+        let is_last = (row + 1) * columns >= panels.len();
+        top += height
+            + match is_last || !is_shared {
+                true => sheet.texts() + GAP,
+                false => CLOSE,
+            };
     }
     (frames, top)
 }
@@ -210,7 +266,7 @@ fn left_margin(sheet: &Sheet, panels: &[Shown<'_>]) -> f64 {
 }
 
 /// What the numbers at the events mean, in columns.
-fn list_events(scene: &mut Scene, sheet: &Sheet, groups: &[Group], left: f64, top: &mut f64) {
+fn list_events(scene: &mut Scene, sheet: &Sheet, groups: &[Group], room: &mut Room) {
     let lines = groups::lines(groups);
     if lines.is_empty() {
         return;
@@ -222,14 +278,13 @@ fn list_events(scene: &mut Scene, sheet: &Sheet, groups: &[Group], left: f64, to
         .map(|line| text_width(line, font))
         .fold(0.0, f64::max)
         + 14.0;
-    let width = sheet.width - left - GAP;
-    let columns = ((width / widest) as usize).clamp(1, lines.len());
+    let columns = ((room.width / widest) as usize).clamp(1, lines.len());
     let rows = lines.len().div_ceil(columns);
-    *top += 4.0;
+    room.top += 4.0;
     for (k, line) in lines.iter().enumerate() {
         // Column by column, so that the numbers run down.
-        let x = left + (k / rows) as f64 * width / columns as f64;
-        let y = *top + (k % rows + 1) as f64 * font * LINE_HEIGHT;
+        let x = room.left + (k / rows) as f64 * room.width / columns as f64;
+        let y = room.top + (k % rows + 1) as f64 * font * LINE_HEIGHT;
         put_text(
             scene,
             (x, y),
@@ -237,5 +292,5 @@ fn list_events(scene: &mut Scene, sheet: &Sheet, groups: &[Group], left: f64, to
             TextStyle::level(size, TextAnchor::Start),
         );
     }
-    *top += rows as f64 * font * LINE_HEIGHT + GAP;
+    room.top += rows as f64 * font * LINE_HEIGHT + GAP;
 }

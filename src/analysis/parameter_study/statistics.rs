@@ -92,13 +92,19 @@ pub(super) fn histograms(quantities: &[&Column]) -> Table {
         let (Some(low), Some(high)) = (list.first().copied(), list.last().copied()) else {
             continue;
         };
-        let bars = bars(&list);
-        let width = match high > low {
-            true => (high - low) / bars as f64,
+        let are_counts = list.iter().all(|x| x.fract() == 0.0);
+        let (low, width, bars) = match (are_counts, high > low) {
+            // A bar for every whole number.
+            (true, _) if high - low < MOST_BARS as f64 => {
+                (low - 0.5, 1.0, (high - low) as usize + 1)
+            }
+            (_, true) => (low, (high - low) / bars(&list) as f64, bars(&list)),
             // All values are equal.
-            false => 0.1 * low.abs().max(f64::MIN_POSITIVE),
+            (_, false) => {
+                let width = 0.1 * low.abs().max(f64::MIN_POSITIVE);
+                (low - 0.5 * width, width, 1)
+            }
         };
-        let low = if high > low { low } else { low - 0.5 * width };
         let mut own = vec![0_i64; bars];
         for x in &list {
             own[(((x - low) / width) as usize).min(bars - 1)] += 1;
@@ -268,7 +274,18 @@ mod tests {
         };
         assert_eq!(counts.iter().sum::<i64>(), 1000);
         assert!(counts.len() <= MOST_BARS && counts.iter().all(|c| *c > 0));
-        let flat = float("q", "", vec![2.0; 9]);
-        assert_eq!(histograms(&[&flat]).rows(), 1);
+        for value in [2.0, 2.5] {
+            let flat = float("q", "", vec![value; 9]);
+            assert_eq!(histograms(&[&flat]).rows(), 1);
+        }
+        let impacts = float("q", "", vec![3.0, 3.0, 5.0, 3.0]);
+        let table = histograms(&[&impacts]);
+        let column = |k: usize| match &table.columns[k].values {
+            Values::Float(list) => list.clone(),
+            Values::Integer(list) => list.iter().map(|k| *k as f64).collect(),
+            Values::Text(_) => panic!(),
+        };
+        assert_eq!(column(1), [3.0, 4.0, 5.0]);
+        assert_eq!(column(3), [3.0, 0.0, 1.0]);
     }
 }

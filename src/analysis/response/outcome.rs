@@ -2,6 +2,7 @@
 
 use super::guarded::Guarded;
 use super::report::{self, Delivered, Ending};
+use super::swept::Swept;
 use super::trace::Work;
 use super::{Method, bandwidth};
 use crate::solve::branch::{self, Branch};
@@ -12,6 +13,8 @@ use crate::solve::residual::PeriodicResidual;
 
 /// Distance in which the end of a model explains the end of a branch.
 const BORDER: f64 = 1e-4;
+/// Changes of stability that are told one by one.
+const FEW: usize = 3;
 
 impl Work<'_> {
     /// Why a branch ended.
@@ -90,18 +93,11 @@ impl Work<'_> {
         }
         list.extend(bandwidth::complaint(swept, delivered));
         let lost = |e: &&BifurcationEvent| e.verdict == Verdict::NotTried && !e.is_located();
-        for event in delivered.events.iter().filter(lost) {
+        let (unresolved, unlocated): (Vec<_>, Vec<_>) =
+            { delivered.events.iter().filter(lost) }.partition(|e| e.kind == EventKind::Unresolved);
+        list.extend(not_resolved(swept, &unresolved));
+        for event in unlocated {
             let (low, high) = event.bracket;
-            if event.kind == EventKind::Unresolved {
-                let (before, behind) = event.unstable.unwrap_or_default();
-                list.push(format!(
-                    "unresolved: the number of unstable multipliers goes from {before} to {behind} between {} and {}, and no \
-                     bifurcation found there explains it; reduce `max_step`, or use more harmonics or the method `shooting`",
-                    swept.place(low),
-                    swept.place(high),
-                ));
-                continue;
-            }
             list.push(format!(
                 "a {} between {} and {} could not be located",
                 event.kind.word(),
@@ -122,4 +118,32 @@ impl Work<'_> {
             }
         }
     }
+}
+
+/// Changes of stability without an event that explains them: each in a sentence of its own, or all in one where they are many.
+fn not_resolved(swept: &Swept<'_>, events: &[&BifurcationEvent]) -> Vec<String> {
+    let advice = "reduce `max_step`, or use more harmonics or the method `shooting`";
+    if events.len() > FEW {
+        let ends = events.iter().flat_map(|e| [e.bracket.0, e.bracket.1]);
+        let low = ends.clone().fold(f64::INFINITY, f64::min);
+        let high = ends.fold(f64::NEG_INFINITY, f64::max);
+        return vec![format!(
+            "unresolved: at {} places between {} and {} the number of unstable multipliers changes, and no bifurcation found there \
+             explains it (events of kind unresolved); {advice}",
+            events.len(),
+            swept.place(low),
+            swept.place(high),
+        )];
+    }
+    let one = |event: &&BifurcationEvent| {
+        let (before, behind) = event.unstable.unwrap_or_default();
+        let (low, high) = event.bracket;
+        format!(
+            "unresolved: the number of unstable multipliers goes from {before} to {behind} between {} and {}, and no bifurcation \
+             found there explains it; {advice}",
+            swept.place(low),
+            swept.place(high),
+        )
+    };
+    events.iter().map(one).collect()
 }
