@@ -146,12 +146,7 @@ fn distribution(quantities: &[&Column]) -> NamedFigure {
         panels.push(Panel {
             x_label: labelled(quantity),
             y_label: "share of runs".into(),
-            heading: format!(
-                "5 %: {}, 50 %: {}, 95 %: {}",
-                percentile(0.05),
-                percentile(0.5),
-                percentile(0.95)
-            ),
+            heading: percentiles([0.05, 0.5, 0.95].map(percentile)),
             x_range: (room > 0.0).then_some((low - room, high + room)),
             y_range: Some((0.0, 1.02)),
             curves: vec![curve("cumulative", "value", "share", CurveStyle::Line, own)],
@@ -202,6 +197,19 @@ fn labelled(column: &Column) -> String {
     Words::of(&column.name).axis(&column.unit)
 }
 
+/// Three percentiles in a heading; a unit that all of them have is written once.
+fn percentiles(texts: [String; 3]) -> String {
+    let units = texts
+        .each_ref()
+        .map(|text| text.split_once(' ').map_or("", |(_, unit)| unit));
+    let is_shared = units.iter().all(|unit| *unit == units[2]);
+    let bare = |k: usize| match is_shared && k < 2 {
+        true => texts[k].split(' ').next().unwrap_or_default(),
+        false => texts[k].as_str(),
+    };
+    format!("5, 50, 95 %: {}, {}, {}", bare(0), bare(1), bare(2))
+}
+
 /// Three significant digits with the unit, in the multiple of it that suits: `34.1 µm`.
 fn short(x: f64, unit: &str) -> String {
     const PREFIXES: [(&str, f64); 7] = [
@@ -229,7 +237,7 @@ fn short(x: f64, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::short;
+    use super::{percentiles, short};
 
     #[test]
     fn percentiles_have_units_that_suit() {
@@ -238,5 +246,8 @@ mod tests {
         assert_eq!(short(0.0, "m"), "0 m");
         assert_eq!(short(2.0, ""), "2");
         assert_eq!(short(3.0e4, "rad/s"), "30000 rad/s");
+        let of = |list: [f64; 3]| percentiles(list.map(|x| short(x, "N")));
+        assert_eq!(of([2e3, 3e3, 4e3]), "5, 50, 95 %: 2, 3, 4 kN");
+        assert_eq!(of([20.0, 3e3, 4e3]), "5, 50, 95 %: 20 N, 3 kN, 4 kN");
     }
 }
