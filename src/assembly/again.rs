@@ -14,7 +14,11 @@ use nalgebra::DMatrix;
 ///
 /// # Errors
 /// As [`assemble`].
-pub fn renumber(model: &Model, known: &Assembly, reach: Reach) -> Result<System, Vec<Diagnostic>> {
+pub(crate) fn renumber(
+    model: &Model,
+    known: &Assembly,
+    reach: Reach,
+) -> Result<System, Vec<Diagnostic>> {
     let system = &known.system;
     if system.still().is_some() {
         return Ok(assemble(model)?.system);
@@ -45,7 +49,7 @@ pub fn renumber(model: &Model, known: &Assembly, reach: Reach) -> Result<System,
 ///
 /// # Errors
 /// As [`assemble`].
-pub fn reassemble(model: &Model, known: &Assembly) -> Result<Assembly, Vec<Diagnostic>> {
+pub(crate) fn reassemble(model: &Model, known: &Assembly) -> Result<Assembly, Vec<Diagnostic>> {
     let (Structure::Train(train), Some(coupling)) = (&model.structure, &known.coupling) else {
         return assemble(model);
     };

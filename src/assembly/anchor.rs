@@ -18,7 +18,7 @@ const NOTICEABLE: f64 = 1e-5;
 
 /// Data of (6a) besides the motion, in SI units, stored per body: the rows of a train have two or three entries.
 #[derive(Debug, Clone)]
-pub struct Anchor {
+pub(crate) struct Anchor {
     /// Names of the bodies, n_b.
     pub bodies: Vec<String>,
     inertia: DVector<f64>,
@@ -40,7 +40,7 @@ pub struct Anchor {
 
 /// Forces on a body, in SI units.
 #[derive(Debug, Clone, Copy)]
-pub enum Action<'a> {
+pub(crate) enum Action<'a> {
     /// Its load [N m or N].
     Load(&'a Torque),
     /// The rate of a relative coordinate [m/s or rad/s].
@@ -165,7 +165,7 @@ impl Assembly {
     }
 
     /// The same from responses at hand in `scratch`.
-    pub fn body_accelerations_under(
+    pub(crate) fn body_accelerations_under(
         &self,
         system: &System,
         tau: f64,
@@ -195,18 +195,18 @@ impl Assembly {
     }
 
     /// SI rate of a relative coordinate of rate 1, d/d(omega_c t).
-    pub fn rate_scale(&self, coordinate: usize) -> f64 {
+    pub(crate) fn rate_scale(&self, coordinate: usize) -> f64 {
         let measured = self.coupling.as_ref().map(|c| c.coordinates[coordinate]);
         measured.map_or(1.0, |k| self.scales.displacement[k]) * self.scales.frequency
     }
 
     /// SI force of a connection of force 1.
-    pub fn force_scale(&self, connection: usize) -> f64 {
+    pub(crate) fn force_scale(&self, connection: usize) -> f64 {
         self.scales.stiffness[connection] * self.scales.displacement[connection]
     }
 
     /// Excitation frequency of a system [rad/s].
-    pub fn si_frequency(&self, system: &System) -> f64 {
+    pub(crate) fn si_frequency(&self, system: &System) -> f64 {
         self.scales.frequency * system.excitation_frequency()
     }
 }

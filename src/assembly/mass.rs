@@ -49,7 +49,7 @@ impl<'a> Mass<'a> {
     }
 
     /// B L^-T, from B, e x n_b.
-    pub fn over_root(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(crate) fn over_root(&self, b: &DMatrix<f64>) -> DMatrix<f64> {
         let mut quotient = b.clone();
         for (mut column, m) in quotient.column_iter_mut().zip(self.divisor.iter()) {
             column /= m.sqrt();
@@ -62,7 +62,7 @@ impl<'a> Mass<'a> {
     }
 
     /// L^-T V, from V, n_b x k.
-    pub fn shapes_of(&self, v: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(crate) fn shapes_of(&self, v: &DMatrix<f64>) -> DMatrix<f64> {
         let mut shapes = v.clone();
         for (mut row, m) in shapes.row_iter_mut().zip(self.divisor.iter()) {
             row /= m.sqrt();
@@ -75,7 +75,7 @@ impl<'a> Mass<'a> {
     }
 
     /// Bodies whose forces accelerate each body, with m times the entry of M^-1: itself with 1, or the coordinates of its part.
-    pub fn partners(&self) -> Vec<Vec<(usize, f64)>> {
+    pub(crate) fn partners(&self) -> Vec<Vec<(usize, f64)>> {
         let mut list: Vec<Vec<(usize, f64)>> =
             (0..self.diagonal.len()).map(|k| vec![(k, 1.0)]).collect();
         for (part, factors) in &self.parts {

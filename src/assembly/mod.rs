@@ -26,11 +26,13 @@ mod slips;
 mod summary;
 mod torque;
 
-pub use again::{reassemble, renumber};
-pub use anchor::{Action, Anchor};
+pub(crate) use again::{reassemble, renumber};
+pub(crate) use anchor::{Action, Anchor};
 pub use coupling::couple;
-pub use damping::{body_damping, refuse_damped_rigid_body};
-pub use modes::{ElasticModes, elastic_modes};
+pub use damping::body_damping;
+pub use damping::refuse_damped_rigid_body;
+pub use modes::ElasticModes;
+pub use modes::elastic_modes;
 pub use summary::summary;
 pub use torque::Torque;
 
@@ -82,7 +84,7 @@ pub struct Assembly {
     /// The coupling; `None` for reduced systems.
     pub coupling: Option<Coupling>,
     /// Conversion to absolute accelerations; `None` for reduced systems.
-    pub anchor: Option<Anchor>,
+    pub(crate) anchor: Option<Anchor>,
     /// Natural frequencies in full contact over omega_c, ascending, elastic modes only: eigenvalues of (kappa W)^(1/2).
     pub natural_frequencies: DVector<f64>,
     /// Warnings.

@@ -28,7 +28,7 @@ const NOISE: f64 = 1e3;
 
 /// `peak_acceleration.<body>..`, then `rattle_index.<body>..` of the loose bodies.
 #[derive(Debug)]
-pub struct PeakAccelerations {
+pub(crate) struct PeakAccelerations {
     accelerometer: Accelerometer,
     loose: Vec<LooseBody>,
 }

@@ -6,7 +6,7 @@ use crate::postprocess::contacts::effective_mass;
 
 /// `contact_ratio.c, contact_loss.c, ..`: the columns of the table `rattle`, connection by connection.
 #[derive(Debug)]
-pub struct ContactMetrics;
+pub(crate) struct ContactMetrics;
 
 impl Measure for ContactMetrics {
     fn headings(&self, units: &Units<'_>) -> Vec<Heading> {

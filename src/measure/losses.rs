@@ -4,7 +4,7 @@ use super::{Heading, Measure, Solved, Units};
 
 /// `energy_lost.c`: energy dissipated per excitation period, for connections with memory.
 #[derive(Debug)]
-pub struct Losses {
+pub(crate) struct Losses {
     /// The connections.
     pub connections: Vec<usize>,
 }

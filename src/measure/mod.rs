@@ -10,14 +10,14 @@ mod orders;
 mod transmission;
 mod units;
 
-pub use accelerations::PeakAccelerations;
+pub(crate) use accelerations::PeakAccelerations;
 pub use connections::Connections;
-pub use contacts::ContactMetrics;
+pub(crate) use contacts::ContactMetrics;
 pub use frequencies::EffectiveFrequencies;
-pub use losses::Losses;
-pub use multipliers::EstimatedMultipliers;
+pub(crate) use losses::Losses;
+pub(crate) use multipliers::EstimatedMultipliers;
 pub use orders::Orders;
-pub use transmission::TransmissionErrors;
+pub(crate) use transmission::TransmissionErrors;
 pub use units::{Heading, Numbers, Units};
 
 use crate::assembly::Assembly;
@@ -52,7 +52,7 @@ pub trait Measure {
 }
 
 /// The measures of one table.
-pub struct Sheet {
+pub(crate) struct Sheet {
     measures: Vec<Box<dyn Measure>>,
 }
 
@@ -63,7 +63,7 @@ impl Sheet {
     }
 
     /// Columns of all measures.
-    pub fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+    pub(crate) fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
         let lists = self.measures.iter().map(|m| m.headings(units));
         lists.flatten().collect()
     }

@@ -5,7 +5,7 @@ use crate::postprocess::floquet_estimate::averaged_multipliers;
 
 /// `re.1, im.1, ..`, by falling modulus.
 #[derive(Debug)]
-pub struct EstimatedMultipliers {
+pub(crate) struct EstimatedMultipliers {
     /// n, coordinates.
     pub dof: usize,
 }

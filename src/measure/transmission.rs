@@ -10,7 +10,7 @@ const SAMPLES_PER_COEFFICIENT: usize = 8;
 /// `dte_rms.c, dte_peak_to_peak.c`: r.m.s. without mean and range of the deformation plus the static transmission error, the
 /// relative motion W q of the bodies.
 #[derive(Debug)]
-pub struct TransmissionErrors {
+pub(crate) struct TransmissionErrors {
     /// Buffers, made where they are wanted first.
     meter: Option<Meter>,
     samples: usize,

@@ -53,7 +53,7 @@ impl Heading {
     }
 
     /// The same quantity under a longer name.
-    pub fn prefixed(self, prefix: &str) -> Heading {
+    pub(crate) fn prefixed(self, prefix: &str) -> Heading {
         Heading {
             name: format!("{prefix}{}", self.name),
             ..self

@@ -5,7 +5,11 @@
 /// `cost(i, j)`: finite; `rows` <= `columns`. Shortest augmenting paths with potentials, O(rows^2 columns).
 ///
 /// Jonker & Volgenant (1987).
-pub fn assign(rows: usize, columns: usize, cost: impl Fn(usize, usize) -> f64) -> Vec<usize> {
+pub(crate) fn assign(
+    rows: usize,
+    columns: usize,
+    cost: impl Fn(usize, usize) -> f64,
+) -> Vec<usize> {
     debug_assert!(rows <= columns);
     // Column 0 is a dummy from which every augmenting path starts; rows and columns count from 1.
     let mut row_potential = vec![0.0; rows + 1];

@@ -7,7 +7,7 @@
 use super::roots::newton_from;
 
 /// Coefficients that the tables serve: degree + 1.
-pub const SIZE: usize = 32;
+pub(crate) const SIZE: usize = 32;
 
 /// Halves of [0, 1] below this width are not divided: what happens there is a touch within rounding.
 const NARROWEST: f64 = 1e-15;
@@ -76,7 +76,7 @@ impl Direction {
 ///
 /// The polynomial is taken to start on the near side: a start on the level, or beyond it by rounding, does not fire. A touch
 /// that goes less than `tolerance` beyond the level is not a passage. The abscissa is that of the level itself.
-pub fn first_passage<const N: usize>(
+pub(crate) fn first_passage<const N: usize>(
     coefficients: &[f64; N],
     level: f64,
     direction: Direction,
@@ -102,7 +102,7 @@ pub fn first_passage<const N: usize>(
 
 /// Every x in (0, 1) where a polynomial changes its sign, ascending. Two changes within rounding of each other count as a
 /// touch; a root at 0 does not count.
-pub fn sign_changes<const N: usize>(coefficients: &[f64; N]) -> Vec<f64> {
+pub(crate) fn sign_changes<const N: usize>(coefficients: &[f64; N]) -> Vec<f64> {
     let mut brackets = Vec::new();
     let mut search = Search {
         sign: 0.0,
@@ -124,7 +124,7 @@ pub fn sign_changes<const N: usize>(coefficients: &[f64; N]) -> Vec<f64> {
 
 /// Lowest and highest value that a polynomial can have on [0, 1]: the hull of the Bernstein coefficients of its head, widened by
 /// the sum of the remaining coefficients.
-pub fn hull<const N: usize>(coefficients: &[f64; N]) -> (f64, f64) {
+pub(crate) fn hull<const N: usize>(coefficients: &[f64; N]) -> (f64, f64) {
     let mut head = [0.0; HEAD];
     let (kept, rest) = coefficients.split_at(N.min(HEAD));
     head[..kept.len()].copy_from_slice(kept);
@@ -156,7 +156,7 @@ pub fn evaluate(coefficients: &[f64], x: f64) -> (f64, f64) {
 
 /// [`evaluate`] for several polynomials at once, each at its own x: `coefficients[k][l]` belongs to x^k in the one with number l.
 #[inline(always)]
-pub fn evaluate_each<const N: usize, const L: usize>(
+pub(crate) fn evaluate_each<const N: usize, const L: usize>(
     coefficients: &[[f64; L]; N],
     x: &[f64; L],
 ) -> ([f64; L], [f64; L]) {

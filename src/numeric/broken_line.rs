@@ -8,7 +8,7 @@ pub struct BrokenLine {
 
 /// A straight piece: value at a place, and slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Straight {
+pub(crate) struct Straight {
     /// Value.
     pub value: f64,
     /// Slope.
@@ -63,7 +63,7 @@ impl BrokenLine {
     }
 
     /// The straight piece that holds `inside`, extended to x.
-    pub fn on(&self, x: f64, inside: f64) -> Straight {
+    pub(crate) fn on(&self, x: f64, inside: f64) -> Straight {
         let k = self.rank(inside);
         let level = |value| Straight { value, slope: 0.0 };
         match (k.checked_sub(1).map(|k| self.points[k]), self.points.get(k)) {
@@ -97,7 +97,7 @@ impl BrokenLine {
     }
 
     /// Offers every value.
-    pub fn visit_values(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+    pub(crate) fn visit_values(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         for (_, value) in &mut self.points {
             visit(std::slice::from_mut(value));
         }

@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 
 /// A straight piece between two corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece {
+pub(crate) struct Piece {
     /// Phase at its begin, in [0, 2 pi).
     pub begin: f64,
     /// Length.
@@ -36,7 +36,7 @@ impl Periodic {
     }
 
     /// The straight pieces of tables and steps by ascending phase; empty for a Fourier series.
-    pub fn pieces(&self) -> Vec<Piece> {
+    pub(crate) fn pieces(&self) -> Vec<Piece> {
         let corners = self.kinks();
         let ends = corners.iter().skip(1).copied();
         let ends = ends.chain(corners.first().map(|phase| phase + TAU));
@@ -93,7 +93,7 @@ impl Periodic {
     }
 
     /// The antiderivative of what varies, with mean 0, made of these harmonics.
-    pub fn antiderivative(&self, orders: RangeInclusive<usize>) -> Periodic {
+    pub(crate) fn antiderivative(&self, orders: RangeInclusive<usize>) -> Periodic {
         let mut harmonics = self.harmonics(orders);
         for h in &mut harmonics {
             let order = h.order as f64;
@@ -104,7 +104,7 @@ impl Periodic {
     }
 
     /// The same of the derivative with respect to the phase.
-    pub fn derivative_coefficients(&self, nu: usize, out: &mut [f64]) {
+    pub(crate) fn derivative_coefficients(&self, nu: usize, out: &mut [f64]) {
         self.coefficients(nu, out);
         out[0] = 0.0;
         for (k, pair) in out[1..].chunks_exact_mut(2).enumerate() {
@@ -115,7 +115,7 @@ impl Periodic {
 
     /// Mean squares of what the orders above `order` add to the function and to its derivative with respect to the phase,
     /// steps left out of the derivative.
-    pub fn squares_above(&self, order: usize) -> [f64; 2] {
+    pub(crate) fn squares_above(&self, order: usize) -> [f64; 2] {
         if let Periodic::Fourier { harmonics, .. } = self {
             return squares_of_harmonics(harmonics, order);
         }
@@ -144,7 +144,7 @@ impl Periodic {
     }
 
     /// The same of the derivative with respect to the phase, which steps where a table has corners.
-    pub fn derivative_weights(&self, nu: usize, count: usize) -> Vec<f64> {
+    pub(crate) fn derivative_weights(&self, nu: usize, count: usize) -> Vec<f64> {
         match self {
             Periodic::Table { .. } | Periodic::Uneven { .. } => {
                 averages(&self.pieces(), (nu, count), |p| p.slope)

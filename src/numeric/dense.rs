@@ -11,7 +11,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
 
 /// LU factors of a square matrix, with the work space to make and to use them.
-pub struct Lu {
+pub(crate) struct Lu {
     factors: DMatrix<f64>,
     forward: Vec<usize>,
     inverse: Vec<usize>,
@@ -39,7 +39,7 @@ impl Lu {
     }
 
     /// Buffers for n x n matrices and a number of simultaneous right-hand sides.
-    pub fn with_columns(n: usize, columns: usize) -> Lu {
+    pub(crate) fn with_columns(n: usize, columns: usize) -> Lu {
         let factor = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default());
         let solve = solve::solve_in_place_scratch::<usize, f64>(n, columns, Par::Seq);
         Lu {
@@ -66,7 +66,7 @@ impl Lu {
     }
 
     /// The matrix that [`Lu::factorise_stored`] will factorise, to be filled in place.
-    pub fn matrix_mut(&mut self) -> &mut DMatrix<f64> {
+    pub(crate) fn matrix_mut(&mut self) -> &mut DMatrix<f64> {
         &mut self.factors
     }
 
@@ -76,7 +76,7 @@ impl Lu {
     }
 
     /// Factorises the content of [`Lu::matrix_mut`]; false when a pivot vanishes or is not finite, or when an interrupt is requested.
-    pub fn factorise_stored(&mut self) -> bool {
+    pub(crate) fn factorise_stored(&mut self) -> bool {
         let n = self.factors.nrows();
         if n >= LONG {
             return self.factorise_by_panels(PANEL);
@@ -167,7 +167,7 @@ impl Lu {
     }
 
     /// Smallest pivot in modulus: a cheap sign of a singular matrix.
-    pub fn smallest_pivot(&self) -> f64 {
+    pub(crate) fn smallest_pivot(&self) -> f64 {
         self.factors
             .diagonal()
             .iter()
@@ -180,7 +180,7 @@ impl Lu {
     }
 
     /// Overwrites right-hand sides, column by column, with their solutions.
-    pub fn solve_columns(&mut self, rhs: &mut [f64], columns: usize) {
+    pub(crate) fn solve_columns(&mut self, rhs: &mut [f64], columns: usize) {
         let n = self.factors.nrows();
         let factors = MatRef::from_column_major_slice(self.factors.as_slice(), n, n);
         let permutation = PermRef::new_checked(&self.forward, &self.inverse, n);
@@ -191,7 +191,7 @@ impl Lu {
 }
 
 /// C <- C - A B for square matrices of `size` rows, column by column.
-pub fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], size: usize) {
+pub(crate) fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], size: usize) {
     let c = MatMut::from_column_major_slice_mut(c, size, size);
     let a = MatRef::from_column_major_slice(a, size, size);
     let b = MatRef::from_column_major_slice(b, size, size);

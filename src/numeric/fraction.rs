@@ -19,7 +19,7 @@ pub fn whole(value: i64) -> Fraction {
 }
 
 /// Divisors of a number, falling.
-pub fn divisors(of: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn divisors(of: usize) -> impl Iterator<Item = usize> {
     (1..=of)
         .rev()
         .filter(move |divisor| of.is_multiple_of(*divisor))
@@ -81,13 +81,13 @@ fn decimal(text: &str) -> Option<Fraction> {
 }
 
 /// The nearest floating-point number; infinite beyond its range.
-pub fn to_f64(fraction: &Fraction) -> f64 {
+pub(crate) fn to_f64(fraction: &Fraction) -> f64 {
     let infinite = f64::INFINITY.copysign(if fraction.is_negative() { -1.0 } else { 1.0 });
     fraction.to_f64().unwrap_or(infinite)
 }
 
 /// Least common multiple of the denominators; `None` above `most`.
-pub fn common_denominator<'f>(
+pub(crate) fn common_denominator<'f>(
     fractions: impl IntoIterator<Item = &'f Fraction>,
     most: usize,
 ) -> Option<usize> {
@@ -99,7 +99,7 @@ pub fn common_denominator<'f>(
 }
 
 /// Greatest common divisor.
-pub fn gcd(a: usize, b: usize) -> usize {
+pub(crate) fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 

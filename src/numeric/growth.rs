@@ -56,7 +56,7 @@ impl Growth {
     }
 
     /// Whether it has no series where the speed passes 0.
-    pub fn needs_speed(&self) -> bool {
+    pub(crate) fn needs_speed(&self) -> bool {
         matches!(self, Growth::Power { power, .. } if *power < 0.0 || power.fract() != 0.0)
     }
 
@@ -81,7 +81,7 @@ impl Growth {
     /// ```text
     /// y = w^p:   (k + 1) w y_(k+1) = (p - k) change y_k
     /// ```
-    pub fn expand(&self, (speed, change): (f64, f64), inside: f64, out: &mut Polynomial) {
+    pub(crate) fn expand(&self, (speed, change): (f64, f64), inside: f64, out: &mut Polynomial) {
         *out = [0.0; COUNT];
         let sign = if inside < 0.0 { -1.0 } else { 1.0 };
         let (speed, change) = (sign * speed, sign * change);

@@ -81,7 +81,7 @@ pub struct Blocks {
 
 /// Last row and last column of a bordered matrix.
 #[derive(Debug, Clone)]
-pub struct Border {
+pub(crate) struct Border {
     pub(super) column: DVector<f64>,
     pub(super) row: DVector<f64>,
     pub(super) corner: f64,
@@ -162,7 +162,7 @@ impl Jacobian {
     ///
     /// # Panics
     /// A block outside the pattern: the pattern was made for another system.
-    pub fn block_mut(&mut self, size: usize, (i, j): (usize, usize)) -> BlockMut<'_> {
+    pub(crate) fn block_mut(&mut self, size: usize, (i, j): (usize, usize)) -> BlockMut<'_> {
         let (values, begin, stride) = match self {
             Jacobian::Dense(matrix) => {
                 let rows = matrix.nrows();
@@ -265,7 +265,7 @@ impl Jacobian {
 
 /// One block of a Jacobian.
 #[derive(Debug)]
-pub struct BlockMut<'a> {
+pub(crate) struct BlockMut<'a> {
     values: &'a mut [f64],
     size: usize,
     stride: usize,

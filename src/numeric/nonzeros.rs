@@ -5,19 +5,19 @@ use std::cmp::Ordering;
 
 /// Nonzero entries of the lines (rows or columns) of a matrix.
 #[derive(Debug, Clone, Default)]
-pub struct Nonzeros {
+pub(crate) struct Nonzeros {
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
 }
 
 impl Nonzeros {
     /// Row by row: column and value.
-    pub fn of_rows(matrix: &DMatrix<f64>) -> Nonzeros {
+    pub(crate) fn of_rows(matrix: &DMatrix<f64>) -> Nonzeros {
         Nonzeros::collect(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)])
     }
 
     /// Column by column: row and value.
-    pub fn of_columns(matrix: &DMatrix<f64>) -> Nonzeros {
+    pub(crate) fn of_columns(matrix: &DMatrix<f64>) -> Nonzeros {
         Nonzeros::collect(matrix.ncols(), matrix.nrows(), |j, i| matrix[(i, j)])
     }
 
@@ -38,7 +38,7 @@ impl Nonzeros {
 }
 
 /// Product of two ascending lists of nonzero entries.
-pub fn sparse_dot(mut a: &[(usize, f64)], mut b: &[(usize, f64)]) -> f64 {
+pub(crate) fn sparse_dot(mut a: &[(usize, f64)], mut b: &[(usize, f64)]) -> f64 {
     let mut sum = 0.0;
     while let (Some((i, x)), Some((j, y))) = (a.first(), b.first()) {
         match i.cmp(j) {

@@ -27,7 +27,7 @@ static SHARE: [[f64; HEAD]; HEAD] = {
 
 /// Bernstein coefficients of the first terms of L polynomials, and bounds on the other terms.
 #[derive(Debug, Clone, Copy)]
-pub struct Outline<const L: usize> {
+pub(crate) struct Outline<const L: usize> {
     head: [[f64; L]; HEAD],
     /// Values at 1.
     end: [f64; L],
@@ -37,7 +37,7 @@ pub struct Outline<const L: usize> {
 
 /// A level, the way in which it is passed, and how far beyond it a polynomial has to go.
 #[derive(Debug, Clone, Copy)]
-pub struct Gate {
+pub(crate) struct Gate {
     /// The level.
     pub level: f64,
     /// Way.
@@ -49,7 +49,7 @@ pub struct Gate {
 impl Gate {
     /// Whether values up to an extreme one leave it alone; an infinite level is far.
     #[inline(always)]
-    pub fn is_out_of_reach(&self, extreme: f64) -> bool {
+    pub(crate) fn is_out_of_reach(&self, extreme: f64) -> bool {
         self.direction.sign() * (extreme - self.level) < self.tolerance
     }
 }
@@ -87,7 +87,7 @@ impl<const L: usize> Outline<L> {
 
     /// Lowest and highest values that the polynomials can have.
     #[inline(always)]
-    pub fn hull(&self) -> ([f64; L], [f64; L]) {
+    pub(crate) fn hull(&self) -> ([f64; L], [f64; L]) {
         let (mut low, mut high) = (self.head[0], self.head[0]);
         for b in &self.head[1..] {
             for l in 0..L {
@@ -160,7 +160,7 @@ impl<const L: usize> Outline<L> {
 
 /// What an outline says about a passage.
 #[derive(Debug, Clone, Copy)]
-pub enum Look {
+pub(crate) enum Look {
     /// There is none.
     Never,
     /// There is exactly one.

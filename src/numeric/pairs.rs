@@ -50,7 +50,7 @@ impl Pairs {
     }
 
     /// Becomes its inverse; the sign of the determinant, 0 when there is no inverse.
-    pub fn invert(&mut self) -> i8 {
+    pub(crate) fn invert(&mut self) -> i8 {
         let size = self.0.len();
         let mut sign = 1;
         for r in 0..size {
@@ -89,7 +89,7 @@ impl Pairs {
     }
 
     /// y <- y - A x.
-    pub fn subtract_from(&self, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn subtract_from(&self, x: &[f64], y: &mut [f64]) {
         y[0] -= self.0[0][0] * x[0];
         let columns = x[1..].chunks(2).zip(self.0[1..].chunks(2));
         for (y, (x, a)) in y[1..].chunks_mut(2).zip(columns) {
@@ -105,7 +105,7 @@ impl Pairs {
     }
 
     /// y <- y - A^T x.
-    pub fn transpose_subtract_from(&self, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn transpose_subtract_from(&self, x: &[f64], y: &mut [f64]) {
         let size = self.0.len();
         for (c, y) in y.iter_mut().enumerate() {
             let r = other(c, size);
@@ -117,7 +117,7 @@ impl Pairs {
     }
 
     /// A <- B A.
-    pub fn multiply_from_left(&mut self, b: &Pairs) {
+    pub(crate) fn multiply_from_left(&mut self, b: &Pairs) {
         let size = self.0.len();
         for r in 0..size {
             let s = other(r, size);
@@ -129,7 +129,7 @@ impl Pairs {
     }
 
     /// A <- A - B C.
-    pub fn subtract_product(&mut self, b: &Pairs, c: &Pairs) {
+    pub(crate) fn subtract_product(&mut self, b: &Pairs, c: &Pairs) {
         let size = self.0.len();
         for (r, row) in self.0.iter_mut().enumerate() {
             let [own, beside] = product_row(b, c, r, other(r, size));

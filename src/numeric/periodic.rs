@@ -60,7 +60,7 @@ const TAU: f64 = std::f64::consts::TAU;
 
 impl Periodic {
     /// Greatest common divisor of the orders; 0 where nothing varies.
-    pub fn common_order(&self) -> usize {
+    pub(crate) fn common_order(&self) -> usize {
         match self {
             _ if self.is_constant() => 0,
             Periodic::Fourier { harmonics, .. } => {
@@ -132,7 +132,7 @@ impl Periodic {
     }
 
     /// Second derivative with respect to the phase, between the kinks.
-    pub fn second_derivative(&self, phase: f64) -> f64 {
+    pub(crate) fn second_derivative(&self, phase: f64) -> f64 {
         match self {
             Periodic::Fourier { harmonics, .. } => harmonics.iter().fold(0.0, |sum, h| {
                 let order = h.order as f64;
@@ -294,7 +294,7 @@ impl Periodic {
     }
 
     /// Whether the function changes otherwise than by jumps.
-    pub fn varies_smoothly(&self) -> bool {
+    pub(crate) fn varies_smoothly(&self) -> bool {
         !self.is_constant() && !matches!(self, Periodic::Rectangular { .. })
     }
 
@@ -313,7 +313,7 @@ impl Periodic {
     }
 
     /// Largest value and slope together, roughly.
-    pub fn steepest(&self) -> f64 {
+    pub(crate) fn steepest(&self) -> f64 {
         match self {
             Periodic::Fourier { mean, harmonics } => harmonics.iter().fold(mean.abs(), |sum, h| {
                 sum + h.order as f64 * (h.cos.abs() + h.sin.abs())
@@ -334,7 +334,7 @@ impl Periodic {
     }
 
     /// Whether the function is the same at every phase.
-    pub fn is_constant(&self) -> bool {
+    pub(crate) fn is_constant(&self) -> bool {
         match self {
             Periodic::Fourier { harmonics, .. } => {
                 harmonics.iter().all(|h| h.cos == 0.0 && h.sin == 0.0)

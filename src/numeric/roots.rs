@@ -2,7 +2,7 @@
 
 /// A bracket that holds a sign change, with the best abscissa so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bracketed {
+pub(crate) struct Bracketed {
     /// Best estimate of the root.
     pub root: f64,
     /// Lower end of the bracket.
@@ -18,7 +18,7 @@ pub struct Bracketed {
 ///
 /// # Errors
 /// Whatever `f` returns.
-pub fn bracketed<E>(
+pub(crate) fn bracketed<E>(
     mut f: impl FnMut(f64) -> Result<f64, E>,
     (a, fa): (f64, f64),
     (b, fb): (f64, f64),
@@ -71,7 +71,7 @@ pub fn bracketed<E>(
 ///
 /// # Errors
 /// Whatever `f` returns.
-pub fn near_guess<E>(
+pub(crate) fn near_guess<E>(
     mut f: impl FnMut(f64) -> Result<f64, E>,
     guess: f64,
     slope: f64,
@@ -109,12 +109,16 @@ const GROWTH: f64 = 4.0;
 /// Root of a differentiable function between a and b, f(a) f(b) <= 0: Newton's method kept inside the bracket.
 ///
 /// `f` returns value and derivative.
-pub fn newton_bracketed(f: impl FnMut(f64) -> (f64, f64), (a, fa): (f64, f64), b: f64) -> f64 {
+pub(crate) fn newton_bracketed(
+    f: impl FnMut(f64) -> (f64, f64),
+    (a, fa): (f64, f64),
+    b: f64,
+) -> f64 {
     newton_from(f, 0.5 * (a + b), (a, fa), b)
 }
 
 /// The same from a guess between a and b.
-pub fn newton_from(
+pub(crate) fn newton_from(
     mut f: impl FnMut(f64) -> (f64, f64),
     guess: f64,
     (a, fa): (f64, f64),
@@ -159,7 +163,7 @@ impl Newton {
 
     /// Takes value and derivative at x; whether x is the root now.
     #[inline]
-    pub fn is_over(&mut self, (value, slope): (f64, f64)) -> bool {
+    pub(crate) fn is_over(&mut self, (value, slope): (f64, f64)) -> bool {
         let x = self.x;
         if value == 0.0 {
             return true;
@@ -203,7 +207,7 @@ const MOST_NEWTON: u32 = 100;
 /// log2(2^e (1 + m)) >= e + m,   2^f <= 1 + 0.6568 f + 0.3432 f^2 (1 + 0.003)
 /// ```
 #[inline(always)]
-pub fn root_below(x: f64, share: f64) -> f64 {
+pub(crate) fn root_below(x: f64, share: f64) -> f64 {
     const ONE: u64 = 1.0_f64.to_bits();
     const MANTISSA: u64 = (1 << 52) - 1;
     if x == 0.0 {
@@ -242,7 +246,7 @@ pub fn maximum(mut f: impl FnMut(f64) -> f64, (mut low, mut high): (f64, f64)) -
 /// Largest value of a function near an abscissa at which it is larger than at both ends of the interval around it: Brent's
 /// method, parabolas through the best three values where they help, golden section elsewhere. Ends when these three values
 /// differ by `rounding`, or their abscissae by a 1e-10th of the interval (at a kink). At a smooth top it takes a dozen values.
-pub fn summit(
+pub(crate) fn summit(
     mut f: impl FnMut(f64) -> f64,
     (start, value): (f64, f64),
     ends: (f64, f64),

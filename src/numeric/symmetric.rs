@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Positive d such that diag(d) A diag(d)^-1 is symmetric: (d_j / d_i)^2 = a_ij / a_ji. `None` when there is none.
-pub fn symmetriser(a: &DMatrix<f64>) -> Option<Vec<f64>> {
+pub(crate) fn symmetriser(a: &DMatrix<f64>) -> Option<Vec<f64>> {
     let n = a.nrows();
     let mut scale = vec![0.0; n];
     for start in 0..n {

@@ -12,14 +12,14 @@ use super::bernstein::evaluate;
 /// Coefficients of a series: degree + 1, a multiple of four.
 pub const COUNT: usize = 24;
 /// Taylor coefficients of one quantity.
-pub type Polynomial = [f64; COUNT];
+pub(crate) type Polynomial = [f64; COUNT];
 
 /// A number of a register in a program.
-pub type Register = usize;
+pub(crate) type Register = usize;
 
 /// One operation; its result has the register of its place in the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Op {
+pub(crate) enum Op {
     /// Constant + q x + v y of the two inputs x, y.
     Affine(Affine),
     /// The third input, of degree two: a phase.
@@ -73,7 +73,7 @@ pub enum Op {
 
 /// Functions that come with a partner which is their derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Function {
+pub(crate) enum Function {
     /// Sine, with the cosine.
     Sin,
     /// Cosine, with the sine.
@@ -122,7 +122,7 @@ impl Affine {
     }
 
     /// Whether it depends on nothing.
-    pub fn is_constant(&self) -> bool {
+    pub(crate) fn is_constant(&self) -> bool {
         self.q == 0.0 && self.v == 0.0
     }
 }
@@ -138,7 +138,7 @@ pub enum Output {
 
 /// The inputs of a program.
 #[derive(Debug, Clone, Copy)]
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// First series.
     pub x: &'a Polynomial,
     /// Second series.
@@ -149,14 +149,11 @@ pub struct Inputs<'a> {
     pub memory: &'a Polynomial,
 }
 
-/// The series of an input that is not there.
-pub const NOTHING: Polynomial = [0.0; COUNT];
-
 /// Operations in an order in which they can be evaluated, and which registers they are for.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Program {
     /// The operations.
-    pub ops: Vec<Op>,
+    pub(crate) ops: Vec<Op>,
     /// Result.
     pub outputs: Vec<Output>,
 }
@@ -164,7 +161,7 @@ pub struct Program {
 impl Program {
     /// Writes coefficient k of every register; those below k are there.
     #[inline]
-    pub fn step(&self, k: usize, inputs: &Inputs<'_>, registers: &mut [Polynomial]) {
+    pub(crate) fn step(&self, k: usize, inputs: &Inputs<'_>, registers: &mut [Polynomial]) {
         for (place, op) in self.ops.iter().enumerate() {
             registers[place][k] = coefficient(op, place, k, inputs, registers);
         }
@@ -172,7 +169,7 @@ impl Program {
 
     /// Coefficient k of an output.
     #[inline]
-    pub fn output(
+    pub(crate) fn output(
         &self,
         index: usize,
         k: usize,
@@ -186,12 +183,12 @@ impl Program {
     }
 
     /// Whether a phase enters.
-    pub fn reads_phase(&self) -> bool {
+    pub(crate) fn reads_phase(&self) -> bool {
         self.ops.contains(&Op::Phase)
     }
 
     /// Whether every coefficient is finite along x + x' t, y + y' t, z + z' t and an even phase.
-    pub fn is_analytic_along(&self, [x, y, memory, phase]: [(f64, f64); 4]) -> bool {
+    pub(crate) fn is_analytic_along(&self, [x, y, memory, phase]: [(f64, f64); 4]) -> bool {
         let line = |(value, slope): (f64, f64)| {
             let mut series = [0.0; COUNT];
             (series[0], series[1]) = (value, slope);
@@ -282,7 +279,7 @@ fn coefficient(
 
 /// sum_(j=0..k) a_j b_(k-j)
 #[inline]
-pub fn convolve(a: &Polynomial, b: &Polynomial, k: usize) -> f64 {
+pub(crate) fn convolve(a: &Polynomial, b: &Polynomial, k: usize) -> f64 {
     partial(a, b, 0, k)
 }
 
@@ -354,7 +351,7 @@ mod tests {
             x: &x,
             y: &y,
             phase: [0.5, 0.2, 0.0],
-            memory: &NOTHING,
+            memory: &[0.0; COUNT],
         };
         let mut registers = vec![[0.0; COUNT]; last + 1];
         (0..COUNT).for_each(|k| program.step(k, &inputs, &mut registers));

@@ -22,7 +22,7 @@ pub fn evaluate(coefficients: &[f64], tau: f64) -> [f64; 3] {
 /// First derivative at the abscissae 2 pi j / out.len(), an even number of them; good to a few digits less than [`evaluate`].
 ///
 /// Clenshaw's recurrence for the even and the odd part on half the period, all abscissae side by side.
-pub fn sample_derivative(coefficients: &[f64], out: &mut [f64]) {
+pub(crate) fn sample_derivative(coefficients: &[f64], out: &mut [f64]) {
     let half = out.len() / 2;
     let abscissa = |j: usize| std::f64::consts::PI * j as f64 / half as f64;
     let double_cos: Vec<f64> = (0..=half).map(|j| 2.0 * abscissa(j).cos()).collect();
@@ -50,7 +50,7 @@ pub fn sample_derivative(coefficients: &[f64], out: &mut [f64]) {
 }
 
 /// Coefficients of the derivative: sin parts <- -k cos, cos parts <- k sin. Rook & Singh (1995), D of eq. (10).
-pub fn differentiate(coefficients: &[f64], out: &mut [f64]) {
+pub(crate) fn differentiate(coefficients: &[f64], out: &mut [f64]) {
     out[0] = 0.0;
     let pairs = coefficients[1..]
         .chunks_exact(2)
@@ -67,7 +67,7 @@ pub fn mean_square(coefficients: &[f64]) -> f64 {
 }
 
 /// Mean of the square of the derivative: (1/2) sum k^2 (sin_k^2 + cos_k^2).
-pub fn mean_square_of_derivative(coefficients: &[f64]) -> f64 {
+pub(crate) fn mean_square_of_derivative(coefficients: &[f64]) -> f64 {
     let pairs = coefficients[1..].chunks_exact(2).enumerate();
     0.5 * pairs
         .map(|(k, p)| ((k + 1) as f64).powi(2) * (p[0] * p[0] + p[1] * p[1]))

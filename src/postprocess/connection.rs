@@ -42,7 +42,7 @@ pub struct Measures {
 
 impl Measures {
     /// Multiplies the forces, as another reference stiffness does.
-    pub fn scale_force(&mut self, factor: f64) {
+    pub(crate) fn scale_force(&mut self, factor: f64) {
         for force in [
             &mut self.force_mean,
             &mut self.force_min,
@@ -56,7 +56,7 @@ impl Measures {
 }
 
 /// Whether the law has an open stretch.
-pub fn is_clearance(element: &dyn Element) -> bool {
+pub(crate) fn is_clearance(element: &dyn Element) -> bool {
     element.breakpoints().iter().any(|b| {
         let side = 1e-9 * (1.0 + b.abs());
         element.flank(b - side) == 0 || element.flank(b + side) == 0

@@ -4,7 +4,7 @@ use crate::element::Element;
 
 /// A law between its breakpoints: f = slope x + offset.
 #[derive(Debug, Clone)]
-pub struct AffineLaw {
+pub(crate) struct AffineLaw {
     /// Ascending.
     pub breakpoints: Vec<f64>,
     /// One more than breakpoints.

@@ -5,7 +5,7 @@ use crate::system::Mount;
 
 /// A method that takes forces in closed form between two switches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ClosedForm {
+pub(crate) enum ClosedForm {
     /// The motion, by the exact flow.
     Flow,
     /// The motion, by the series flow. What the law itself needs is seen when it is followed.

@@ -30,7 +30,7 @@ pub trait Family {
 ///
 /// # Errors
 /// The system cannot be made.
-pub fn repetitions(family: &mut impl Family, lambda: f64) -> Result<usize, SolveError> {
+pub(crate) fn repetitions(family: &mut impl Family, lambda: f64) -> Result<usize, SolveError> {
     let mut parts = family.at(lambda)?.repetitions();
     if !family.is_frequency() {
         let (low, high) = family.neighbours(lambda);

@@ -36,7 +36,7 @@ fn nudge(level: f64) -> f64 {
 }
 
 /// Phi <- S Phi; `phi`: its columns one after the other.
-pub fn saltate(system: &System, connection: usize, jump: f64, rate: f64, phi: &mut [f64]) {
+pub(crate) fn saltate(system: &System, connection: usize, jump: f64, rate: f64, phi: &mut [f64]) {
     if jump == 0.0 {
         return;
     }
@@ -56,7 +56,7 @@ pub fn saltate(system: &System, connection: usize, jump: f64, rate: f64, phi: &m
 ///
 /// # Errors
 /// The first connection whose law has hidden jumps ([`crate::element::Element::has_hidden_jumps`]).
-pub fn refuse_hidden(system: &System) -> Result<(), SolveError> {
+pub(crate) fn refuse_hidden(system: &System) -> Result<(), SolveError> {
     let hidden = |mount: &Mount| mount.element.has_hidden_jumps();
     match system.mounts().iter().position(hidden) {
         None => Ok(()),

@@ -229,7 +229,7 @@ impl Newton {
 
     /// Solves with the Jacobian of the last point visited; `rhs` becomes the solution. Returns the sign of the determinant,
     /// 0 when the Jacobian is singular.
-    pub fn solve_linear(&mut self, rhs: &mut DVector<f64>) -> i8 {
+    pub(crate) fn solve_linear(&mut self, rhs: &mut DVector<f64>) -> i8 {
         let jacobian = &self.work.dr_du;
         if !(self.factors.factorise(jacobian) && self.factors.solve(jacobian, rhs)) {
             return 0;

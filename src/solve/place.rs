@@ -80,7 +80,7 @@ impl Place {
     }
 
     /// Distance of the orbit from repeating after half its period, relative to its size; infinite for odd nu.
-    pub fn gap_of_halves(&self) -> f64 {
+    pub(crate) fn gap_of_halves(&self) -> f64 {
         let nu = self.states.len();
         if !nu.is_multiple_of(2) {
             return f64::INFINITY;
@@ -92,7 +92,7 @@ impl Place {
     }
 
     /// The share of the way to another orbit of the same branch at which the halves change places.
-    pub fn exchange_of_halves(&self, other: &Place) -> Option<f64> {
+    pub(crate) fn exchange_of_halves(&self, other: &Place) -> Option<f64> {
         let nu = self.states.len();
         if !nu.is_multiple_of(2) {
             return None;

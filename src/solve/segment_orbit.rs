@@ -17,14 +17,14 @@ pub struct SegmentOrbit {
     /// n, coordinates.
     pub dof: usize,
     /// Stretches in the order of time; they cover [0, 2 pi).
-    pub stretches: Vec<Stretch>,
+    pub(crate) stretches: Vec<Stretch>,
     /// Switches in the order of time.
     pub switches: Vec<Switch>,
 }
 
 /// One stretch: see [`Segment`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stretch {
+pub(crate) struct Stretch {
     /// Phase of the response at its begin.
     pub tau: f64,
     /// Length in tau.
@@ -64,7 +64,7 @@ const CELLS_PER_WAVE: f64 = 8.0;
 
 /// Deformation of one connection on one stretch: W q - e, W q a polynomial in x = (tau - begin) / width.
 #[derive(Debug, Clone)]
-pub struct StretchDeformation<'a> {
+pub(crate) struct StretchDeformation<'a> {
     stretch: &'a Stretch,
     polynomial: Vec<f64>,
     error: Option<&'a Periodic>,
@@ -139,7 +139,7 @@ impl StretchDeformation<'_> {
 
 impl SegmentOrbit {
     /// Deformation of a connection on one stretch.
-    pub fn deformation<'a>(
+    pub(crate) fn deformation<'a>(
         &self,
         system: &'a System,
         connection: usize,
@@ -174,7 +174,7 @@ impl SegmentOrbit {
 
     /// The same for one connection. The slope's sign is read between the roots of each stretch: an extremum on a seam is found,
     /// and found once.
-    pub fn extrema_of(&self, system: &System, connection: usize) -> Vec<(f64, f64)> {
+    pub(crate) fn extrema_of(&self, system: &System, connection: usize) -> Vec<(f64, f64)> {
         let mut runs: Vec<(f64, f64, bool)> = Vec::new();
         for stretch in &self.stretches {
             let deformation = self.deformation(system, connection, stretch);

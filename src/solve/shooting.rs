@@ -190,7 +190,7 @@ impl<F: Family> Shooting<F> {
     }
 
     /// Floquet multipliers by decreasing modulus from the last image.
-    pub fn multipliers_of_image(&self) -> Vec<Complex<f64>> {
+    pub(crate) fn multipliers_of_image(&self) -> Vec<Complex<f64>> {
         floquet::multipliers(&self.phi)
     }
 

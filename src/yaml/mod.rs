@@ -13,7 +13,8 @@ pub mod scalar;
 pub use crate::error::{did_you_mean, nearest};
 pub use edit::{apply_override, unknown_keys};
 pub use load::{Document, load};
-pub use parse::{MAX_DEPTH, MAX_NODES, MAX_TEXT, parse};
+
+pub use parse::{MAX_TEXT, parse};
 
 use crate::error::{Diagnostic, Location};
 use indexmap::IndexMap;
@@ -88,7 +89,7 @@ impl Node {
     }
 
     /// A scalar as if written in quotes, without a place.
-    pub fn quoted(text: impl Into<String>) -> Node {
+    pub(crate) fn quoted(text: impl Into<String>) -> Node {
         Value::Scalar {
             text: text.into(),
             plain: false,
@@ -190,7 +191,7 @@ impl Node {
     ///
     /// # Errors
     /// When it is not a list; `path` is the dotted path of this node.
-    pub fn as_list(&self, path: &str) -> Result<&[Node], Diagnostic> {
+    pub(crate) fn as_list(&self, path: &str) -> Result<&[Node], Diagnostic> {
         match &self.value {
             Value::List(list) => Ok(list),
             _ => Err(self.wanted(path, "a list")),

@@ -18,9 +18,9 @@ use std::sync::Arc;
 /// Largest text that is read, in bytes, with all files it extends.
 pub const MAX_TEXT: usize = 16 << 20;
 /// Deepest nesting of lists and maps.
-pub const MAX_DEPTH: usize = 64;
+pub(crate) const MAX_DEPTH: usize = 64;
 /// Largest number of values, with aliases expanded.
-pub const MAX_NODES: usize = 4_000_000;
+pub(crate) const MAX_NODES: usize = 4_000_000;
 /// Parts of what the parser says, and the next step.
 const SYNTAX: [(&str, &str); 6] = [
     (

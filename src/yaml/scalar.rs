@@ -100,7 +100,7 @@ fn radix(digits: &str, base: u32) -> Option<Number> {
 /// ```text
 /// [-+]? ( \. [0-9]+ | [0-9]+ ( \. [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
 /// ```
-pub fn decimal_length(text: &str) -> Option<usize> {
+pub(crate) fn decimal_length(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let digits = |from: usize| {
         bytes[from..]

@@ -12,7 +12,7 @@ use crate::solve::integrate::IntegrationEnd;
 
 /// Limits of the motion from a start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Patience {
+pub(crate) struct Patience {
     /// Periods before the search for new attractors.
     pub transient: usize,
     /// Periods of a record.
@@ -25,7 +25,7 @@ pub struct Patience {
 
 /// An attractor at which starts end.
 #[derive(Debug, Clone)]
-pub struct Settled {
+pub(crate) struct Settled {
     /// Kind.
     pub label: Label,
     /// Its points in the order of time: all of a periodic orbit, a record of the others.
@@ -40,7 +40,7 @@ pub struct Settled {
 
 /// End of a start.
 #[derive(Debug, Clone)]
-pub enum Fate {
+pub(crate) enum Fate {
     /// At a known attractor.
     Known(usize),
     /// At one that is not among the known ones.
@@ -64,7 +64,7 @@ const APART: f64 = 3.0;
 const SAME: f64 = 1e-6;
 
 /// Follows a start until it ends somewhere, from the state after a number of periods of its transient. `state` ends as the last one.
-pub fn fate(
+pub(crate) fn fate(
     map: &mut dyn Map,
     (state, mut gone): (&mut [f64], usize),
     known: &[Settled],
@@ -97,7 +97,7 @@ pub fn fate(
 }
 
 /// Number of the known attractor in whose trap a state lies.
-pub fn trapped(known: &[Settled], state: &[f64]) -> Option<usize> {
+pub(crate) fn trapped(known: &[Settled], state: &[f64]) -> Option<usize> {
     known.iter().position(|a| a.traps(state))
 }
 
@@ -227,7 +227,7 @@ impl Settled {
     }
 
     /// Whether a state cannot leave it any more.
-    pub fn traps(&self, state: &[f64]) -> bool {
+    pub(crate) fn traps(&self, state: &[f64]) -> bool {
         self.trap.as_ref().is_some_and(|trap| trap.holds(state))
     }
 
@@ -250,7 +250,7 @@ impl Settled {
     }
 
     /// Whether two are one.
-    pub fn is_same(&self, other: &Settled) -> bool {
+    pub(crate) fn is_same(&self, other: &Settled) -> bool {
         match (self.label, other.label) {
             (Label::Period(a), Label::Period(b)) => a == b && self.surrounds(&other.points) == 1.0,
             (Label::Period(_), _) | (_, Label::Period(_)) => false,

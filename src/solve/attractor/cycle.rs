@@ -217,7 +217,11 @@ impl<'a> Search<'a> {
 
     /// The same; where the iteration leads to a saddle, the orbit to which its unstable manifold goes on either side. An attracting
     /// orbit and a saddle are born together: from outside, Newton's iteration meets the saddle first.
-    pub fn attracting_beyond_saddle(&mut self, guess: &[f64], period: usize) -> Option<Cycle> {
+    pub(crate) fn attracting_beyond_saddle(
+        &mut self,
+        guess: &[f64],
+        period: usize,
+    ) -> Option<Cycle> {
         let found = self.solve(guess, period)?;
         let leading = found.multipliers.first()?;
         if leading.norm() < 1.0 {

@@ -92,7 +92,7 @@ impl<'a> Cloud<'a> {
     }
 
     /// Largest distance of points n apart over the last n of them, at least four.
-    pub fn end_recurrence(&self, n: usize) -> f64 {
+    pub(crate) fn end_recurrence(&self, n: usize) -> f64 {
         let pairs = self.count() - n;
         (pairs.saturating_sub(n.max(4))..pairs)
             .map(|k| self.lag(k, n))
@@ -100,7 +100,7 @@ impl<'a> Cloud<'a> {
     }
 
     /// Largest distance of points n apart in each half of the record.
-    pub fn recurrence_halves(&self, n: usize) -> (f64, f64) {
+    pub(crate) fn recurrence_halves(&self, n: usize) -> (f64, f64) {
         let pairs = self.count() - n;
         let worst =
             |range: std::ops::Range<usize>| range.map(|k| self.lag(k, n)).fold(0.0, f64::max);

@@ -44,7 +44,7 @@ const CONTRACTION: f64 = 4.0;
 impl Exponents {
     /// Whether neighbours separate: the largest exponent is more than `SIGMAS` standard errors above 0, has stretched deviations
     /// by more than e^`STRETCH`, and is positive in each third of the record.
-    pub fn is_stretching(&self) -> bool {
+    pub(crate) fn is_stretching(&self) -> bool {
         let largest = self.values[0];
         let is_steady = self.thirds.iter().all(|x| *x > 0.0);
         largest > SIGMAS * self.error && largest * self.span > STRETCH && is_steady
@@ -52,14 +52,14 @@ impl Exponents {
 
     /// Whether neighbours keep their distance on the whole: nothing is stretched by more than e^`STRETCH`, and the largest exponent
     /// is within `SIGMAS` standard errors of 0 or has changed deviations by less than a factor e.
-    pub fn is_neutral(&self) -> bool {
+    pub(crate) fn is_neutral(&self) -> bool {
         let largest = self.values[0];
         let is_small = largest.abs() <= (SIGMAS * self.error).max(1.0 / self.span);
         self.error.is_finite() && is_small && largest * self.span <= STRETCH
     }
 
     /// Whether everything but the direction of the largest exponent contracts, by more than e^`CONTRACTION` over the record.
-    pub fn contracts_across(&self) -> bool {
+    pub(crate) fn contracts_across(&self) -> bool {
         self.values
             .get(1)
             .is_none_or(|second| second * self.span < -CONTRACTION)

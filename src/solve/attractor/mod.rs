@@ -27,9 +27,12 @@ mod trap;
 
 pub use curve::Curve;
 pub use cycle::Cycle;
-pub use map::{Map, Stroboscopic, Tori, tori};
-pub use record::{ALIGNMENT, Lengths, MapRecord, MapSize, Stop, poincare};
-pub use scatter::scatter;
+pub(crate) use map::Stroboscopic;
+pub use map::{Map, Tori, tori};
+pub use record::MapRecord;
+pub(crate) use record::{ALIGNMENT, poincare};
+pub use record::{Lengths, MapSize, Stop};
+pub(crate) use scatter::scatter;
 
 use geometry::Cloud;
 use lyapunov::Exponents;
@@ -156,7 +159,7 @@ pub fn rotation(points: &[f64], size: usize) -> Option<Curve> {
 /// Judges an attractor again with attracting orbits that are known nearby: those of neighbouring values of a parameter, or of other initial
 /// states. Where one of them lies among the points of a record that is not periodic, the motion goes on until it arrives there, or to
 /// the end of the extension: undecided.
-pub fn reconsider(
+pub(crate) fn reconsider(
     (map, state): (&mut dyn Map, &mut [f64]),
     found: &mut Attractor,
     hints: &[Cycle],

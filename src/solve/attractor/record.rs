@@ -65,7 +65,7 @@ impl Lengths {
     }
 
     /// The same of an analysis that gives labels and no exponents.
-    pub fn for_labels(lyapunov: bool) -> Lengths {
+    pub(crate) fn for_labels(lyapunov: bool) -> Lengths {
         match lyapunov {
             true => Lengths::ForLabels,
             false => Lengths::Ignored,
@@ -85,7 +85,7 @@ pub struct MapRecord {
 }
 
 /// Periods, before the record begins, over which the frame of deviations turns into place.
-pub const ALIGNMENT: usize = 50;
+pub(crate) const ALIGNMENT: usize = 50;
 
 /// Periods before the record whose points are kept, to see whether the motion has settled already.
 const KEPT: usize = 128;
@@ -266,7 +266,7 @@ impl<'a> Walk<'a> {
 
 /// States after successive iterates, from `state`, which ends as the last one; `keep_going` is asked before each of them with its
 /// number.
-pub fn poincare(
+pub(crate) fn poincare(
     map: &mut dyn Map,
     state: &mut [f64],
     size: MapSize,

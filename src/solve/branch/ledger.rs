@@ -21,7 +21,7 @@ pub(super) struct Gap {
 
 impl Gap {
     /// The event of a step behind a point.
-    pub fn as_event(&self, after_point: usize) -> BifurcationEvent {
+    pub(crate) fn as_event(&self, after_point: usize) -> BifurcationEvent {
         let (from, to) = self.lambdas;
         BifurcationEvent {
             kind: EventKind::Unresolved,

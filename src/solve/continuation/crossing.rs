@@ -93,7 +93,7 @@ impl Continuation {
     ///
     /// # Errors
     /// Contradictory options, or errors of the problem.
-    pub fn branch_off(
+    pub(crate) fn branch_off(
         problem: &mut dyn Residual,
         crossing: &PathPoint,
         (side, heading): (Side, Heading),
@@ -128,7 +128,7 @@ const QUOTIENT: f64 = 1e-4;
 impl Continuation {
     /// The point with the tangent of the interpolant at its fraction of the last step: at a crossing the corrector's matrix is
     /// singular and its tangent may lie anywhere between the two paths.
-    pub fn with_smooth_tangent(&self, mut point: PathPoint, fraction: f64) -> PathPoint {
+    pub(crate) fn with_smooth_tangent(&self, mut point: PathPoint, fraction: f64) -> PathPoint {
         let (before, lambda_before) = self.interpolate(fraction - QUOTIENT);
         let (behind, lambda_behind) = self.interpolate(fraction + QUOTIENT);
         let (u, lambda) = (behind - before, lambda_behind - lambda_before);

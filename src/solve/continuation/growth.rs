@@ -48,7 +48,7 @@ impl Continuation {
 
     /// Whether the path is vertical at the begin or at the end of the last step: there the sign of the parameter's change
     /// means nothing.
-    pub fn is_vertical(&self) -> [bool; 2] {
+    pub(crate) fn is_vertical(&self) -> [bool; 2] {
         self.vertical
     }
 }

@@ -12,7 +12,7 @@ impl Continuation {
     ///
     /// # Errors
     /// Contradictory options, or errors of the problem.
-    pub fn start_at(
+    pub(crate) fn start_at(
         problem: &mut dyn Residual,
         (u, lambda): (DVector<f64>, f64),
         side: Side,

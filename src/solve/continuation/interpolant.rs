@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 impl Continuation {
     /// Unknowns and parameter at a fraction of the last step, between `origin` (0) and `point` (1).
-    pub fn interpolate(&self, x: f64) -> (DVector<f64>, f64) {
+    pub(crate) fn interpolate(&self, x: f64) -> (DVector<f64>, f64) {
         let (a, b) = (&self.origin, &self.point);
         let chord = &b.u - &a.u;
         let length = self.chord();
@@ -21,7 +21,7 @@ impl Continuation {
     }
 
     /// Derivative of the parameter with respect to the fraction.
-    pub fn lambda_slope(&self, x: f64) -> f64 {
+    pub(crate) fn lambda_slope(&self, x: f64) -> f64 {
         let [c0, c1, c2] = self.lambda_slope_coefficients();
         c0 + x * (c1 + x * c2)
     }

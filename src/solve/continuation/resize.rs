@@ -10,7 +10,10 @@ impl Continuation {
     ///
     /// # Errors
     /// Errors of the problem.
-    pub fn resized(&self, problem: &mut dyn Residual) -> Result<Option<Continuation>, SolveError> {
+    pub(crate) fn resized(
+        &self,
+        problem: &mut dyn Residual,
+    ) -> Result<Option<Continuation>, SolveError> {
         let resized = |point: &PathPoint| PathPoint {
             u: problem.in_present_size(&point.u),
             tangent_u: problem.in_present_size(&point.tangent_u),
@@ -33,7 +36,7 @@ impl Continuation {
     ///
     /// # Errors
     /// Errors of the problem.
-    pub fn halve_step(&mut self, problem: &mut dyn Residual) -> Result<bool, SolveError> {
+    pub(crate) fn halve_step(&mut self, problem: &mut dyn Residual) -> Result<bool, SolveError> {
         match self.at_fraction(problem, 0.5)? {
             Some(point) if point.orientation != 0 => {
                 self.take_back_waymark();
@@ -47,7 +50,7 @@ impl Continuation {
     }
 
     /// Whether the present point is the last one.
-    pub fn has_ended(&self) -> bool {
+    pub(crate) fn has_ended(&self) -> bool {
         self.end.is_some()
     }
 }

@@ -7,7 +7,7 @@ const SHARE: f64 = 0.25;
 
 /// A step that was taken back.
 #[derive(Debug)]
-pub struct Taken {
+pub(crate) struct Taken {
     before: Option<PathPoint>,
     point: PathPoint,
     origin: PathPoint,
@@ -19,7 +19,7 @@ pub struct Taken {
 
 impl Continuation {
     /// Goes back to where the last step began, for a shorter one; `None`, and nothing changes, where that would be too short.
-    pub fn retreat(&mut self) -> Option<Taken> {
+    pub(crate) fn retreat(&mut self) -> Option<Taken> {
         let step = SHARE * self.stride;
         if step < self.options.min_step {
             return None;
@@ -39,7 +39,7 @@ impl Continuation {
     }
 
     /// Takes the step after all.
-    pub fn restore(&mut self, taken: Taken) {
+    pub(crate) fn restore(&mut self, taken: Taken) {
         (self.point, self.origin) = (taken.point, taken.origin);
         self.before = taken.before;
         (self.stride, self.step, self.end) = (taken.stride, taken.step, taken.end);

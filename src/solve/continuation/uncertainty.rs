@@ -12,7 +12,7 @@ impl Continuation {
     ///
     /// # Errors
     /// Errors of the problem.
-    pub fn shift_of_parameter(
+    pub(crate) fn shift_of_parameter(
         &mut self,
         problem: &mut dyn Residual,
         at: &PathPoint,

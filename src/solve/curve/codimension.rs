@@ -10,7 +10,7 @@ use crate::solve::continuation::{Continuation, PathPoint};
 
 /// Kind of a point on a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Codimension {
+pub(crate) enum Codimension {
     /// Two fold curves meet.
     Cusp,
     /// Multipliers +1 and -1.
@@ -78,7 +78,7 @@ impl Codimension {
 
 /// A located point of codimension 2, or a turning point.
 #[derive(Debug, Clone)]
-pub struct CurveEvent {
+pub(crate) struct CurveEvent {
     /// Kind.
     pub kind: Codimension,
     /// The place.

@@ -103,7 +103,7 @@ impl Borders {
     }
 
     /// The same for a pair: with the coordinates of G.
-    pub fn of_pair(phi: &DMatrix<f64>, k: f64) -> Option<Borders> {
+    pub(crate) fn of_pair(phi: &DMatrix<f64>, k: f64) -> Option<Borders> {
         let mut borders = Borders::of(&paired(phi, k), 2, None)?;
         let of_a = borders.left.transpose() * phi * &borders.right;
         let of_one = borders.left.transpose() * &borders.right;
@@ -133,7 +133,7 @@ impl Borders {
     }
 
     /// The single left and right vector.
-    pub fn vectors(&self) -> (DVector<f64>, DVector<f64>) {
+    pub(crate) fn vectors(&self) -> (DVector<f64>, DVector<f64>) {
         (
             self.left.column(0).into_owned(),
             self.right.column(0).into_owned(),

@@ -16,7 +16,7 @@ const STEP: f64 = 4e-6;
 
 /// A place on or near a curve.
 #[derive(Debug, Clone)]
-pub struct Spot {
+pub(crate) struct Spot {
     /// State at phase 0.
     pub u: Vec<f64>,
     /// Shares of the parameters.
@@ -34,7 +34,7 @@ pub(super) enum Passes<'p> {
 }
 
 /// The defining system.
-pub struct Defining<'a> {
+pub(crate) struct Defining<'a> {
     pub(super) shots: Shots<'a>,
     /// Condition along the curve.
     pub kind: CurveKind,
@@ -76,7 +76,7 @@ impl<'a> Defining<'a> {
     }
 
     /// The flow, for another system.
-    pub fn into_shots(mut self) -> Shots<'a> {
+    pub(crate) fn into_shots(mut self) -> Shots<'a> {
         self.shots.set_repeats(1);
         self.shots
     }
@@ -92,7 +92,7 @@ impl<'a> Defining<'a> {
     }
 
     /// The spot of unknowns.
-    pub fn spot(&self, x: &DVector<f64>, p2: f64) -> Spot {
+    pub(crate) fn spot(&self, x: &DVector<f64>, p2: f64) -> Spot {
         let n = self.shots.size();
         Spot {
             u: x.rows(0, n).iter().map(|u| u * self.size).collect(),
@@ -102,7 +102,7 @@ impl<'a> Defining<'a> {
     }
 
     /// Place of the first parameter among the unknowns.
-    pub fn first_parameter(&self) -> usize {
+    pub(crate) fn first_parameter(&self) -> usize {
         self.shots.size()
     }
 
@@ -110,7 +110,7 @@ impl<'a> Defining<'a> {
     ///
     /// # Errors
     /// There is no system there.
-    pub fn follow_borders(&mut self, spot: &Spot) -> Result<(), SolveError> {
+    pub(crate) fn follow_borders(&mut self, spot: &Spot) -> Result<(), SolveError> {
         if matches!(self.kind, CurveKind::Grazing { .. }) {
             return Ok(());
         }

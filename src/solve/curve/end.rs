@@ -4,7 +4,7 @@ use crate::solve::continuation::PathEnd;
 
 /// Reason of the end of a curve.
 #[derive(Debug, Clone, PartialEq)]
-pub enum CurveEnd {
+pub(crate) enum CurveEnd {
     /// It left the ranges and did not come back within the margin.
     LeftRange,
     /// It came back to its first point.
@@ -51,7 +51,7 @@ impl CurveEnd {
     }
 
     /// Whether nothing is missing.
-    pub fn is_complete(&self) -> bool {
+    pub(crate) fn is_complete(&self) -> bool {
         matches!(
             self,
             CurveEnd::LeftRange

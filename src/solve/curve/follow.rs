@@ -15,7 +15,7 @@ use crate::solve::newton::NewtonOptions;
 
 /// Settings.
 #[derive(Debug, Clone)]
-pub struct CurveOptions {
+pub(crate) struct CurveOptions {
     /// First and largest step, in ranges of the parameters and sizes of the state.
     pub step: (f64, f64),
     /// Smallest step.
@@ -30,7 +30,7 @@ pub struct CurveOptions {
 
 /// A point of a curve.
 #[derive(Debug, Clone)]
-pub struct CurvePoint {
+pub(crate) struct CurvePoint {
     /// The place.
     pub spot: Spot,
     /// Angle of the critical multiplier; the phase of a touch.
@@ -45,11 +45,11 @@ pub struct CurvePoint {
 #[derive(Debug, Clone)]
 pub struct Arm {
     /// Points; the first one is the start.
-    pub points: Vec<CurvePoint>,
+    pub(crate) points: Vec<CurvePoint>,
     /// Events, each with the number of points before it.
-    pub events: Vec<(usize, CurveEvent)>,
+    pub(crate) events: Vec<(usize, CurveEvent)>,
     /// Reason of the end.
-    pub end: CurveEnd,
+    pub(crate) end: CurveEnd,
 }
 
 /// Corrector: the exact flow is good to 1e-14, the differences to 1e-9.
@@ -80,7 +80,7 @@ enum Item {
 ///
 /// # Errors
 /// Contradictory options, or errors of the problem.
-pub fn follow(
+pub(crate) fn follow(
     problem: &mut Defining<'_>,
     start: &Spot,
     side: Side,

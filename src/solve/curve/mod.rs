@@ -24,12 +24,16 @@ mod seek;
 mod shots;
 mod touching;
 
-pub use codimension::{Codimension, CurveEvent};
-pub use defining::{Defining, Spot};
-pub use end::CurveEnd;
-pub use follow::{Arm, CurveOptions, CurvePoint, follow};
-pub use seek::{Guess, Guesses, NoStart, corrected, seek};
-pub use shots::{Plane, Shots};
+pub(crate) use codimension::{Codimension, CurveEvent};
+pub(crate) use defining::{Defining, Spot};
+pub(crate) use end::CurveEnd;
+pub use follow::Arm;
+pub(crate) use follow::follow;
+pub(crate) use follow::{CurveOptions, CurvePoint};
+pub use seek::Guess;
+pub(crate) use seek::corrected;
+pub(crate) use seek::{Guesses, NoStart, seek};
+pub(crate) use shots::{Plane, Shots};
 
 /// Condition along a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -247,7 +247,7 @@ fn eigenvectors(a: &DMatrix<Complex<f64>>, mu: Complex<f64>) -> Option<(Vector, 
 
 impl Passages {
     /// Whether the same breakpoints are passed as often.
-    pub fn is_like(&self, other: &Passages) -> bool {
+    pub(crate) fn is_like(&self, other: &Passages) -> bool {
         self.counts() == other.counts()
     }
 

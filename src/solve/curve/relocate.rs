@@ -70,7 +70,7 @@ impl Defining<'_> {
     ///
     /// # Errors
     /// An interruption.
-    pub fn relocated(&mut self, spot: &Spot) -> Result<Option<f64>, SolveError> {
+    pub(crate) fn relocated(&mut self, spot: &Spot) -> Result<Option<f64>, SolveError> {
         let found = match self.kind {
             CurveKind::Fold => self.turning(spot),
             CurveKind::Grazing { .. } => self.at_touching(spot),

@@ -25,7 +25,7 @@ pub enum Guess {
 
 /// States at phase 0 from which periodic orbits are looked for.
 #[derive(Debug, Clone)]
-pub struct Guesses {
+pub(crate) struct Guesses {
     /// Tried first.
     pub states: Vec<Vec<f64>>,
     /// Centre and half widths of random states.
@@ -36,7 +36,7 @@ pub struct Guesses {
 
 /// Reason why there is no first point.
 #[derive(Debug, Clone, PartialEq)]
-pub enum NoStart {
+pub(crate) enum NoStart {
     /// No periodic orbit was found at the place.
     NoOrbit,
     /// None of the orbits is such an event near the place; the nearest event that was met, as shares.
@@ -122,7 +122,7 @@ impl Residual for Closing<'_, '_> {
 ///
 /// # Errors
 /// There is no system at the place, or an interruption.
-pub fn seek<'a>(
+pub(crate) fn seek<'a>(
     plane: Box<dyn Plane + 'a>,
     (guess, p): (Guess, [f64; 2]),
     guesses: &Guesses,
@@ -384,7 +384,7 @@ impl Defining<'_> {
 ///
 /// # Errors
 /// An interruption, or errors of the flow.
-pub fn corrected<'a>(
+pub(crate) fn corrected<'a>(
     shots: Shots<'a>,
     kind: CurveKind,
     spot: &Spot,

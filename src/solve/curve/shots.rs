@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Systems over two parameters, each as a share of its range.
-pub trait Plane {
+pub(crate) trait Plane {
     /// The system, its frequency included.
     ///
     /// # Errors
@@ -50,7 +50,7 @@ const REPEATED: f64 = 1e-6;
 const WITHOUT: f64 = 0.1;
 
 /// Maps over the response period.
-pub struct Shots<'a> {
+pub(crate) struct Shots<'a> {
     plane: Box<dyn Plane + 'a>,
     choice: IntegratorChoice,
     slots: Vec<Slot>,
@@ -64,7 +64,7 @@ pub struct Shots<'a> {
 
 /// Passages of breakpoints in a period: connection, breakpoint counted from below, phase, rate.
 #[derive(Debug, Clone, Default)]
-pub struct Passages(pub Vec<(usize, usize, f64, f64)>);
+pub(crate) struct Passages(pub Vec<(usize, usize, f64, f64)>);
 
 struct Counting<'a> {
     breakpoints: &'a [Vec<f64>],
@@ -122,7 +122,7 @@ impl<'a> Shots<'a> {
     }
 
     /// Sets how often orbits repeat themselves in the response period.
-    pub fn set_repeats(&mut self, repeats: usize) {
+    pub(crate) fn set_repeats(&mut self, repeats: usize) {
         self.period = TAU / repeats as f64;
     }
 

@@ -17,9 +17,11 @@ mod step;
 mod touch;
 mod turnings;
 
-pub use sharpen::beyond_one;
-pub use spectrum::{Count, Sought, is_outside};
-pub use step::{BESIDE_CROSSING, Examined, Step, is_same};
+pub(crate) use sharpen::beyond_one;
+pub use spectrum::Count;
+pub(crate) use spectrum::{Sought, is_outside};
+pub use step::Step;
+pub(crate) use step::{BESIDE_CROSSING, Examined, is_same};
 
 use super::continuation::PathPoint;
 use super::orbit::Orbit;
@@ -131,7 +133,7 @@ impl BifurcationEvent {
 
 /// Data at one place of a step.
 #[derive(Debug, Clone)]
-pub struct Look {
+pub(crate) struct Look {
     /// Fraction of the step, 0 at its origin.
     pub fraction: f64,
     /// Parameter.
@@ -170,7 +172,7 @@ impl Resolution {
 
 /// A point of the path with its data.
 #[derive(Debug, Clone)]
-pub struct Probe {
+pub(crate) struct Probe {
     /// The point.
     pub point: PathPoint,
     /// Data.

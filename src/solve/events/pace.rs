@@ -15,7 +15,7 @@ const LEAST_SHARE: f64 = 1e-30;
 
 /// Bounds of the natural frequencies and of their damping, in full contact.
 #[derive(Debug, Clone, Copy)]
-pub struct Pace {
+pub(crate) struct Pace {
     states: usize,
     highest: f64,
     damping_ratio: f64,
@@ -72,7 +72,7 @@ impl Pace {
     }
 
     /// Whether multipliers that matter may turn too far between two looks.
-    pub fn is_too_fast(&self, a: &Look, b: &Look) -> bool {
+    pub(crate) fn is_too_fast(&self, a: &Look, b: &Look) -> bool {
         let (long, short) = (TAU / a.omega(), TAU / b.omega());
         let (long, short) = (long.max(short), long.min(short));
         let longest = -FAINT.ln() / (self.damping_ratio * short).max(f64::MIN_POSITIVE);

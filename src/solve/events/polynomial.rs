@@ -26,7 +26,7 @@ impl<'a> Place<'a> {
 /// (z - a) (z - b) / z = (1 + a b) cos(angle) - (a + b) + i (1 - a b) sin(angle)
 /// ```
 #[derive(Debug, Default)]
-pub struct Polynomial {
+pub(crate) struct Polynomial {
     /// Abscissa of the place.
     pub x: f64,
     /// 1 + a b, a + b, 1 - a b.

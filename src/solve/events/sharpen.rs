@@ -128,7 +128,7 @@ impl Step<'_> {
 type Beside = (f64, PathPoint);
 
 /// Sum of mu - 1 over the multipliers nearest to 1: smooth where they pass together.
-pub fn beyond_one(list: &[Complex<f64>], count: usize) -> f64 {
+pub(crate) fn beyond_one(list: &[Complex<f64>], count: usize) -> f64 {
     let mut offsets: Vec<Complex<f64>> = list.iter().map(|mu| mu - 1.0).collect();
     offsets.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
     offsets.iter().take(count).map(|d| d.re).sum()

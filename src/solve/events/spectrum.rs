@@ -14,12 +14,12 @@ const TOGETHER: f64 = 1e-7;
 const HIDDEN: f64 = -30.0;
 
 /// Whether a multiplier lies outside the unit circle.
-pub fn is_outside(mu: Complex<f64>) -> bool {
+pub(crate) fn is_outside(mu: Complex<f64>) -> bool {
     mu.norm() > 1.0 + CIRCLE
 }
 
 /// Whether a multiplier counts as real.
-pub fn is_real(mu: Complex<f64>) -> bool {
+pub(crate) fn is_real(mu: Complex<f64>) -> bool {
     mu.im.abs() <= REAL * mu.norm()
 }
 
@@ -57,7 +57,7 @@ impl Count {
     }
 
     /// Events to search for between two places with different counts.
-    pub fn sought(self, other: Count) -> Sought {
+    pub(crate) fn sought(self, other: Count) -> Sought {
         match self.outside == other.outside {
             false => Sought::Rank(self.outside.min(other.outside)),
             true if self.is_odd_beyond_minus_one != other.is_odd_beyond_minus_one => {
@@ -70,7 +70,7 @@ impl Count {
 
 /// A function of the whole set that changes its sign where multipliers pass the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sought {
+pub(crate) enum Sought {
     /// ln |mu| of the multiplier with this number by falling modulus, from 0: continuous whatever meets, and the first inside
     /// becomes the last outside.
     Rank(usize),
@@ -97,7 +97,7 @@ impl Sought {
 
 /// Kind of passage of multipliers through the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Gate {
+pub(crate) enum Gate {
     /// Through +1.
     PlusOne,
     /// Through -1.
@@ -108,7 +108,7 @@ pub enum Gate {
 
 /// Equal multipliers that pass the circle together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Group {
+pub(crate) struct Group {
     /// Place of the passage.
     pub gate: Gate,
     /// Multipliers, or pairs.
@@ -117,7 +117,7 @@ pub struct Group {
 
 /// Multipliers that pass at one place.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Passing {
+pub(crate) struct Passing {
     /// Groups; several where different things happen at one place.
     pub groups: Vec<Group>,
     /// Just before, along the path.

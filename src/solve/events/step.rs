@@ -16,7 +16,7 @@ const FEWEST_LOOKS: usize = 60;
 const SAME_MARK: f64 = 1e-13;
 
 /// Share of a step that leaves a crossing in which folds and branch points are that crossing.
-pub const BESIDE_CROSSING: f64 = 1e-2;
+pub(crate) const BESIDE_CROSSING: f64 = 1e-2;
 
 /// The step under examination.
 pub struct Step<'a> {
@@ -33,7 +33,7 @@ pub struct Step<'a> {
 
 /// Result of a step.
 #[derive(Debug, Clone)]
-pub struct Examined {
+pub(crate) struct Examined {
     /// Everything that happens between its ends, in the order of the path.
     pub events: Vec<BifurcationEvent>,
     /// Marks solved on the way, in the order of the path.
@@ -67,7 +67,7 @@ impl<'a> Step<'a> {
     ///
     /// # Errors
     /// Errors of the problem.
-    pub fn examine(
+    pub(crate) fn examine(
         mut self,
         before: &[Look],
         (a, b): (&Probe, &Probe),
@@ -164,6 +164,6 @@ impl<'a> Step<'a> {
 }
 
 /// Whether two parameters are the same mark.
-pub fn is_same(a: f64, b: f64) -> bool {
+pub(crate) fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_MARK * a.abs()
 }

@@ -12,7 +12,7 @@ const RESTS: f64 = 1e-12;
 
 /// An extremum of a deformation over one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extremum {
+pub(crate) struct Extremum {
     /// Phase of the response.
     pub tau: f64,
     /// Deformation.
@@ -21,7 +21,7 @@ pub struct Extremum {
 
 /// Maxima or minima of one deformation at one place of the path, and one breakpoint.
 #[derive(Debug)]
-pub struct Heights {
+pub(crate) struct Heights {
     /// Abscissa of the place.
     pub x: f64,
     list: Vec<Extremum>,
@@ -82,7 +82,7 @@ impl Heights {
 
 /// Extrema of one kind at two places, matched by the least sum of squared distances in time and height.
 #[derive(Debug)]
-pub struct Matched<'a> {
+pub(crate) struct Matched<'a> {
     places: [&'a Heights; 2],
     span: f64,
     /// Extrema that live at both.
@@ -131,7 +131,7 @@ impl<'a> Matched<'a> {
     }
 
     /// Whether another matching, hardly more costly, tells another story.
-    pub fn is_unclear(&self) -> bool {
+    pub(crate) fn is_unclear(&self) -> bool {
         let count = self.pairs.len();
         let exchange = |i: usize, j: usize| {
             let (p, q) = (self.pairs[i], self.pairs[j]);
@@ -146,7 +146,7 @@ impl<'a> Matched<'a> {
 
     /// Whether an extremum that stays on its side at both places may pass and come back in between, as far as the parabola
     /// through a third place tells.
-    pub fn may_touch(&self, third: &Heights) -> bool {
+    pub(crate) fn may_touch(&self, third: &Heights) -> bool {
         let [a, b] = self.places;
         self.pairs.iter().any(|pair| {
             let (low, high) = (a.over(&pair.0), b.over(&pair.1));

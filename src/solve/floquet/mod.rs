@@ -17,7 +17,7 @@ use num_complex::Complex;
 use std::f64::consts::TAU;
 pub use steady::Exponents;
 use steady::Steady;
-pub use variation::is_piecewise_constant;
+pub(crate) use variation::is_piecewise_constant;
 use variation::{Stretches, Variation};
 
 /// Selection of the computed multipliers.
@@ -66,7 +66,7 @@ impl Floquet {
 
     /// The same over the first of so many equal parts of the period, and all characteristic exponents of an orbit along which the variational
     /// equation has constant coefficients.
-    pub fn of_part(
+    pub(crate) fn of_part(
         &mut self,
         system: &System,
         (orbit, extrema): (&FourierOrbit, &[Vec<(f64, f64)>]),
@@ -88,7 +88,7 @@ impl Floquet {
     }
 
     /// The same of a system with memory, and how many more are 1 by construction.
-    pub fn with_memory(
+    pub(crate) fn with_memory(
         system: &System,
         orbit: &FourierOrbit,
         extrema: &[Vec<(f64, f64)>],
@@ -187,7 +187,10 @@ pub fn kept(phi: &DMatrix<f64>, motion: usize) -> impl Iterator<Item = usize> {
 
 /// Multipliers of a system with memory, with a 0 in the place of each one that is 1 by construction, and how many these are; `motion`:
 /// coordinates and rates together.
-pub fn multipliers_and_neutral(phi: &DMatrix<f64>, motion: usize) -> (Vec<Complex<f64>>, usize) {
+pub(crate) fn multipliers_and_neutral(
+    phi: &DMatrix<f64>,
+    motion: usize,
+) -> (Vec<Complex<f64>>, usize) {
     let neutral: Vec<usize> = kept(phi, motion).collect();
     if neutral.is_empty() {
         return (multipliers(phi), 0);
@@ -201,7 +204,7 @@ pub fn multipliers_and_neutral(phi: &DMatrix<f64>, motion: usize) -> (Vec<Comple
 }
 
 /// Multipliers by falling modulus, the member of a pair with positive imaginary part first.
-pub fn by_falling_modulus(mut list: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+pub(crate) fn by_falling_modulus(mut list: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     let key = |mu: &Complex<f64>| (mu.norm(), mu.re, mu.im);
     list.sort_by(|a, b| {
         key(b)

@@ -21,7 +21,7 @@ pub(super) struct Passage {
 
 impl Passage {
     /// Phi <- S Phi.
-    pub fn saltate(&self, system: &System, phi: &mut [f64]) {
+    pub(crate) fn saltate(&self, system: &System, phi: &mut [f64]) {
         jumps::saltate(system, self.connection, self.jump, self.rate, phi);
     }
 }
@@ -38,7 +38,7 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    pub fn panel_width(&self) -> f64 {
+    pub(crate) fn panel_width(&self) -> f64 {
         (self.end - self.begin) / self.panels as f64
     }
 }
@@ -132,7 +132,7 @@ fn cuts(
 }
 
 /// Whether df/dq, df/dv and the stiffness variation are constant between two cuts.
-pub fn is_piecewise_constant(mount: &Mount) -> bool {
+pub(crate) fn is_piecewise_constant(mount: &Mount) -> bool {
     let constant = match &mount.stiffness_variation {
         None | Some(Periodic::Rectangular { .. }) => true,
         Some(series) => series.is_constant(),
@@ -208,13 +208,13 @@ impl<'a> Variation<'a> {
     }
 
     /// The exponent of a panel on which A is constant.
-    pub fn midpoint(&mut self, from: f64, width: f64) -> &DMatrix<f64> {
+    pub(crate) fn midpoint(&mut self, from: f64, width: f64) -> &DMatrix<f64> {
         self.fill(from + 0.5 * width, width / self.system.omega());
         &self.exponent
     }
 
     /// h/2 (A1 + A2) + sqrt(3)/12 h^2 [A2, A1] at the two Gauss points.
-    pub fn magnus(&mut self, from: f64, width: f64) -> &DMatrix<f64> {
+    pub(crate) fn magnus(&mut self, from: f64, width: f64) -> &DMatrix<f64> {
         let offset = gauss_offset();
         let h = width / self.system.omega();
         self.fill(from + (0.5 - offset) * width, 1.0);

@@ -31,7 +31,7 @@ const HARDLY_MOVES: f64 = 1e-3;
 
 /// R.m.s. of deformation and of its rate, one connection.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rms {
+pub(crate) struct Rms {
     /// Deformation, without its mean (15).
     pub displacement: f64,
     /// Rate of the deformation, d/d(omega_c t).
@@ -42,9 +42,9 @@ pub struct Rms {
 #[derive(Debug, Clone)]
 pub struct Estimate {
     /// R.m.s. values of the solution, by connection.
-    pub rms: Vec<Rms>,
+    pub(crate) rms: Vec<Rms>,
     /// Their errors at the same parameter, signed; not finite where the larger problem is singular.
-    pub errors: Vec<Rms>,
+    pub(crate) errors: Vec<Rms>,
     /// The corrected orbit.
     pub corrected: FourierOrbit,
     /// Largest relative error of an r.m.s. value against the nearest place of the branch; for the frequency the relative
@@ -69,9 +69,9 @@ pub struct Check {
     /// Outcome of the larger problem.
     pub outcome: NewtonOutcome,
     /// R.m.s. values of its solution, all harmonics.
-    pub rms: Vec<Rms>,
+    pub(crate) rms: Vec<Rms>,
     /// The same from the harmonics of the smaller problem alone.
-    pub first: Vec<Rms>,
+    pub(crate) first: Vec<Rms>,
 }
 
 /// Judges the solutions of one number of harmonics.
@@ -107,7 +107,7 @@ impl<F: Family> Accuracy<F> {
     }
 
     /// Judges orbits that repeat themselves in so many equal parts of the period.
-    pub fn restrict(&mut self, parts: usize) {
+    pub(crate) fn restrict(&mut self, parts: usize) {
         self.fine.restrict(parts);
     }
 
@@ -214,7 +214,7 @@ impl<F: Family> Accuracy<F> {
 }
 
 /// The same motion, or a change of it, with another number of coefficients per coordinate: padded with zeros, or truncated.
-pub fn in_coefficients(u: &DVector<f64>, from: usize, to: usize) -> DVector<f64> {
+pub(crate) fn in_coefficients(u: &DVector<f64>, from: usize, to: usize) -> DVector<f64> {
     let few = from.min(to);
     let mut out = DVector::zeros(u.len() / from * to);
     let blocks = out.as_mut_slice().chunks_exact_mut(to);
@@ -246,7 +246,7 @@ fn differences(a: &[Rms], b: &[Rms]) -> Vec<Rms> {
 }
 
 /// Largest of the errors, each relative to its value.
-pub fn relative(values: &[Rms], errors: &[Rms]) -> f64 {
+pub(crate) fn relative(values: &[Rms], errors: &[Rms]) -> f64 {
     [|r: &Rms| r.displacement, |r: &Rms| r.velocity]
         .iter()
         .map(|part| {

@@ -38,7 +38,7 @@ const DOWN: usize = 3;
 const FAR: f64 = 10.0;
 
 /// Factory of problems with any number of harmonics.
-pub struct Sizes<'a, F: Family> {
+pub(crate) struct Sizes<'a, F: Family> {
     /// Harmonics and fewest samples for a number of harmonics of the excitation frequency.
     pub options: &'a dyn Fn(usize) -> GalerkinOptions,
     /// The problem of that size.
@@ -78,7 +78,7 @@ impl<F: Family> Sizes<'_, F> {
 }
 
 /// The Galerkin residual of the present number of harmonics, and how to make another.
-pub struct Adaptive<'a, F: Family> {
+pub(crate) struct Adaptive<'a, F: Family> {
     sizes: Sizes<'a, F>,
     resolution: Resolution,
     newton: NewtonOptions,
@@ -127,7 +127,7 @@ impl<'a, F: Family> Adaptive<'a, F> {
     }
 
     /// Largest number of times the samples were doubled.
-    pub fn finest(&self) -> u32 {
+    pub(crate) fn finest(&self) -> u32 {
         self.finest
     }
 

@@ -127,7 +127,12 @@ impl Sampling {
     }
 
     /// Adds (I (x) kappa) c to the residual, its Jacobian (12) and its derivative with respect to omega.
-    pub fn add_forces(&mut self, system: &System, u: &DVector<f64>, out: &mut Linearisation) {
+    pub(crate) fn add_forces(
+        &mut self,
+        system: &System,
+        u: &DVector<f64>,
+        out: &mut Linearisation,
+    ) {
         for e in 0..system.element_count() {
             if let Some(memories) = self.memories.as_mut().filter(|_| remembers(system, e)) {
                 memories.add_force_of(system, e, u, out);

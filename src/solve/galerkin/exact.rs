@@ -42,7 +42,7 @@ enum Variation {
 }
 
 /// Tables and buffers of the exact quadrature.
-pub struct ExactQuadrature {
+pub(crate) struct ExactQuadrature {
     harmonics: usize,
     laws: Vec<AffineLaw>,
     variations: Vec<Variation>,
@@ -109,7 +109,10 @@ impl ExactQuadrature {
     ///
     /// # Errors
     /// [`SolveError::Unsupported`] names the connection with memory that does not allow it.
-    pub fn of_memories(system: &System, harmonics: usize) -> Result<ExactQuadrature, SolveError> {
+    pub(crate) fn of_memories(
+        system: &System,
+        harmonics: usize,
+    ) -> Result<ExactQuadrature, SolveError> {
         let mut this = ExactQuadrature::empty(harmonics);
         this.is_partial = true;
         this.prepare(system)?;
@@ -155,14 +158,19 @@ impl ExactQuadrature {
     }
 
     /// Adds (I (x) kappa) c to the residual and its Jacobian (12).
-    pub fn add_forces(&mut self, system: &System, u: &DVector<f64>, out: &mut Linearisation) {
+    pub(crate) fn add_forces(
+        &mut self,
+        system: &System,
+        u: &DVector<f64>,
+        out: &mut Linearisation,
+    ) {
         for e in 0..system.element_count() {
             self.add_force_of(system, e, u, out);
         }
     }
 
     /// The same for one connection.
-    pub fn add_force_of(
+    pub(crate) fn add_force_of(
         &mut self,
         system: &System,
         e: usize,

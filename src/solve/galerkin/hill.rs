@@ -63,7 +63,7 @@ impl Hill {
 }
 
 /// Adds `scale` (G D) to `out`, D the differentiation matrix: column sin k <- k G cos k, column cos k <- -k G sin k.
-pub fn add_differentiated(g: &DMatrix<f64>, scale: f64, out: &mut DMatrix<f64>) {
+pub(crate) fn add_differentiated(g: &DMatrix<f64>, scale: f64, out: &mut DMatrix<f64>) {
     for k in 1..=g.nrows() / 2 {
         let factor = scale * k as f64;
         for i in 0..g.nrows() {

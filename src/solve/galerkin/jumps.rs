@@ -18,7 +18,7 @@ use std::f64::consts::{PI, TAU};
 
 /// A jump of a force between two samples.
 #[derive(Debug, Clone, Copy)]
-pub struct Edge {
+pub(crate) struct Edge {
     /// Its instant tau*.
     pub tau: f64,
     /// h (1/2 - theta).
@@ -33,7 +33,7 @@ pub struct Edge {
 
 impl Edge {
     /// A jump whose place is known exactly: its impulse alone counts.
-    pub fn of_impulse(tau: f64, impulse: f64) -> Edge {
+    pub(crate) fn of_impulse(tau: f64, impulse: f64) -> Edge {
         Edge {
             tau,
             shift: 0.0,
@@ -47,7 +47,7 @@ impl Edge {
 /// The jumps of a connection's force over one period, in no particular order.
 ///
 /// `x`: samples of the deformation; `at`: deformation and its slope at tau; `omega`: Om, `nu`: subharmonic index.
-pub fn edges(
+pub(crate) fn edges(
     mount: &Mount,
     x: &[f64],
     at: impl Fn(f64) -> [f64; 2],
@@ -92,7 +92,7 @@ pub fn edges(
 }
 
 /// Corrects the Fourier coefficients of a sampled force.
-pub fn correct(edges: &[Edge], c: &mut [f64]) {
+pub(crate) fn correct(edges: &[Edge], c: &mut [f64]) {
     for edge in edges {
         let weight = edge.shift * (edge.after - edge.before);
         basis(edge.tau, c.len(), |k, phi, _| {
@@ -102,7 +102,7 @@ pub fn correct(edges: &[Edge], c: &mut [f64]) {
 }
 
 /// Adds the impulses of the slope to F+ diag(df/dq) F.
-pub fn add_slopes(edges: &[Edge], matrix: &mut DMatrix<f64>) {
+pub(crate) fn add_slopes(edges: &[Edge], matrix: &mut DMatrix<f64>) {
     let size = matrix.nrows();
     for edge in edges {
         basis(edge.tau, size, |l, column, _| {

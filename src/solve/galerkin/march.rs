@@ -17,7 +17,7 @@ const CELLS_PER_HARMONIC: usize = 16;
 
 /// Part of a period in one region.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub(crate) struct Stretch {
     /// Its begin; not reduced to one period.
     pub begin: f64,
     /// Its end.
@@ -44,7 +44,7 @@ struct State {
 
 /// Follows automata; owns its buffers.
 #[derive(Debug, Default)]
-pub struct March {
+pub(crate) struct March {
     derivative: Vec<f64>,
     slopes: Vec<f64>,
     /// Extrema in the order of time, the first one repeated a period later.
@@ -253,7 +253,7 @@ fn next_level<'a>(automaton: &'a Automaton, state: &State, sign: f64) -> Option<
 
 /// The stretches of one automaton along an orbit.
 #[derive(Debug, Clone)]
-pub struct Track {
+pub(crate) struct Track {
     /// Connection.
     pub connection: usize,
     /// Place of its memory among those of the system.
@@ -273,7 +273,7 @@ impl Track {
 }
 
 /// All automata of a connection on the series of its deformation.
-pub fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
+pub(crate) fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
     let automata = system.mounts()[connection].element.automata();
     let mut march = March::default();
     march.prepare(x);
@@ -291,7 +291,7 @@ pub fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> V
 }
 
 /// All automata of laws with memory along an orbit.
-pub fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
+pub(crate) fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
     let given = at_rest(system);
     let remembers = |e: &usize| system.mounts()[*e].element.memory_count() > 0;
     let connections = (0..system.element_count()).filter(remembers);

@@ -33,7 +33,8 @@ use crate::system::{LoadKind, System};
 use aft::Sampling;
 use exact::ExactQuadrature;
 use nalgebra::DVector;
-pub use refusal::{EVOLVES, refuse};
+pub(crate) use refusal::EVOLVES;
+pub use refusal::refuse;
 
 /// Size of the Galerkin approximation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

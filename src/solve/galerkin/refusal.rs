@@ -5,7 +5,7 @@ use crate::solve::closed_form::ClosedForm;
 use crate::system::{Mount, System};
 
 /// Why laws whose memory has a rate are not taken.
-pub const EVOLVES: &str =
+pub(crate) const EVOLVES: &str =
     "its memory has a rate of its own, which the Galerkin method does not integrate";
 
 /// Whether the solutions of a system have Fourier series that this method finds.

@@ -22,7 +22,7 @@ pub struct Switch {
 }
 
 /// Finds switches; owns its buffers.
-pub struct Switching {
+pub(crate) struct Switching {
     fourier: Fourier,
     derivative: Vec<f64>,
     values: Vec<f64>,
@@ -46,7 +46,7 @@ impl Switching {
     }
 
     /// Makes room for another number of harmonics.
-    pub fn resize(&mut self, harmonics: usize) {
+    pub(crate) fn resize(&mut self, harmonics: usize) {
         if self.derivative.len() != 2 * harmonics + 1 {
             *self = Switching::new(harmonics);
         }
@@ -133,7 +133,7 @@ impl Switching {
     }
 
     /// Region at tau = 0.
-    pub fn first_region(&self) -> usize {
+    pub(crate) fn first_region(&self) -> usize {
         self.first_region
     }
 }

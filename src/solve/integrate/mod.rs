@@ -131,7 +131,7 @@ pub struct Switch {
 impl Switch {
     /// Whether contact is made: an impact on a stop, or the way from open to a flank. A slider that starts to slip makes none, nor
     /// does a contact that comes to rest.
-    pub fn makes_contact(&self) -> bool {
+    pub(crate) fn makes_contact(&self) -> bool {
         match self.kind {
             SwitchKind::Impact => true,
             SwitchKind::Breakpoint => self.from == 0 && self.to != 0,
@@ -283,7 +283,7 @@ impl From<IntegratorChoice> for IntegratorOptions {
 }
 
 /// Reason why the series flow does not apply to a connection; `None` if it applies.
-pub fn series_refusal(mount: &Mount) -> Option<String> {
+pub(crate) fn series_refusal(mount: &Mount) -> Option<String> {
     let excitation = ClosedForm::Series.refusal(mount);
     excitation.or_else(|| {
         let law = Law::parts(mount.element.as_ref());

@@ -22,7 +22,7 @@ const AMPLITUDES: [f64; 4] = [0.02, 0.01, 0.005, 0.04];
 ///
 /// # Errors
 /// Errors of the problem.
-pub fn from_event<'a>(
+pub(crate) fn from_event<'a>(
     mut shots: Shots<'a>,
     (u, lambda): (&[f64], f64),
     count: usize,
@@ -83,7 +83,7 @@ pub fn from_event<'a>(
 }
 
 /// A first curve from successive points of an attractor, taken every response period, with their rotation per period.
-pub fn from_record(
+pub(crate) fn from_record(
     points: &[f64],
     size: usize,
     (rotation, lambda): (f64, f64),

@@ -9,7 +9,7 @@ use crate::solve::newton::NewtonOptions;
 
 /// Settings.
 #[derive(Debug, Clone)]
-pub struct TorusOptions {
+pub(crate) struct TorusOptions {
     /// First and largest step, in ranges of the parameter and sizes of the states.
     pub step: (f64, f64),
     /// Smallest step.
@@ -26,7 +26,7 @@ pub struct TorusOptions {
 
 /// Reason of the end of a path of tori.
 #[derive(Debug, Clone, PartialEq)]
-pub enum TorusEnd {
+pub(crate) enum TorusEnd {
     /// The end of the range.
     RangeReached,
     /// It turned back and left the range where it began.
@@ -86,14 +86,14 @@ impl TorusEnd {
     }
 
     /// Whether nothing is missing.
-    pub fn is_complete(&self) -> bool {
+    pub(crate) fn is_complete(&self) -> bool {
         matches!(self, TorusEnd::RangeReached | TorusEnd::Vanished)
     }
 }
 
 /// Tori in the order of the path.
 #[derive(Debug, Clone)]
-pub struct TorusArm {
+pub(crate) struct TorusArm {
     /// Tori; the first one is the start.
     pub points: Vec<TorusPoint>,
     /// Reason of the end.
@@ -142,7 +142,7 @@ impl TorusOptions {
 ///
 /// # Errors
 /// Contradictory options, or errors of the problem.
-pub fn follow(
+pub(crate) fn follow(
     problem: &mut TorusProblem<'_>,
     first: &Torus,
     side: Side,

@@ -71,7 +71,7 @@ fn ratios(points: &[TorusPoint]) -> Vec<Locked> {
 ///
 /// # Errors
 /// An interruption, or errors of the flow.
-pub fn locking<'a>(
+pub(crate) fn locking<'a>(
     problem: &mut TorusProblem<'_>,
     points: &[TorusPoint],
     repeated: &mut dyn FnMut(usize, f64) -> Result<Shots<'a>, SolveError>,

@@ -16,8 +16,10 @@ mod problem;
 mod ring;
 mod section;
 
-pub use birth::{from_event, from_record};
-pub use follow::{TorusArm, TorusEnd, TorusOptions, follow};
-pub use locking::{Locked, locking};
-pub use point::TorusPoint;
-pub use problem::{Torus, TorusProblem};
+pub(crate) use birth::{from_event, from_record};
+pub(crate) use follow::follow;
+pub(crate) use follow::{TorusArm, TorusEnd, TorusOptions};
+pub use locking::Locked;
+pub(crate) use locking::locking;
+pub(crate) use point::TorusPoint;
+pub(crate) use problem::{Torus, TorusProblem};

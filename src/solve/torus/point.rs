@@ -4,7 +4,7 @@ use super::Torus;
 
 /// A torus with what is known of it.
 #[derive(Debug, Clone)]
-pub struct TorusPoint {
+pub(crate) struct TorusPoint {
     /// The curve.
     pub torus: Torus,
     /// Largest |P(K(theta)) - K(theta + rho)| between the points of the curve.

@@ -13,7 +13,7 @@ const STEP: f64 = 2e-6;
 
 /// An invariant curve.
 #[derive(Debug, Clone)]
-pub struct Torus {
+pub(crate) struct Torus {
     /// States on the curve at equidistant angles, point by point.
     pub points: Vec<f64>,
     /// Rotation per response period, in turns.
@@ -25,7 +25,7 @@ pub struct Torus {
 }
 
 /// Collocation of an invariant curve.
-pub struct TorusProblem<'a> {
+pub(crate) struct TorusProblem<'a> {
     pub(super) shots: Shots<'a>,
     /// Points on the curve; odd.
     pub count: usize,
@@ -56,7 +56,7 @@ impl<'a> TorusProblem<'a> {
     }
 
     /// Ties the angle to that of a curve, which decides about points and section too.
-    pub fn refer_to(&mut self, torus: &Torus) {
+    pub(crate) fn refer_to(&mut self, torus: &Torus) {
         let n = self.shots.size();
         self.count = torus.points.len() / n;
         self.section = torus.section;
@@ -66,7 +66,7 @@ impl<'a> TorusProblem<'a> {
     }
 
     /// Ties the angle to that of a small curve around a point.
-    pub fn refer_to_circle(&mut self, centre: &[f64], circle: &[f64]) {
+    pub(crate) fn refer_to_circle(&mut self, centre: &[f64], circle: &[f64]) {
         let n = self.shots.size();
         let whole: Vec<f64> = (circle.iter().enumerate())
             .map(|(k, x)| (centre[k % n] + x) / self.size)
@@ -86,7 +86,7 @@ impl<'a> TorusProblem<'a> {
     }
 
     /// The flow back.
-    pub fn into_shots(self) -> Shots<'a> {
+    pub(crate) fn into_shots(self) -> Shots<'a> {
         self.shots
     }
 

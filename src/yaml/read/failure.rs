@@ -22,7 +22,7 @@ impl Failure {
     }
 
     /// A number that is infinite, not a number, or too large for a double.
-    pub fn not_finite(node: &Node) -> Failure {
+    pub(crate) fn not_finite(node: &Node) -> Failure {
         Failure::plain(format!("found {}, wanted a finite number", node.describe()))
     }
 

@@ -74,7 +74,7 @@ impl FlowPoint {
     }
 
     /// Whether every multiplier is inside or outside the unit circle, beyond the rounding of the flow.
-    pub fn is_decided(&self) -> bool {
+    pub(crate) fn is_decided(&self) -> bool {
         distance(&self.multipliers) > UNDECIDED
     }
 }

@@ -10,7 +10,7 @@ use crate::system::System;
 
 /// All connections, and which of them act in this way at the moment.
 #[derive(Debug, Clone)]
-pub struct Acting {
+pub(crate) struct Acting {
     /// Numbers of the parts that act, ascending.
     pub list: Vec<usize>,
     parts: Vec<Part>,
@@ -94,7 +94,7 @@ impl Acting {
     }
 
     /// The connection of a part with the coefficients of its force.
-    pub fn whole_force(&self, part: usize) -> (usize, &Polynomial) {
+    pub(crate) fn whole_force(&self, part: usize) -> (usize, &Polynomial) {
         let part = &self.parts[part];
         (part.connection, &part.force)
     }
@@ -114,7 +114,7 @@ impl Acting {
     }
 
     /// Series of the stiffness variation for a step.
-    pub fn expand(&mut self, at: &Instant) {
+    pub(crate) fn expand(&mut self, at: &Instant) {
         self.phase = [at.phase, at.rate, 0.5 * at.change];
         if !self.list.is_empty() && !self.variations.is_zero() {
             self.variations.expand(at, &mut self.variation);
@@ -155,7 +155,7 @@ impl Acting {
     }
 
     /// The first theta within a step at which a force that the series cannot see comes back: the step ends there.
-    pub fn come_back<'a>(
+    pub(crate) fn come_back<'a>(
         &self,
         piece: impl Fn(usize) -> &'a Piece,
         count: usize,
@@ -185,7 +185,7 @@ impl Acting {
     }
 
     /// The connection whose force changes fastest, with its deformation and rate.
-    pub fn steepest(&self, count: usize) -> Option<(usize, f64, f64)> {
+    pub(crate) fn steepest(&self, count: usize) -> Option<(usize, f64, f64)> {
         let growth = |k: &usize| {
             let force = &self.parts[*k].force[..count];
             let size = force[..2]
@@ -204,7 +204,7 @@ impl Acting {
     }
 
     /// Makes the series of the partials of every acting connection from that of its motion.
-    pub fn differentiate<'a>(&mut self, piece: impl Fn(usize) -> &'a Piece, count: usize) {
+    pub(crate) fn differentiate<'a>(&mut self, piece: impl Fn(usize) -> &'a Piece, count: usize) {
         for k in &self.list {
             let part = &mut self.parts[*k];
             let (all, of_force) = if part.evolves { (6, 3) } else { (2, 2) };
@@ -245,7 +245,7 @@ impl Acting {
     }
 
     /// Whether the memory of a part has a rate.
-    pub fn evolves(&self, part: usize) -> bool {
+    pub(crate) fn evolves(&self, part: usize) -> bool {
         self.parts[part].evolves
     }
 
@@ -255,20 +255,20 @@ impl Acting {
     }
 
     /// Begins the series of the memory of a part.
-    pub fn remember(&mut self, part: usize, z: f64) {
+    pub(crate) fn remember(&mut self, part: usize, z: f64) {
         (self.parts[part].memory, self.parts[part].later) = ([0.0; COUNT], [0.0; COUNT]);
         self.parts[part].memory[0] = z;
     }
 
     /// Coefficient k + 1 of the memory of a part, 0 without a rate.
     #[inline]
-    pub fn next_memory(&self, part: usize, k: usize) -> f64 {
+    pub(crate) fn next_memory(&self, part: usize, k: usize) -> f64 {
         self.parts[part].memory[k + 1]
     }
 
     /// Cuts the series of the memories behind a number of coefficients, those of the motion less one, and shows them one by one as rates are
     /// shown: shifted by a term.
-    pub fn close_memories(&mut self, count: usize) {
+    pub(crate) fn close_memories(&mut self, count: usize) {
         for part in self.parts.iter_mut().filter(|p| p.evolves) {
             part.memory[count - 1..].fill(0.0);
             part.later[count..].fill(0.0);

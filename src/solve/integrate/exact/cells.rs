@@ -5,7 +5,7 @@ use crate::numeric::taylor::Polynomial;
 
 /// Regions between levels of three quantities: deformation, rate, memory.
 #[derive(Debug, Clone)]
-pub struct Cells {
+pub(crate) struct Cells {
     pub(super) levels: [Vec<f64>; 3],
 }
 
@@ -97,7 +97,7 @@ impl Cells {
 
 /// Whether a polynomial that starts on a level leaves the tolerance in a direction: the sign of the term that does it first (at rest
 /// in the origin the tolerance is 0, and that is the lowest one).
-pub fn departs(polynomial: &Polynomial, tolerance: f64, direction: Direction) -> bool {
+pub(crate) fn departs(polynomial: &Polynomial, tolerance: f64, direction: Direction) -> bool {
     let terms = polynomial.iter().enumerate().skip(1);
     let terms = terms.filter(|(_, c)| **c != 0.0);
     let leaving = terms.map(|(k, c)| ((tolerance / c.abs()).powf(1.0 / k as f64), *c));

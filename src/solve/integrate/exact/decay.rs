@@ -40,7 +40,7 @@ impl Control {
 }
 
 /// Whether the terms of a series count in the time that remains.
-pub struct Ending {
+pub(crate) struct Ending {
     remaining: f64,
     control: Control,
     size: f64,
@@ -61,7 +61,7 @@ impl Ending {
     }
 
     /// After term k + 2, whose modulus is given.
-    pub fn is_reached(&mut self, k: usize, q: &[Polynomial], largest: f64) -> bool {
+    pub(crate) fn is_reached(&mut self, k: usize, q: &[Polynomial], largest: f64) -> bool {
         if !self.power.is_finite() {
             return false;
         }
@@ -93,7 +93,7 @@ fn reach_at(list: &[Polynomial], count: usize, (negligible, pace): (f64, f64)) -
 }
 
 /// The length for exact series, where the unit of time of the contact state is the scale.
-pub fn reach_of_closed_form(list: &[Polynomial], count: usize, pace: f64) -> f64 {
+pub(crate) fn reach_of_closed_form(list: &[Polynomial], count: usize, pace: f64) -> f64 {
     reach_at(list, count, (NEGLIGIBLE, pace))
 }
 
@@ -103,7 +103,7 @@ pub fn reach_of_closed_form(list: &[Polynomial], count: usize, pace: f64) -> f64
 /// ```text
 /// last theta^(count - 2) (count - 1) <= tolerance size(theta),   theta <= 1
 /// ```
-pub fn reach_within(list: &[Polynomial], count: usize, control: Control) -> f64 {
+pub(crate) fn reach_within(list: &[Polynomial], count: usize, control: Control) -> f64 {
     let mut last = 0.0_f64;
     for q in list {
         last = last.max(q[count - 2].abs().max(q[count - 1].abs()));
@@ -143,7 +143,7 @@ fn size(list: &[Polynomial], theta: f64) -> f64 {
 const ROUNDS: usize = 40;
 const CLOSE: f64 = 0.9;
 /// Terms that measure the size of the motion.
-pub const SIZE_TERMS: usize = 5;
+pub(crate) const SIZE_TERMS: usize = 5;
 /// The last terms are below this share of the motion; the first one left out is about a tenth of them, below rounding.
 pub(super) const NEGLIGIBLE: f64 = 1e-15;
 /// Longest step in units of time: the polynomials of a slow system would reach for ever.

@@ -22,7 +22,7 @@ use nalgebra::DMatrix;
 /// force + sum_j C_j c_{k-j},    (k + 1) c_{k+1} = h sum_j (G_j W a_{k-j} + H_j W r_{k-j} + I_j c_{k-j})
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct Deviations {
+pub(crate) struct Deviations {
     columns: usize,
     /// terms[(k * n + i) * columns + j]: coefficient k of coordinate i in column j.
     terms: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct Deviations {
 
 impl Deviations {
     /// Makes the series from a transition matrix; largest theta at which they hold.
-    pub fn expand(
+    pub(crate) fn expand(
         &mut self,
         system: &System,
         (series, acting, regions): (&Series, &Acting, &Regions),

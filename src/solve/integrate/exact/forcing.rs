@@ -61,7 +61,7 @@ impl Instant {
 
 /// Factor of a source.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Factor {
+pub(crate) enum Factor {
     /// 1.
     One,
     /// The rate of the phase over omega_c.
@@ -134,7 +134,7 @@ struct Line {
 
 /// One order in every component.
 #[derive(Debug, Clone)]
-pub struct Term {
+pub(crate) struct Term {
     pub order: f64,
     factor: Factor,
     /// The factor where the excitation turns evenly.
@@ -228,7 +228,7 @@ impl Sources {
     }
 
     /// Adds a multiple of the rate of a series, d/d(omega_c t), to one component.
-    pub fn add_rate(&mut self, index: usize, factor: f64, series: &Periodic) {
+    pub(crate) fn add_rate(&mut self, index: usize, factor: f64, series: &Periodic) {
         match series {
             Periodic::Fourier { harmonics, .. } => {
                 for h in harmonics {
@@ -250,7 +250,7 @@ impl Sources {
     }
 
     /// Adds a multiple of the rate, d/d(omega_c t), of a series times the rate of the phase to one component.
-    pub fn add_acceleration(&mut self, index: usize, factor: f64, series: &Periodic) {
+    pub(crate) fn add_acceleration(&mut self, index: usize, factor: f64, series: &Periodic) {
         match series {
             Periodic::Fourier { mean, harmonics } => {
                 let own = self.term(0.0, &Factor::Change);
@@ -276,7 +276,7 @@ impl Sources {
     }
 
     /// Adds a multiple of harmonics of a phase `ratio` times as fast, whose amplitude depends on the speed.
-    pub fn add_orders(
+    pub(crate) fn add_orders(
         &mut self,
         index: usize,
         factor: f64,
@@ -299,7 +299,7 @@ impl Sources {
     }
 
     /// Adds a multiple of a function of omega_c t.
-    pub fn add_line(&mut self, index: usize, factor: f64, line: &BrokenLine) {
+    pub(crate) fn add_line(&mut self, index: usize, factor: f64, line: &BrokenLine) {
         self.lines.push(Line {
             index,
             factor,
@@ -325,7 +325,7 @@ impl Sources {
     }
 
     /// Whether there is nothing but zero.
-    pub fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.terms.is_empty()
             && self.broken.is_empty()
             && self.lines.is_empty()
@@ -364,7 +364,7 @@ impl Sources {
     }
 
     /// Writes the Taylor coefficients of every component.
-    pub fn expand(&self, at: &Instant, out: &mut [Polynomial]) {
+    pub(crate) fn expand(&self, at: &Instant, out: &mut [Polynomial]) {
         for (polynomial, mean) in out.iter_mut().zip(&self.mean) {
             *polynomial = [0.0; COUNT];
             polynomial[0] = *mean;

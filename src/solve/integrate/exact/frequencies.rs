@@ -6,7 +6,11 @@ use nalgebra::{DMatrix, DVector};
 
 /// A bound on the frequencies with the steepest, or with the flattest, part of every law; of laws that are not affine, near their
 /// breakpoints.
-pub fn frequency_bound(system: &System, laws: &[LawPart], chosen: fn(f64, f64) -> f64) -> f64 {
+pub(crate) fn frequency_bound(
+    system: &System,
+    laws: &[LawPart],
+    chosen: fn(f64, f64) -> f64,
+) -> f64 {
     let mut slopes = vec![(0.0, 0.0); system.element_count()];
     for part in laws {
         let variation = system.mounts()[part.connection]

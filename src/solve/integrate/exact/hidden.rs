@@ -8,7 +8,7 @@ use crate::numeric::taylor::{COUNT, Function, Op, Polynomial, Program, Register}
 
 /// An operation with an argument that is to be watched.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hidden {
+pub(crate) struct Hidden {
     argument: Register,
     kind: Kind,
 }

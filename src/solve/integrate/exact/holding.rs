@@ -72,7 +72,7 @@ impl Holding {
     }
 
     /// The same of what memories add.
-    pub fn project_memories(&self, list: &mut Vec<Entry>) {
+    pub(crate) fn project_memories(&self, list: &mut Vec<Entry>) {
         let n = self.pull.nrows();
         let Some(last) = list.iter().map(|m| m.column).max() else {
             return;
@@ -86,7 +86,11 @@ impl Holding {
     }
 
     /// Projects the coefficients of the loads of a step; `errors`: those of all transmission errors.
-    pub fn project_loads(&mut self, loads: &mut [Polynomial], errors: Option<&[Polynomial]>) {
+    pub(crate) fn project_loads(
+        &mut self,
+        loads: &mut [Polynomial],
+        errors: Option<&[Polynomial]>,
+    ) {
         for (a, connection) in self.connections.iter().enumerate() {
             let force = &mut self.forces[a];
             for k in 0..COUNT {

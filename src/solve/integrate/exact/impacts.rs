@@ -24,7 +24,7 @@ const ROUNDS: usize = 100;
 
 /// Work space.
 #[derive(Debug, Clone, Default)]
-pub struct Buffers {
+pub(crate) struct Buffers {
     /// Connections that are held.
     pub held: Vec<usize>,
     before: Vec<f64>,

@@ -28,7 +28,7 @@ type Each = [f64; LANES];
 
 /// The trajectories.
 #[derive(Debug, Clone)]
-pub struct Lanes<const N: usize> {
+pub(crate) struct Lanes<const N: usize> {
     tables: Tables<N>,
     tau: Each,
     q: [Each; N],

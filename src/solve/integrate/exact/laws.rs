@@ -29,7 +29,7 @@ pub struct Law {
 
 /// The force in one region.
 #[derive(Debug, Clone)]
-pub enum Piece {
+pub(crate) enum Piece {
     /// constant + q x + v dx/dT.
     Affine(Affine),
     /// Anything analytic.
@@ -123,7 +123,7 @@ impl Law {
     }
 
     /// Whether the force is a broken line over the deformation alone.
-    pub fn is_affine(&self) -> bool {
+    pub(crate) fn is_affine(&self) -> bool {
         let is_line = |piece: &Piece| matches!(piece, Piece::Affine(a) if a.v == 0.0);
         self.pieces.iter().all(is_line)
     }
@@ -138,7 +138,7 @@ impl Law {
     }
 
     /// Whether a phase enters anywhere.
-    pub fn reads_phase(&self) -> bool {
+    pub(crate) fn reads_phase(&self) -> bool {
         self.pieces.iter().any(|piece| match piece {
             Piece::Affine(_) => false,
             Piece::Smooth(smooth) => smooth.force.reads_phase() || smooth.partials.reads_phase(),
@@ -278,7 +278,7 @@ fn trace(element: &dyn Element, q: f64) -> Result<Piece, String> {
 
 /// A part of the law of a connection.
 #[derive(Debug, Clone)]
-pub struct LawPart {
+pub(crate) struct LawPart {
     /// Connection.
     pub connection: usize,
     /// Place of its memory among those of the system.

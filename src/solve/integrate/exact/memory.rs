@@ -8,7 +8,7 @@ use crate::numeric::bernstein::evaluate;
 impl Regions {
     /// Puts a part whose memory has a rate into the region of its deformation, rate and memory, on a level into the one below; whether it
     /// is where it may leave.
-    pub fn place_cell(
+    pub(crate) fn place_cell(
         &mut self,
         series: &Series,
         state: &[f64],
@@ -29,7 +29,7 @@ impl Regions {
     }
 
     /// Takes over the series of the memories that have a rate.
-    pub fn take_courses(&mut self, acting: &Acting) {
+    pub(crate) fn take_courses(&mut self, acting: &Acting) {
         for (k, part) in self.parts.iter_mut().enumerate() {
             if part.evolves() {
                 part.course = *acting.memory(k);

@@ -10,7 +10,7 @@ use crate::numeric::taylor::{Affine, COUNT, Polynomial};
 
 /// Quantity monitored by a guard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Watched {
+pub(crate) enum Watched {
     /// A level of the deformation.
     Level,
     /// Rate 0.
@@ -34,7 +34,7 @@ impl Watched {
 
 /// Instant at which a part leaves its region; infinite if it does not.
 #[derive(Debug, Clone, Copy)]
-pub struct Exits {
+pub(crate) struct Exits {
     /// Deformations.
     pub low: f64,
     pub high: f64,
@@ -127,20 +127,20 @@ impl Part {
     }
 
     /// Evolution of its memory.
-    pub fn memory_rate(&self) -> Option<MemoryRate> {
+    pub(crate) fn memory_rate(&self) -> Option<MemoryRate> {
         self.memory?;
         Some(self.of_automaton()?.memory)
     }
 
     /// Whether it has a region in which it is held.
-    pub fn can_be_held(&self) -> bool {
+    pub(crate) fn can_be_held(&self) -> bool {
         let held = |r: &Region| matches!(r.force, RegionForce::Held { .. });
         let automaton = self.law.automaton.as_ref();
         automaton.is_some_and(|a| a.regions.iter().any(held))
     }
 
     /// Level at which it is held.
-    pub fn held_level(&self) -> Option<f64> {
+    pub(crate) fn held_level(&self) -> Option<f64> {
         match self.of_automaton()?.force {
             RegionForce::Held { level } => Some(level),
             RegionForce::Affine { .. } => None,
@@ -148,7 +148,7 @@ impl Part {
     }
 
     /// The memory at a deformation.
-    pub fn memory_at(&self, deformation: f64) -> f64 {
+    pub(crate) fn memory_at(&self, deformation: f64) -> f64 {
         match self.memory_rate() {
             Some(MemoryRate::Follows { offset }) => deformation + offset,
             _ => self.z,
@@ -179,7 +179,7 @@ impl Part {
     }
 
     /// Enters a region.
-    pub fn enter(&mut self, region: usize) {
+    pub(crate) fn enter(&mut self, region: usize) {
         self.region = region;
         self.rebounds = None;
         self.exits = NOWHERE;
@@ -241,12 +241,12 @@ impl Part {
 
     /// Whether its memory has a rate.
     #[inline]
-    pub fn evolves(&self) -> bool {
+    pub(crate) fn evolves(&self) -> bool {
         self.law.cells.is_some()
     }
 
     /// Reports the first passage of a level of rate or memory of a law whose memory has a rate, within a step.
-    pub fn watch_cell(
+    pub(crate) fn watch_cell(
         &self,
         series: &Series,
         powers: &Polynomial,

@@ -25,7 +25,7 @@ pub struct Crossing {
 
 /// Guard that a part has passed.
 #[derive(Debug, Clone, Copy)]
-pub struct Passage {
+pub(crate) struct Passage {
     /// Deformation.
     pub level: f64,
     /// Flank before.
@@ -36,7 +36,7 @@ pub struct Passage {
 
 /// Regions of all parts.
 #[derive(Debug, Clone)]
-pub struct Regions {
+pub(crate) struct Regions {
     pub(super) parts: Vec<Part>,
     /// theta^k of the step.
     powers: Polynomial,
@@ -74,17 +74,17 @@ impl Regions {
     }
 
     /// Whether some part has an automaton.
-    pub fn has_automata(&self) -> bool {
+    pub(crate) fn has_automata(&self) -> bool {
         self.has_automata
     }
 
     /// Whether some part can be held.
-    pub fn has_contacts(&self) -> bool {
+    pub(crate) fn has_contacts(&self) -> bool {
         self.has_contacts
     }
 
     /// Whether some part has regions between breakpoints.
-    pub fn has_lines(&self) -> bool {
+    pub(crate) fn has_lines(&self) -> bool {
         let has_breakpoints =
             |p: &Part| p.law.automaton.is_none() && !p.evolves() && p.law.pieces.len() > 1;
         self.parts.iter().any(has_breakpoints)
@@ -97,7 +97,7 @@ impl Regions {
     }
 
     /// The connection that alone would oscillate fastest in its steepest region.
-    pub fn stiffest(&self, system: &System) -> usize {
+    pub(crate) fn stiffest(&self, system: &System) -> usize {
         let square = |part: &Part| {
             let e = part.connection;
             let row = system.element_map_row(e).iter();
@@ -160,12 +160,12 @@ impl Regions {
     }
 
     /// Puts a part into a region.
-    pub fn enter(&mut self, part: usize, region: usize) {
+    pub(crate) fn enter(&mut self, part: usize, region: usize) {
         self.parts[part].enter(region);
     }
 
     /// Notes that parts on the levels of stops move away from them, or that no part does any more.
-    pub fn rebound(&mut self, part: usize, direction: Option<Direction>) {
+    pub(crate) fn rebound(&mut self, part: usize, direction: Option<Direction>) {
         self.parts[part].rebounds = direction;
     }
 
@@ -177,7 +177,7 @@ impl Regions {
     }
 
     /// The earliest crossing of any part within a step from a state.
-    pub fn first_crossing(
+    pub(crate) fn first_crossing(
         &mut self,
         series: &Series,
         (tau, state): (f64, &[f64]),
@@ -369,7 +369,7 @@ impl Regions {
     }
 
     /// Takes over the memory of every part.
-    pub fn remember(&mut self, memory: &[f64]) {
+    pub(crate) fn remember(&mut self, memory: &[f64]) {
         for part in &mut self.parts {
             if let Some(m) = part.memory {
                 part.z = memory[m];
@@ -378,7 +378,7 @@ impl Regions {
     }
 
     /// Writes the memory of every part at deformations.
-    pub fn recall(&self, deformation: impl Fn(usize) -> f64, memory: &mut [f64]) {
+    pub(crate) fn recall(&self, deformation: impl Fn(usize) -> f64, memory: &mut [f64]) {
         for part in &self.parts {
             if let Some(m) = part.memory {
                 memory[m] = part.memory_at(deformation(part.connection));
@@ -401,7 +401,7 @@ impl Regions {
     }
 
     /// df/dz of a part in its region.
-    pub fn memory_gain(&self, part: usize) -> f64 {
+    pub(crate) fn memory_gain(&self, part: usize) -> f64 {
         let part = &self.parts[part];
         let region = part.law.automaton.as_ref().map(|a| &a.regions[part.region]);
         match region.map(|r| r.force) {

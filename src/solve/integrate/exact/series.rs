@@ -58,7 +58,7 @@ pub struct Series {
 
 /// A stretch of time to be expanded.
 #[derive(Debug, Clone, Copy)]
-pub struct Span {
+pub(crate) struct Span {
     /// Phase of the response at its begin.
     pub tau: f64,
     /// A phase of the response inside the stretch without corners.
@@ -168,7 +168,7 @@ impl Series {
     }
 
     /// Takes over the slope and offset of every law.
-    pub fn set_laws(&mut self, slope: &[f64], offset: &[f64]) {
+    pub(crate) fn set_laws(&mut self, slope: &[f64], offset: &[f64]) {
         if let Some(holding) = self.holding.take() {
             (self.damping, self.coupled) = holding.free;
         }
@@ -185,7 +185,7 @@ impl Series {
     }
 
     /// Adds what a memory does to a coordinate.
-    pub fn add_memory(&mut self, row: usize, column: usize, value: f64) {
+    pub(crate) fn add_memory(&mut self, row: usize, column: usize, value: f64) {
         self.memories.push(Entry { row, column, value });
     }
 
@@ -212,7 +212,7 @@ impl Series {
     }
 
     /// Coefficients of the force that holds a connection.
-    pub fn holding_force(&self, connection: usize) -> Option<&Polynomial> {
+    pub(crate) fn holding_force(&self, connection: usize) -> Option<&Polynomial> {
         self.holding.as_ref()?.force(connection)
     }
 
@@ -234,12 +234,12 @@ impl Series {
     }
 
     /// d^2 / dT^2 of a deformation at theta.
-    pub fn deformation_acceleration(&self, connection: usize, theta: f64) -> f64 {
+    pub(crate) fn deformation_acceleration(&self, connection: usize, theta: f64) -> f64 {
         second_derivative(self.deformation(connection), theta) / (self.unit * self.unit)
     }
 
     /// Unit of time that suits the current regions, in units of the series: above 1 where a stiff contact is open.
-    pub fn pace(&self) -> f64 {
+    pub(crate) fn pace(&self) -> f64 {
         self.pace.unit
     }
 
@@ -248,7 +248,7 @@ impl Series {
     /// ```text
     /// (k + 2)(k + 1) q_{k+2} = h^2 Q_k - h Gam (k + 1) q_{k+1} - h^2 kappa (slope x_k + offset [k = 0] + forces_k)
     /// ```
-    pub fn expand(
+    pub(crate) fn expand(
         &mut self,
         system: &System,
         (acting, regions): (&mut Acting, &Regions),

@@ -4,7 +4,7 @@ use crate::solve::integrate::Strain;
 
 /// Counts short steps over calls.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Labour {
+pub(crate) struct Labour {
     /// Shortest step of the call at hand, in phases of the response, and what limited it.
     shortest: Option<(f64, Option<usize>)>,
     hardest: Option<Strain>,

@@ -49,7 +49,7 @@ pub struct Line {
 
 /// The equation with every connection in a region.
 #[derive(Debug, Clone)]
-pub struct Variant<const N: usize> {
+pub(crate) struct Variant<const N: usize> {
     /// h^2 kappa diag(slope) W.
     pub coupled: [[f64; N]; N],
     /// -h^2 kappa offset.

@@ -10,7 +10,7 @@ use pulp::{Arch, NullaryFnOnce};
 ///
 /// That unit is the reciprocal of a bound on the highest frequency: for every initial state the terms of order k are below
 /// theta^k / k!, so that those left out are below rounding.
-pub const REACH: f64 = LIMIT[COUNT - 1];
+pub(crate) const REACH: f64 = LIMIT[COUNT - 1];
 
 /// LIMIT[k]: the largest theta at which theta^k / k! is below rounding, 1e-17^(1/k) (k!)^(1/k).
 const LIMIT: [f64; COUNT] = limits();
@@ -45,7 +45,7 @@ const fn limits() -> [f64; COUNT] {
 /// Work space: the latest terms and their sums, coordinate by coordinate, a column of the matrix beside the other. Rows are as
 /// long as the processor's registers allow: what is behind the last column is zero.
 #[derive(Debug, Clone, Default)]
-pub struct Variation {
+pub(crate) struct Variation {
     /// Length of a row.
     width: usize,
     now: Vec<f64>,
