@@ -10,7 +10,7 @@ const PROMISED: f64 = 0.9;
 
 /// Bytes of memory that this process may still take, within the limits of the process, of its control group and of the
 /// machine; `None` if unknown. Asked once: the same answer for all runs of a study.
-pub(crate) fn available_memory() -> Option<u64> {
+pub fn available_memory() -> Option<u64> {
     static AVAILABLE: OnceLock<Option<u64>> = OnceLock::new();
     *AVAILABLE.get_or_init(|| {
         let least = [free_memory(), address_space(), control_groups()];
@@ -20,12 +20,12 @@ pub(crate) fn available_memory() -> Option<u64> {
 }
 
 /// Bytes of memory that this process takes at the moment.
-pub(crate) fn resident_memory() -> Option<u64> {
+pub fn resident_memory() -> Option<u64> {
     pages(1)
 }
 
 /// Bytes of memory that the machine has left at the moment.
-pub(crate) fn free_memory() -> Option<u64> {
+pub fn free_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
     let kilobytes: u64 = line.split_whitespace().next()?.parse().ok()?;
@@ -33,7 +33,7 @@ pub(crate) fn free_memory() -> Option<u64> {
 }
 
 /// Bytes left of the address space that the process may have.
-pub(crate) fn address_space() -> Option<u64> {
+pub fn address_space() -> Option<u64> {
     limit_of_address_space()?.checked_sub(pages(0)?)
 }
 
@@ -110,7 +110,7 @@ pub fn room(_folder: &Path) -> Option<u64> {
 
 /// Whether a process of this number lives; who cannot know says yes.
 #[cfg(unix)]
-pub(crate) fn is_alive(process: u32) -> bool {
+pub fn is_alive(process: u32) -> bool {
     use rustix::process::{Pid, test_kill_process};
     let pid = i32::try_from(process).ok().and_then(Pid::from_raw);
     pid.is_some_and(|pid| test_kill_process(pid) != Err(rustix::io::Errno::SRCH))
@@ -118,7 +118,7 @@ pub(crate) fn is_alive(process: u32) -> bool {
 
 /// Whether a process of this number lives; who cannot know says yes.
 #[cfg(not(unix))]
-pub(crate) fn is_alive(_process: u32) -> bool {
+pub fn is_alive(_process: u32) -> bool {
     true
 }
 

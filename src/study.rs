@@ -205,7 +205,7 @@ impl Study {
     ///
     /// # Errors
     /// As [`Study::run`]; when there is no parameter study; when the folder holds another part.
-    pub(crate) fn run_shard(
+    pub fn run_shard(
         &self,
         settings: &RunSettings,
         shard: Shard,

@@ -43,7 +43,7 @@ impl Fourier {
     /// x_j = a_0 + sum_k a_2k-1 sin(k tau_j) + a_2k cos(k tau_j), tau_j = 2 pi j / samples.
     ///
     /// `coefficients`: 2H + 1 values with 2H < samples; `out`: one value per sample.
-    pub(crate) fn to_samples(&mut self, coefficients: &[f64], out: &mut [f64]) {
+    pub fn to_samples(&mut self, coefficients: &[f64], out: &mut [f64]) {
         self.spectrum.fill(Complex::default());
         self.spectrum[0].re = coefficients[0];
         for (x, pair) in self.spectrum[1..]

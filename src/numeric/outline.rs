@@ -1,7 +1,7 @@
 //! What the first coefficients of polynomials say about their passages of a level on [0, 1], for several polynomials at a time.
 //!
 //! Most polynomials stay on their side of a level, or rise, or are convex or concave throughout. Twelve Bernstein coefficients with
-//! bounds on the other terms prove that, and then the values at both ends decide. Only the rest is left to [`first_passage`].
+//! bounds on the other terms prove that, and then the values at both ends decide. Only the rest is left to `first_passage`.
 
 use super::bernstein::{Direction, binomial, evaluate, first_passage, reciprocal};
 use super::roots::newton_from;
@@ -101,7 +101,7 @@ impl<const L: usize> Outline<L> {
         (low, high)
     }
 
-    /// [`first_passage`] of polynomial l, decided by the outline where that is possible; its coefficients are made where they are needed.
+    /// `first_passage` of polynomial l, decided by the outline where that is possible; its coefficients are made where they are needed.
     pub fn passage<const N: usize>(
         &self,
         l: usize,

@@ -8,7 +8,7 @@ use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Plot, Report, Tabl
 ///
 /// # Errors
 /// A column, connection, method or unit that the results do not have.
-pub(crate) fn arranged(figure: &Figure, report: &Report) -> Result<Figure, Error> {
+pub fn arranged(figure: &Figure, report: &Report) -> Result<Figure, Error> {
     let plot = &report.plot;
     let is_first = report.figure.as_ref() == Some(figure);
     let mut figure = figure.clone();

@@ -80,7 +80,7 @@ impl Axis {
     }
 
     /// One place for each name, the first on top.
-    pub(crate) fn of_names(names: &[String]) -> Self {
+    pub fn of_names(names: &[String]) -> Self {
         let count = names.len();
         let tick = |(k, name): (usize, &String)| Tick {
             value: (count - 1 - k) as f64,
@@ -108,7 +108,7 @@ impl Axis {
     }
 
     /// Axis around the data with some room, wherever zero is; data without negative values stay at or above zero.
-    pub(crate) fn framing(data: impl Iterator<Item = f64>, count: usize) -> Self {
+    pub fn framing(data: impl Iterator<Item = f64>, count: usize) -> Self {
         let (low, high) = extent(data).unwrap_or((0.0, 1.0));
         let positive = low >= 0.0;
         let (low, high) = widened(low, high);

@@ -87,7 +87,7 @@ pub fn record(cells: &[Cell]) -> std::io::Result<Vec<u8>> {
 /// # Errors
 ///
 /// Errors of `out`.
-pub(crate) fn write_header(columns: &[Column], out: impl Write) -> std::io::Result<()> {
+pub fn write_header(columns: &[Column], out: impl Write) -> std::io::Result<()> {
     let mut writer = csv::WriterBuilder::new()
         .terminator(csv::Terminator::CRLF)
         .from_writer(out);

@@ -13,7 +13,7 @@ use crate::report::{Column, Report, Table};
 
 /// Formats of [`export`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ExportFormat {
+pub enum ExportFormat {
     /// MATLAB level 5, `NAME.mat`: one struct per table, and `units` with the same fields.
     Mat,
     /// Apache Parquet, a file per table: `NAME.parquet`, `NAME.TABLE.parquet`; units in the metadata.
@@ -26,7 +26,7 @@ pub(crate) enum ExportFormat {
 
 impl ExportFormat {
     /// All formats, by the word of the command line.
-    pub(crate) const ALL: [(&str, ExportFormat); 4] = [
+    pub const ALL: [(&str, ExportFormat); 4] = [
         ("mat", ExportFormat::Mat),
         ("parquet", ExportFormat::Parquet),
         ("npz", ExportFormat::Npz),
@@ -55,7 +55,7 @@ struct Named<'a> {
 ///
 /// # Errors
 /// `Error::File`: a file that cannot be written, or a format that this build lacks.
-pub(crate) fn export(
+pub fn export(
     results: &Results,
     folder: &Path,
     out: &Path,

@@ -74,7 +74,7 @@ fn is_free(path: &Path) -> bool {
 
 /// Results that a folder held before a run.
 #[derive(Debug, Default)]
-pub(crate) struct Earlier {
+pub struct Earlier {
     /// Files by the name of their analysis.
     files: BTreeMap<String, BTreeSet<PathBuf>>,
 }
@@ -110,7 +110,7 @@ impl Earlier {
 
     /// What a run has left as it was: files of analyses that are not `known`, and of those that have been `written`, if they are
     /// not among the `files`.
-    pub(crate) fn stale(&self, known: &[&str], written: &[&str], files: &[PathBuf]) -> Vec<String> {
+    pub fn stale(&self, known: &[&str], written: &[&str], files: &[PathBuf]) -> Vec<String> {
         let mut list = Vec::new();
         for (name, earlier) in &self.files {
             let name = name.as_str();
@@ -148,7 +148,7 @@ fn tables(path: &Path, stem: &str) -> Option<Vec<String>> {
 }
 
 /// Reason why files cannot have the name of an analysis.
-pub(crate) fn name_fault(name: &str) -> Option<String> {
+pub fn name_fault(name: &str) -> Option<String> {
     let lower = name.to_ascii_lowercase();
     if ["manifest", "report", "timings"].contains(&lower.as_str()) {
         return Some(format!(
@@ -165,7 +165,7 @@ pub(crate) fn name_fault(name: &str) -> Option<String> {
 }
 
 /// Names that make trouble where the results are taken to another system: devices, and those that differ by case only.
-pub(crate) fn name_warnings(names: &[&str]) -> Vec<String> {
+pub fn name_warnings(names: &[&str]) -> Vec<String> {
     let mut list = Vec::new();
     for (k, name) in names.iter().enumerate() {
         let lower = name.to_ascii_lowercase();

@@ -22,9 +22,9 @@ use super::file_error;
 use crate::error::Error;
 
 /// Runs that may be finished ahead of the first unfinished one.
-pub(crate) const WINDOW: u64 = 16384;
+pub const WINDOW: u64 = 16384;
 /// Time between two times that the lines are forced to the disk.
-pub(crate) const SYNC_INTERVAL: Duration = Duration::from_secs(5);
+pub const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 /// Bytes of the longest line: texts in it are cropped far below.
 const LONGEST: u64 = 1 << 20;
 /// Digits of the checksum, and the blank after it.
@@ -32,7 +32,7 @@ const FRONT: usize = 9;
 
 /// A journal open for more runs. Nobody else can open it meanwhile.
 #[derive(Debug)]
-pub(crate) struct Journal {
+pub struct Journal {
     path: PathBuf,
     file: File,
     synced: Instant,
@@ -40,14 +40,14 @@ pub(crate) struct Journal {
 
 /// Runs that are finished: all below a number, and some above.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct Finished {
+pub struct Finished {
     below: u64,
     ahead: std::collections::BTreeSet<u64>,
 }
 
 impl Finished {
     /// The first run that is not finished.
-    pub(crate) fn first_open(&self) -> u64 {
+    pub fn first_open(&self) -> u64 {
         self.below
     }
 
@@ -75,7 +75,7 @@ impl Finished {
 
 /// A journal and its content.
 #[derive(Debug)]
-pub(crate) struct Opened {
+pub struct Opened {
     /// Open for more.
     pub journal: Journal,
     /// Runs that it holds.
@@ -177,7 +177,7 @@ impl Journal {
     ///
     /// # Errors
     /// `Error::File` when the journal cannot be read, and what `each` says.
-    pub(crate) fn in_order(
+    pub fn in_order(
         &mut self,
         place: &dyn Fn(u64) -> Option<u64>,
         each: &mut dyn FnMut(&[u8]) -> Result<(), Error>,

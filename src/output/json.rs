@@ -6,7 +6,7 @@ use super::table_file;
 use crate::report::{Report, Table};
 
 /// Key of the summary that goes to `timings.json` instead.
-pub(crate) const TIMINGS: &str = "timings";
+pub const TIMINGS: &str = "timings";
 /// Key of what is drawn and how, for drawing again.
 pub(super) const FIGURES: &str = "drawing";
 

@@ -23,7 +23,7 @@ fn in_hexadecimal(digest: &[u8]) -> String {
 /// # Errors
 ///
 /// `Error::File` when it cannot be read.
-pub(crate) fn size_and_hash(path: &Path) -> Result<(u64, String), Error> {
+pub fn size_and_hash(path: &Path) -> Result<(u64, String), Error> {
     let whole = || -> std::io::Result<(u64, String)> {
         let mut file = std::fs::File::open(path)?;
         let (mut hash, mut size) = (Sha256::new(), 0);

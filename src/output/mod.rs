@@ -23,6 +23,7 @@ pub mod svg;
 pub mod arrange;
 #[cfg(feature = "figures")]
 mod axis;
+#[cfg(feature = "figures")]
 mod beside;
 #[cfg(feature = "figures")]
 mod draw;
@@ -77,7 +78,7 @@ pub enum FigureFormat {
 
 impl FigureFormat {
     /// Every format that this build can write: none without the feature `figures`.
-    pub(crate) const ALL: &[FigureFormat] = match cfg!(feature = "figures") {
+    pub const ALL: &[FigureFormat] = match cfg!(feature = "figures") {
         true => &[FigureFormat::Svg, FigureFormat::Png, FigureFormat::Pdf],
         false => &[],
     };
@@ -183,7 +184,7 @@ pub fn write_report(
 /// # Errors
 /// As [`write_report`].
 #[cfg(feature = "figures")]
-pub(crate) fn write_figures(
+pub fn write_figures(
     out_dir: &Path,
     report: &Report,
     formats: &[FigureFormat],
@@ -212,7 +213,7 @@ pub(crate) fn write_figures(
 /// # Errors
 /// Always, when there is a format.
 #[cfg(not(feature = "figures"))]
-pub(crate) fn write_figures(
+pub fn write_figures(
     out_dir: &Path,
     report: &Report,
     formats: &[FigureFormat],
@@ -234,7 +235,7 @@ pub(crate) fn write_figures(
 ///
 /// `Error::File` when a file cannot be written or one of `files` cannot be read back; `Error::Input` as in
 /// [`write_report`].
-pub(crate) fn write_summary(
+pub fn write_summary(
     out_dir: &Path,
     reports: &[Report],
     options: &RunOptions,
@@ -279,7 +280,7 @@ fn write_page(_: &Path, _: &[Report], _: &RunOptions) -> Result<Vec<PathBuf>, Er
 /// # Errors
 /// `Error::File`: another ending, a model without bodies, a file that cannot be written.
 #[cfg(feature = "figures")]
-pub(crate) fn write_schematic(path: &Path, model: &Description) -> Result<(), Error> {
+pub fn write_schematic(path: &Path, model: &Description) -> Result<(), Error> {
     let failed = |message: String| file_error("draw", path, std::io::Error::other(message));
     let svg = schematic::render(model)
         .ok_or_else(|| failed("a reduced model has no bodies to draw".into()))?;
@@ -298,7 +299,7 @@ pub(crate) fn write_schematic(path: &Path, model: &Description) -> Result<(), Er
 /// # Errors
 /// Always.
 #[cfg(not(feature = "figures"))]
-pub(crate) fn write_schematic(path: &Path, _: &Description) -> Result<(), Error> {
+pub fn write_schematic(path: &Path, _: &Description) -> Result<(), Error> {
     let reason = "gearlash was built without the feature `figures`";
     let source = std::io::Error::new(std::io::ErrorKind::Unsupported, reason);
     Err(file_error("draw", path, source))
@@ -315,7 +316,7 @@ fn figure_file(report: &Report, figure: &str, format: FigureFormat) -> String {
 }
 
 /// File name of a table: `NAME.csv`, or `NAME.TABLE.csv` for all but the main one.
-pub(crate) fn table_file(report: &Report, table: &Table) -> String {
+pub fn table_file(report: &Report, table: &Table) -> String {
     match table.name.as_str() {
         "" => format!("{}.csv", report.name),
         name => format!("{}.{name}.csv", report.name),
@@ -347,7 +348,7 @@ fn check_name(out_dir: &Path, name: &str) -> Result<(), Error> {
 ///
 /// # Errors
 /// Errors of the operating system, with the name of the folder.
-pub(crate) fn create_folder(folder: &Path) -> Result<(), Error> {
+pub fn create_folder(folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(|source| file_error("create", folder, source))
 }
 

@@ -128,7 +128,7 @@ impl Raster {
     }
 
     /// The raster reduced to a number of columns and rows.
-    pub(crate) fn thinned(&self, most: usize) -> Raster {
+    pub fn thinned(&self, most: usize) -> Raster {
         let (i, j) = (kept(self.x.len(), most), kept(self.y.len(), most));
         let width = self.x.len();
         Raster {

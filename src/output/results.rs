@@ -86,7 +86,7 @@ impl Results {
     ///
     /// # Errors
     /// The first one, with the nearest that is.
-    pub(crate) fn check_names(&self, only: &[String]) -> Result<(), Error> {
+    pub fn check_names(&self, only: &[String]) -> Result<(), Error> {
         let names = self.names();
         let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) else {
             return Ok(());

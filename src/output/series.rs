@@ -60,7 +60,7 @@ pub(super) struct Series<'a> {
 
 impl Series<'_> {
     /// Whether the ordinate counts something: it changes in steps. Averages of counts do not.
-    pub(crate) fn is_count(&self) -> bool {
+    pub fn is_count(&self) -> bool {
         let quantity = self.curve.y.split('.').next().unwrap_or_default();
         let counts = [
             "impacts",

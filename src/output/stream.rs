@@ -11,7 +11,7 @@ use tempfile::NamedTempFile;
 
 /// A table that grows under a temporary name and gets its own when it is complete.
 #[derive(Debug)]
-pub(crate) struct RowFile {
+pub struct RowFile {
     path: PathBuf,
     out: BufWriter<NamedTempFile>,
 }
@@ -46,7 +46,7 @@ impl RowFile {
     ///
     /// # Errors
     /// `Error::File`: a full disk may show only here.
-    pub(crate) fn finish(self) -> Result<(), Error> {
+    pub fn finish(self) -> Result<(), Error> {
         let RowFile { path, out } = self;
         let whole = || -> std::io::Result<()> {
             let file = out.into_inner().map_err(|e| e.into_error())?;
@@ -218,7 +218,7 @@ impl Lines {
     ///
     /// # Errors
     /// `Error::File` when the file cannot be read.
-    pub(crate) fn next_line(&mut self) -> Result<Option<&[u8]>, Error> {
+    pub fn next_line(&mut self) -> Result<Option<&[u8]>, Error> {
         let mut searched = self.next;
         loop {
             let found = self.piece[searched..].iter().position(|b| *b == b'\n');

@@ -97,7 +97,7 @@ impl Scaled {
     }
 
     /// In a unit that suits numbers of this size.
-    pub(crate) fn suiting(label: &str, largest: f64) -> Scaled {
+    pub fn suiting(label: &str, largest: f64) -> Scaled {
         let (words, unit) = split(label);
         match prefixed(unit, largest) {
             Some((unit, factor)) => Scaled::new(words, &unit, factor),

@@ -8,7 +8,7 @@ use crate::system::Mount;
 /// Support level of a solver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Reach {
+pub enum Reach {
     /// All the way.
     Yes,
     /// With a reservation.
@@ -19,7 +19,7 @@ pub(crate) enum Reach {
 
 /// Support of one connection by one solver.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub(crate) struct Support {
+pub struct Support {
     /// Name of the solver.
     pub solver: &'static str,
     /// Support level.
@@ -29,7 +29,7 @@ pub(crate) struct Support {
 }
 
 /// Support of a connection by all solvers, in a fixed order.
-pub(crate) fn of(mount: &Mount) -> [Support; 7] {
+pub fn of(mount: &Mount) -> [Support; 7] {
     let law = mount.element.as_ref();
     let (is_hidden, is_jumping) = (law.has_hidden_jumps(), law.is_discontinuous());
     let yes = |how: &str| (Reach::Yes, how.to_string());

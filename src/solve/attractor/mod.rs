@@ -6,7 +6,7 @@
 //!   minimal period, and the last laps of the record approach it in the way its transition matrix says ([`Cycle`]). Where the
 //!   derivative of the map is not known, every point must repeat, and the repeats must have converged.
 //! - **chaotic**: the largest Lyapunov exponent is significantly positive over the record and positive in each third of it
-//!   ([`Exponents::is_stretching`]), and no attracting periodic orbit lies among the points. Never without exponents.
+//!   (`Exponents::is_stretching`), and no attracting periodic orbit lies among the points. Never without exponents.
 //! - **quasi-periodic**: the points lie on an invariant curve ([`Curve`]), that is, a rotation number and a curve taken from two thirds
 //!   of the record predict the rest; the largest exponent is 0 and all others are negative; and no attracting periodic orbit
 //!   lies among the points. Never where [`Tori::Excluded`] holds.
