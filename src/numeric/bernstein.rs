@@ -5,6 +5,7 @@
 //! of the coefficients of 1, x, x^2, ...
 
 use super::roots::newton_from;
+use pulp::Simd;
 
 /// Coefficients that the tables serve: degree + 1.
 pub(crate) const SIZE: usize = 32;
@@ -156,26 +157,32 @@ pub fn evaluate(coefficients: &[f64], x: f64) -> (f64, f64) {
 
 /// [`evaluate`] for several polynomials at once, each at its own x: `coefficients[k][l]` belongs to x^k in the one with number l.
 #[inline(always)]
-pub(crate) fn evaluate_each<const N: usize, const L: usize>(
+pub(crate) fn evaluate_each<S: Simd, const N: usize, const L: usize>(
+    simd: S,
     coefficients: &[[f64; L]; N],
     x: &[f64; L],
 ) -> ([f64; L], [f64; L]) {
     const { assert!(N.is_multiple_of(2)) };
-    let square = x.map(|x| x * x);
-    let zero = [0.0; L];
-    let (mut even, mut odd, mut even_slope, mut odd_slope) = (zero, zero, zero, zero);
-    for [a, b] in coefficients.as_chunks::<2>().0.iter().rev() {
-        for l in 0..L {
-            even_slope[l] = even_slope[l] * square[l] + even[l];
-            odd_slope[l] = odd_slope[l] * square[l] + odd[l];
-            even[l] = even[l] * square[l] + a[l];
-            odd[l] = odd[l] * square[l] + b[l];
+    let (mut value, mut slope) = ([0.0; L], [0.0; L]);
+    let (add, mul) = (
+        |a: S::f64s, b: S::f64s| simd.add_f64s(a, b),
+        |a: S::f64s, b: S::f64s| simd.mul_f64s(a, b),
+    );
+    for part in 0..L / S::F64_LANES {
+        let of = |each: &[f64; L]| S::as_simd_f64s(each).0[part];
+        let (x, zero) = (of(x), simd.splat_f64s(0.0));
+        let square = mul(x, x);
+        let (mut even, mut odd, mut even_slope, mut odd_slope) = (zero, zero, zero, zero);
+        for [a, b] in coefficients.as_chunks::<2>().0.iter().rev() {
+            even_slope = add(mul(even_slope, square), even);
+            odd_slope = add(mul(odd_slope, square), odd);
+            even = add(mul(even, square), of(a));
+            odd = add(mul(odd, square), of(b));
         }
-    }
-    let (mut value, mut slope) = (zero, zero);
-    for l in 0..L {
-        value[l] = even[l] + x[l] * odd[l];
-        slope[l] = odd[l] + 2.0 * x[l] * (even_slope[l] + x[l] * odd_slope[l]);
+        let bend = add(even_slope, mul(x, odd_slope));
+        let twice = mul(simd.splat_f64s(2.0), x);
+        S::as_mut_simd_f64s(&mut value).0[part] = add(even, mul(x, odd));
+        S::as_mut_simd_f64s(&mut slope).0[part] = add(odd, mul(twice, bend));
     }
     (value, slope)
 }

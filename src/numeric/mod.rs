@@ -15,6 +15,7 @@ pub mod fraction;
 pub mod growth;
 pub mod interpolation;
 pub mod jacobian;
+pub mod newtons;
 pub mod nonzeros;
 pub mod outline;
 mod pairs;

@@ -5,6 +5,7 @@
 
 use super::bernstein::{Direction, binomial, evaluate, first_passage, reciprocal};
 use super::roots::newton_from;
+use pulp::Simd;
 
 /// Coefficients in Bernstein form.
 const HEAD: usize = 12;
@@ -158,6 +159,129 @@ impl<const L: usize> Outline<L> {
     }
 }
 
+/// What outlines say about passages, for as many polynomials as registers hold.
+#[derive(Debug, Clone, Copy)]
+pub struct Survey<const L: usize> {
+    /// 0: there is none; 1: there is exactly one; 2: the polynomial has to be looked at as a whole.
+    kind: [f64; L],
+    guess: [f64; L],
+    start: [f64; L],
+}
+
+impl<const L: usize> Survey<L> {
+    /// Of polynomial l.
+    #[inline(always)]
+    pub fn look(&self, l: usize) -> Look {
+        match self.kind[l] {
+            0.0 => Look::Never,
+            1.0 => Look::Once {
+                guess: self.guess[l],
+                start: self.start[l],
+            },
+            _ => Look::Unclear,
+        }
+    }
+}
+
+impl<const L: usize> Outline<L> {
+    /// [`Outline::look`] of all polynomials at once, with gates in one direction, to the bit.
+    #[inline(always)]
+    pub fn survey<S: Simd>(
+        &self,
+        simd: S,
+        direction: Direction,
+        (level, tolerance): (&[f64; L], &[f64; L]),
+    ) -> Survey<L> {
+        let mut survey = Survey {
+            kind: [0.0; L],
+            guess: [0.0; L],
+            start: [0.0; L],
+        };
+        let (level, tolerance) = (S::as_simd_f64s(level).0, S::as_simd_f64s(tolerance).0);
+        for part in 0..level.len() {
+            self.survey_part(
+                simd,
+                part,
+                direction,
+                (level[part], tolerance[part]),
+                &mut survey,
+            );
+        }
+        survey
+    }
+
+    #[inline(always)]
+    fn survey_part<S: Simd>(
+        &self,
+        simd: S,
+        part: usize,
+        direction: Direction,
+        (level, tolerance): (S::f64s, S::f64s),
+        out: &mut Survey<L>,
+    ) {
+        let number = |x: f64| simd.splat_f64s(x);
+        let of = |each: &[f64; L]| S::as_simd_f64s(each).0[part];
+        let (zero, sign) = (number(0.0), number(direction.sign()));
+        let mut f = [zero; HEAD];
+        f[0] = simd.mul_f64s(sign, simd.sub_f64s(of(&self.head[0]), level));
+        // What starts beyond the level does so by rounding.
+        let over = simd.select_f64s(simd.greater_than_f64s(f[0], zero), f[0], zero);
+        f[0] = simd.sub_f64s(f[0], over);
+        let [rest, slopes, bends] = [of(&self.rest[0]), of(&self.rest[1]), of(&self.rest[2])];
+        let mut stays = simd.less_than_or_equal_f64s(zero, zero);
+        for j in 1..HEAD {
+            let height = simd.mul_f64s(sign, simd.sub_f64s(of(&self.head[j]), level));
+            f[j] = simd.sub_f64s(height, over);
+            let rise = simd.mul_f64s(simd.sub_f64s(f[j], f[0]), number(SPREAD[j]));
+            let highest = simd.add_f64s(rise, rest);
+            stays = simd.and_m64s(stays, simd.less_than_or_equal_f64s(highest, zero));
+        }
+        let always = simd.less_than_or_equal_f64s(zero, zero);
+        let (mut rises, mut is_convex, mut is_concave) = (always, always, always);
+        let mut before = simd.sub_f64s(f[1], f[0]);
+        rises = simd.and_m64s(rises, simd.greater_than_f64s(before, slopes));
+        let fallen = simd.neg_f64s(bends);
+        for j in 1..HEAD - 1 {
+            let rise = simd.sub_f64s(f[j + 1], f[j]);
+            let bend = simd.sub_f64s(rise, before);
+            rises = simd.and_m64s(rises, simd.greater_than_f64s(rise, slopes));
+            is_convex = simd.and_m64s(is_convex, simd.greater_than_f64s(bend, bends));
+            is_concave = simd.and_m64s(is_concave, simd.less_than_f64s(bend, fallen));
+            before = rise;
+        }
+        let end = simd.mul_f64s(sign, simd.sub_f64s(of(&self.end), level));
+        let passes = simd.greater_than_f64s(simd.sub_f64s(end, over), tolerance);
+        // The first coefficient beyond the level, and the one before it.
+        let last = HEAD - 1;
+        let (mut at, mut above, mut below) = (number(last as f64), f[last], f[last - 1]);
+        for j in (1..last).rev() {
+            let is_beyond = simd.greater_than_f64s(f[j], tolerance);
+            at = simd.select_f64s(is_beyond, number(j as f64), at);
+            above = simd.select_f64s(is_beyond, f[j], above);
+            below = simd.select_f64s(is_beyond, f[j - 1], below);
+        }
+        let (above, below) = (
+            simd.sub_f64s(above, tolerance),
+            simd.sub_f64s(below, tolerance),
+        );
+        let share = simd.div_f64s(above, simd.sub_f64s(above, below));
+        let guess = simd.div_f64s(simd.sub_f64s(at, share), number(last as f64));
+        let guess = simd.select_f64s(simd.less_than_f64s(guess, zero), zero, guess);
+        let one = number(1.0);
+        let guess = simd.select_f64s(simd.greater_than_f64s(guess, one), one, guess);
+        // Once: it passes, and rises, is convex or is concave. Never: it stays, or rises or is convex and does not pass.
+        let is_plain = simd.or_m64s(rises, is_convex);
+        let once = simd.and_m64s(passes, simd.or_m64s(is_plain, is_concave));
+        let kind = simd.select_f64s(once, one, number(2.0));
+        let below = simd.select_f64s(passes, kind, zero);
+        let kind = simd.select_f64s(is_plain, below, kind);
+        let kind = simd.select_f64s(stays, zero, kind);
+        S::as_mut_simd_f64s(&mut out.kind).0[part] = kind;
+        S::as_mut_simd_f64s(&mut out.guess).0[part] = guess;
+        S::as_mut_simd_f64s(&mut out.start).0[part] = f[0];
+    }
+}
+
 /// What an outline says about a passage.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Look {
@@ -215,12 +339,37 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    const LANES: usize = 8;
+
+    /// Looks at several polynomials at once are those at one of them; half of the batch is passed in each direction.
+    fn agree(batch: &[([f64; 24], f64, Look); LANES]) {
+        struct All<'a>(&'a [([f64; 24], f64, Look); LANES], Direction);
+        impl pulp::WithSimd for All<'_> {
+            type Output = Survey<LANES>;
+
+            fn with_simd<S: Simd>(self, simd: S) -> Survey<LANES> {
+                let coefficients: [[f64; LANES]; 24] =
+                    std::array::from_fn(|k| self.0.map(|(c, ..)| c[k]));
+                let level = self.0.map(|(_, level, _)| level);
+                Outline::new(&coefficients).survey(simd, self.1, (&level, &[1e-13; LANES]))
+            }
+        }
+        for (parity, direction) in [Direction::Up, Direction::Down].into_iter().enumerate() {
+            let survey = pulp::Arch::new().dispatch(All(batch, direction));
+            for l in (0..LANES).filter(|l| l % 2 == parity) {
+                let (one, wanted) = (survey.look(l), batch[l].2);
+                assert_eq!(format!("{one:?}"), format!("{wanted:?}"));
+            }
+        }
+    }
+
     /// Motions as steps have them: terms that fall like those of an exponential, and starts on the level and away from it.
     #[test]
     fn passages_are_those_of_the_whole_polynomial() {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut draw = || random.random_range(-1.0..1.0);
         let mut decided = [0; 3];
+        let mut batch = [([0.0; 24], 0.0, Look::Never); LANES];
         for case in 0..20_000 {
             let theta: f64 = 3.0 + 2.9 * draw();
             let mut power = 1.0;
@@ -252,6 +401,10 @@ mod tests {
                 apart.abs() < 1e-12,
                 "{case}: {found:?}, not {wanted:?}: {c:?}"
             );
+            batch[case % LANES] = (c, level, outline.look(0, gate));
+            if case % LANES == LANES - 1 {
+                agree(&batch);
+            }
             decided[match outline.look(0, gate) {
                 Look::Never => 0,
                 Look::Once { .. } => 1,

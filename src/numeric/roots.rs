@@ -199,7 +199,7 @@ impl Newton {
 }
 
 /// Steps of [`Newton`] at most.
-const MOST_NEWTON: u32 = 100;
+pub(super) const MOST_NEWTON: u32 = 100;
 
 /// A little below x^(1 / n), `share` = 1 / n, n >= 3: by less than 3 %, for n >= 20 by less than 1 %.
 ///

@@ -18,7 +18,7 @@ use crate::numeric::taylor::COUNT;
 use crate::solve::integrate::{Flight, Status};
 use crate::system::System;
 use crossings::Crossing;
-use pulp::{Arch, NullaryFnOnce};
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::TAU;
 
 /// Trajectories side by side.
@@ -99,12 +99,12 @@ struct Step<'a, const N: usize> {
     status: &'a mut [Status],
 }
 
-impl<const N: usize> NullaryFnOnce for Step<'_, N> {
+impl<const N: usize> WithSimd for Step<'_, N> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
-        self.lanes.advance(self.status);
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.lanes.advance(simd, self.status);
     }
 }
 
@@ -180,19 +180,21 @@ impl<const N: usize> Lanes<N> {
 
     /// A step of every lane.
     #[inline(always)]
-    fn advance(&mut self, status: &mut [Status]) {
+    fn advance<S: Simd>(&mut self, simd: S, status: &mut [Status]) {
         self.expand_loads();
-        self.recur();
+        self.recur(simd);
         let (step, whole) = self.lengths();
-        let crossings = self.crossings(&step);
+        let crossings = self.crossings(simd, &step);
         let mut theta = step;
         for l in 0..LANES {
             theta[l] = crossings[l].map_or(theta[l], |c| c.theta);
         }
         for i in 0..N {
             let slope;
-            (self.q[i], slope) = evaluate_each(&self.motion[i], &theta);
-            self.v[i] = slope.map(|s| s / self.tables.unit);
+            (self.q[i], slope) = evaluate_each(simd, &self.motion[i], &theta);
+            for l in 0..LANES {
+                self.v[i][l] = slope[l] / self.tables.unit;
+            }
         }
         for (l, status) in status.iter_mut().enumerate() {
             *status = self.close(l, theta[l], crossings[l], whole[l]);
@@ -278,37 +280,45 @@ impl<const N: usize> Lanes<N> {
         }
     }
 
-    /// Coefficients of the motion.
+    /// Coefficients of the motion, of as many lanes at a time as a register holds.
     #[inline(always)]
-    fn recur(&mut self) {
-        let unit = self.tables.unit;
-        let (mut now, mut rate) = (self.q, self.v.map(|v| v.map(|v| v * unit)));
-        for i in 0..N {
-            (self.motion[i][0], self.motion[i][1]) = (now[i], rate[i]);
-        }
-        for k in 0..COUNT - 2 {
-            let mut next = [[0.0; LANES]; N];
-            for (i, next) in next.iter_mut().enumerate() {
-                let mut sum = self.load[i][k];
-                for (stiffness, now) in self.coupled[i].iter().zip(&now) {
-                    for l in 0..LANES {
-                        sum[l] -= stiffness[l] * now[l];
-                    }
+    fn recur<S: Simd>(&mut self, simd: S) {
+        let number = |x: f64| simd.splat_f64s(x);
+        let unit = number(self.tables.unit);
+        for part in 0..LANES / S::F64_LANES {
+            let zero = number(0.0);
+            let (mut now, mut rate) = ([zero; N], [zero; N]);
+            let mut coupled = [[zero; N]; N];
+            for i in 0..N {
+                now[i] = part_of::<S>(&self.q[i], part);
+                rate[i] = simd.mul_f64s(part_of::<S>(&self.v[i], part), unit);
+                put::<S>(&mut self.motion[i][0], part, now[i]);
+                put::<S>(&mut self.motion[i][1], part, rate[i]);
+                for j in 0..N {
+                    coupled[i][j] = part_of::<S>(&self.coupled[i][j], part);
                 }
-                sum = sum.map(|s| s * RECIPROCAL[k + 1]);
-                for (damping, rate) in self.tables.damping[i].iter().zip(&rate) {
-                    let damping = damping * RECIPROCAL[k + 1];
-                    for l in 0..LANES {
-                        sum[l] -= damping * rate[l];
+            }
+            for k in 0..COUNT - 2 {
+                let mut next = [zero; N];
+                for i in 0..N {
+                    let mut sum = part_of::<S>(&self.load[i][k], part);
+                    for j in 0..N {
+                        sum = simd.sub_f64s(sum, simd.mul_f64s(coupled[i][j], now[j]));
                     }
+                    sum = simd.mul_f64s(sum, number(RECIPROCAL[k + 1]));
+                    for j in 0..N {
+                        let damping = number(self.tables.damping[i][j] * RECIPROCAL[k + 1]);
+                        sum = simd.sub_f64s(sum, simd.mul_f64s(damping, rate[j]));
+                    }
+                    next[i] = sum;
+                    let own = simd.mul_f64s(sum, number(RECIPROCAL[k + 2]));
+                    put::<S>(&mut self.motion[i][k + 2], part, own);
                 }
-                *next = sum;
-                self.motion[i][k + 2] = sum.map(|s| s * RECIPROCAL[k + 2]);
+                for i in 0..N {
+                    now[i] = part_of::<S>(&self.motion[i][k + 1], part);
+                }
+                rate = next;
             }
-            for (now, motion) in now.iter_mut().zip(&self.motion) {
-                *now = motion[k + 1];
-            }
-            rate = next;
         }
     }
 
@@ -345,6 +355,18 @@ impl<const N: usize> Lanes<N> {
         }
         (step, whole)
     }
+}
+
+/// As many of the lanes as a register holds.
+#[inline(always)]
+fn part_of<S: Simd>(each: &Each, part: usize) -> S::f64s {
+    S::as_simd_f64s(each).0[part]
+}
+
+/// Writes as many of the lanes as a register holds.
+#[inline(always)]
+fn put<S: Simd>(each: &mut Each, part: usize, value: S::f64s) {
+    S::as_mut_simd_f64s(each).0[part] = value;
 }
 
 #[inline(always)]

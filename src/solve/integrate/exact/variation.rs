@@ -87,9 +87,9 @@ impl Variation {
         match phi.nrows() {
             _ if !self.memory.is_empty() => self.sparse(series, phi, theta),
             2 => small::<1, 2>(series, phi, theta),
-            4 => small::<2, 4>(series, phi, theta),
-            6 => small::<3, 6>(series, phi, theta),
-            8 => small::<4, 8>(series, phi, theta),
+            4 => Arch::new().dispatch(Small::<2, 4> { series, phi, theta }),
+            6 => Arch::new().dispatch(Small::<3, 6> { series, phi, theta }),
+            8 => Arch::new().dispatch(Small::<4, 8> { series, phi, theta }),
             _ => self.sparse(series, phi, theta),
         }
     }
@@ -187,6 +187,22 @@ impl NullaryFnOnce for Step<'_> {
     }
 }
 
+/// The same for N coordinates; M = 2 N.
+struct Small<'a, const N: usize, const M: usize> {
+    series: &'a Series,
+    phi: &'a mut DMatrix<f64>,
+    theta: f64,
+}
+
+impl<const N: usize, const M: usize> NullaryFnOnce for Small<'_, N, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        small::<N, M>(self.series, self.phi, self.theta);
+    }
+}
+
 /// One row more; M: its length, or 0 for any.
 #[inline(always)]
 fn add_terms<const M: usize>(sum: &mut [f64], factor: f64, part: &[f64]) {
@@ -233,7 +249,8 @@ fn add_row<const M: usize>(sum: &mut [f64; M], factor: f64, part: &[f64; M]) {
     }
 }
 
-/// The same for N coordinates in arrays that the compiler can unroll; M = 2 N.
+/// A step for N coordinates in arrays that the compiler can unroll; M = 2 N.
+#[inline(always)]
 fn small<const N: usize, const M: usize>(series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
     let damping = dense::<N>(&series.damping);
     let stiffness = dense::<N>(&series.coupled);

@@ -2,9 +2,10 @@
 
 use super::{Each, LANES, Lanes, larger};
 use crate::numeric::bernstein::{Direction, evaluate_each};
+use crate::numeric::newtons::Newtons;
 use crate::numeric::outline::{Gate, Look, Outline};
-use crate::numeric::roots::Newton;
 use crate::numeric::taylor::COUNT;
+use pulp::Simd;
 
 /// The first crossing of a trajectory on a step.
 #[derive(Clone, Copy)]
@@ -14,19 +15,17 @@ pub(super) struct Crossing {
     pub direction: Direction,
 }
 
-/// A passage whose root is sought.
-#[derive(Clone, Copy)]
+/// Passages whose roots are sought, of one connection, at most one of every lane.
 struct Pending {
-    newton: Newton,
-    direction: Direction,
-    /// First coefficient, without the level.
-    start: f64,
+    newton: Newtons<LANES>,
+    direction: [Direction; LANES],
+    is_there: [bool; LANES],
 }
 
 impl<const N: usize> Lanes<N> {
     /// The first crossing of every lane.
     #[inline(always)]
-    pub(super) fn crossings(&mut self, step: &Each) -> [Option<Crossing>; LANES] {
+    pub(super) fn crossings<S: Simd>(&mut self, simd: S, step: &Each) -> [Option<Crossing>; LANES] {
         fill(&mut self.powers, step);
         let mut size = [0.0; LANES];
         for motion in &self.motion {
@@ -36,96 +35,110 @@ impl<const N: usize> Lanes<N> {
         }
         let mut first = [None; LANES];
         for number in 0..self.tables.lines.len() {
-            let mut pending = self.passages(number, step, &size, &mut first);
-            settle(&mut pending, &mut self.scaled);
-            for l in 0..LANES {
-                if let Some(p) = &pending[l] {
-                    note(&mut first[l], p.newton.x * step[l], number, p.direction);
-                }
+            self.scale(number);
+            let mut pending = self.passages(simd, (number, step, &size), &mut first);
+            pending.settle(simd, &self.scaled);
+            for l in (0..LANES).filter(|l| pending.is_there[*l]) {
+                note(
+                    &mut first[l],
+                    pending.newton.x[l] * step[l],
+                    number,
+                    pending.direction[l],
+                );
             }
         }
         first
     }
 
-    /// Passages of the borders of a connection: those with roots still to be found; the others are noted.
+    /// Coefficients of a deformation in powers of the share of the step.
     #[inline(always)]
-    fn passages(
-        &mut self,
-        number: usize,
-        step: &Each,
-        size: &Each,
-        first: &mut [Option<Crossing>; LANES],
-    ) -> [Option<Pending>; LANES] {
-        let line = &self.tables.lines[number];
-        let motion = &self.motion[line.connection];
+    fn scale(&mut self, number: usize) {
+        let motion = &self.motion[self.tables.lines[number].connection];
         for (k, out) in self.scaled.iter_mut().enumerate() {
             for l in 0..LANES {
                 out[l] = motion[k][l] * self.powers[k][l];
             }
         }
+    }
+
+    /// Passages of the borders of a connection: those with roots still to be found; the others are noted.
+    #[inline(always)]
+    fn passages<S: Simd>(
+        &mut self,
+        simd: S,
+        (number, step, size): (usize, &Each, &Each),
+        first: &mut [Option<Crossing>; LANES],
+    ) -> Pending {
+        let line = &self.tables.lines[number];
         let outline = Outline::new(&self.scaled);
         let (least, largest) = outline.hull();
-        let mut pending = [None; LANES];
-        for l in 0..LANES {
-            let borders = [
-                (self.low[number][l], Direction::Down, least[l]),
-                (self.high[number][l], Direction::Up, largest[l]),
-            ];
-            for (level, direction, extreme) in borders {
-                let gate = Gate {
-                    level,
-                    direction,
-                    tolerance: line.tolerance(level, size[l]),
-                };
-                if gate.is_out_of_reach(extreme) {
-                    continue;
-                }
-                let look = outline.look(l, gate);
-                match look {
-                    Look::Once { guess, start } if pending[l].is_none() => {
-                        pending[l] = Some(Pending {
-                            newton: Newton::new(guess, (0.0, -1.0), 1.0),
-                            direction,
-                            start: direction.sign() * start,
-                        });
-                    }
+        let mut starts = self.scaled[0];
+        let mut pending = Pending {
+            newton: Newtons::default(),
+            direction: [Direction::Up; LANES],
+            is_there: [false; LANES],
+        };
+        let borders = [
+            (&self.low[number], Direction::Down, &least),
+            (&self.high[number], Direction::Up, &largest),
+        ];
+        for (level, direction, extreme) in borders {
+            let mut tolerance = [0.0; LANES];
+            for l in 0..LANES {
+                tolerance[l] = line.tolerance(level[l], size[l]);
+            }
+            let gate = |l: usize| Gate {
+                level: level[l],
+                direction,
+                tolerance: tolerance[l],
+            };
+            let mut reaches = [false; LANES];
+            for l in 0..LANES {
+                reaches[l] = !gate(l).is_out_of_reach(extreme[l]);
+            }
+            if reaches == [false; LANES] {
+                continue;
+            }
+            let survey = outline.survey(simd, direction, (level, &tolerance));
+            for l in (0..LANES).filter(|l| reaches[*l]) {
+                match survey.look(l) {
                     Look::Never => {}
-                    Look::Once { .. } | Look::Unclear => {
-                        let polynomial = self.scaled.map(|c| c[l]);
-                        if let Some(x) = look.resolve(gate, || polynomial) {
+                    Look::Once { guess, start } if !pending.is_there[l] => {
+                        pending.newton.seek(l, guess);
+                        (pending.direction[l], pending.is_there[l]) = (direction, true);
+                        starts[l] = direction.sign() * start;
+                    }
+                    look => {
+                        let mut polynomial = [0.0; COUNT];
+                        for (out, c) in polynomial.iter_mut().zip(&self.scaled) {
+                            *out = c[l];
+                        }
+                        if let Some(x) = look.resolve(gate(l), || polynomial) {
                             note(&mut first[l], x * step[l], number, direction);
                         }
                     }
                 }
             }
         }
+        self.scaled[0] = starts;
         pending
     }
 }
 
-/// Newton's method for all lanes at once.
-#[inline(always)]
-fn settle(pending: &mut [Option<Pending>; LANES], scaled: &mut [Each; COUNT]) {
-    let (mut x, mut sought, mut count) = ([0.5; LANES], [false; LANES], 0);
-    for l in 0..LANES {
-        if let Some(p) = &pending[l] {
-            scaled[0][l] = p.start;
-            (x[l], sought[l]) = (p.newton.x, true);
-            count += 1;
-        }
-    }
-    while count > 0 {
-        let (value, slope) = evaluate_each(scaled, &x);
+impl Pending {
+    /// Newton's method for all lanes at once.
+    #[inline(always)]
+    fn settle<S: Simd>(&mut self, simd: S, scaled: &[Each; COUNT]) {
+        let mut sign = [0.0; LANES];
         for l in 0..LANES {
-            let Some(p) = pending[l].as_mut().filter(|_| sought[l]) else {
-                continue;
-            };
-            let sign = p.direction.sign();
-            if p.newton.is_over((sign * value[l], sign * slope[l])) {
-                sought[l] = false;
-                count -= 1;
+            sign[l] = self.direction[l].sign();
+        }
+        while !self.newton.is_over() {
+            let (mut value, mut slope) = evaluate_each(simd, scaled, &self.newton.x);
+            for l in 0..LANES {
+                (value[l], slope[l]) = (sign[l] * value[l], sign[l] * slope[l]);
             }
-            x[l] = p.newton.x;
+            self.newton.step(simd, (&value, &slope));
         }
     }
 }
