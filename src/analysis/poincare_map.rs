@@ -9,7 +9,10 @@ use crate::interrupt;
 use crate::quantity::Quantity;
 use crate::report::{Figure, Panel, Report, Table};
 use crate::solve::attractor::lyapunov::Exponents;
-use crate::solve::attractor::{Attractor, LabelOptions, Lengths, MapSize, Stroboscopic, attractor};
+use crate::solve::attractor::{
+    Attractor, HeadStart, LabelOptions, Lengths, MapSize, Stroboscopic, attractor_from, head_starts,
+};
+use crate::solve::ensemble::Ensemble;
 use crate::solve::integrate::{IntegratorChoice, IntegratorOptions};
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -65,6 +68,8 @@ pub(super) mod defaults {
 
 /// Iterates spent, per decision, on the search for attracting orbits among the points: runs are few.
 const EFFORT: usize = 2000;
+/// Initial states whose transients are gone through together.
+const TOGETHER: usize = 8;
 /// Periods between two reports of the progress.
 pub(super) const REPORTED: usize = 64;
 
@@ -99,9 +104,24 @@ impl Analysis for PoincareMap {
         let total = states.len() * (self.transient + self.periods);
         let done = AtomicUsize::new(0);
         let flag = interrupt::current();
-        let runs: Result<Vec<Run>, Fault> = (states.par_iter())
-            .map(|state| flag.scope(|| self.one(setting, state, &done, total)))
+        let count = || {
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if count.is_multiple_of(REPORTED) {
+                let words = format!("period {count} of {total}");
+                // Extended records take longer than the stated one.
+                let share = (count as f64 / total as f64).min(1.0);
+                setting.control.progress(setting.name, share, &words);
+            }
+            !setting.control.is_interrupted()
+        };
+        let begun: Result<Vec<Vec<Begun>>, Fault> = (states.par_chunks(TOGETHER))
+            .map(|states| flag.scope(|| self.begin(setting, states, &count)))
             .collect();
+        let runs: Result<Vec<Run>, Fault> = begun.map(|begun| {
+            let begun: Vec<Begun> = begun.into_iter().flatten().collect();
+            let one = |begun| flag.scope(|| self.one(setting, begun, &count));
+            begun.into_par_iter().map(one).collect()
+        });
         let runs = runs.map_err(|fault| columns::refused(setting, fault))?;
         let mut report = self.report(setting, &runs);
         let seconds = began.elapsed().as_secs_f64();
@@ -113,6 +133,9 @@ impl Analysis for PoincareMap {
         self.report(setting, &[]).tables
     }
 }
+
+/// A motion, and what it has behind it.
+type Begun = (Motion, HeadStart);
 
 /// What became of one initial state.
 struct Run {
@@ -151,25 +174,46 @@ impl PoincareMap {
         }
     }
 
+    /// Motions from some of the states; several go through their transients together.
+    fn begin(
+        &self,
+        setting: &Setting<'_>,
+        states: &[(String, Initial)],
+        count: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Vec<Begun>, Fault> {
+        let motions: Result<Vec<Motion>, Fault> = (states.iter())
+            .map(|(key, initial)| Motion::new(setting, &self.at, (key, initial), self.flow()))
+            .collect();
+        let mut motions = motions?;
+        let ensemble = motions.first().filter(|_| motions.len() > 1);
+        let ensemble = ensemble.map(|motion| Ensemble::new(&motion.system, self.flow()));
+        let Some(Ok(mut ensemble)) = ensemble else {
+            let alone = |motion| (motion, HeadStart::default());
+            return Ok(motions.into_iter().map(alone).collect());
+        };
+        let mut starts: Vec<Vec<f64>> = motions.iter().map(|m| m.state.clone()).collect();
+        let system = &motions[0].system;
+        let heads = head_starts(
+            &mut ensemble,
+            system,
+            &mut starts,
+            self.transient,
+            &mut || count(),
+        );
+        for (motion, state) in motions.iter_mut().zip(starts) {
+            motion.state = state;
+        }
+        let heads = heads.into_iter().map(Option::unwrap_or_default);
+        Ok(motions.into_iter().zip(heads).collect())
+    }
+
     fn one(
         &self,
         setting: &Setting<'_>,
-        (key, initial): &(String, Initial),
-        done: &AtomicUsize,
-        total: usize,
-    ) -> Result<Run, Fault> {
-        let start = (key.as_str(), initial);
-        let mut motion = Motion::new(setting, &self.at, start, self.flow())?;
-        let mut keep_going = |_: usize| {
-            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            if count.is_multiple_of(REPORTED) {
-                let words = format!("period {count} of {total}");
-                // Extended records take longer than the stated one.
-                let share = (count as f64 / total as f64).min(1.0);
-                setting.control.progress(setting.name, share, &words);
-            }
-            !setting.control.is_interrupted()
-        };
+        (mut motion, head): Begun,
+        count: &(dyn Fn() -> bool + Sync),
+    ) -> Run {
+        let mut keep_going = |_: usize| count();
         let mut map = Stroboscopic {
             system: &motion.system,
             integrator: motion.integrator.as_mut(),
@@ -178,22 +222,17 @@ impl PoincareMap {
             effort: EFFORT,
             ..self.label_keys().options()
         };
-        let attractor = attractor(
-            &mut map,
-            &mut motion.state,
-            self.size(),
-            options,
-            &mut keep_going,
-        );
+        let begin = (motion.state.as_mut_slice(), head);
+        let attractor = attractor_from(&mut map, begin, self.size(), options, &mut keep_going);
         let integrator = motion.integrator.as_ref();
         let (name, strain) = (integrator.name(), integrator.strain());
-        Ok(Run {
+        Run {
             attractor,
             integrator: name,
             warnings: (motion.warning.into_iter())
                 .chain(flow::labour(name, strain, setting))
                 .collect(),
-        })
+        }
     }
 
     fn report(&self, setting: &Setting<'_>, runs: &[Run]) -> Report {

@@ -80,3 +80,35 @@ fn cells_remain_undecided_only_where_neighbours_differ() {
         "{labels:?}"
     );
 }
+
+/// Cells whose motion was cut short where it had come close to an orbit have the labels of whole records.
+#[test]
+fn labels_are_those_of_whole_records() {
+    let report = run(
+        PAIR,
+        &format!(
+            "{{type: regime_map, parameters: {{frequency: {{from: 0.9, to: 2.1, points: 9}}, {QA}: {{from: 0.25, to: 0.3, points: 2}}}}, \
+             refine: 0, seeds: [rest], measures: [impacts]}}"
+        ),
+    );
+    let table = main_table(&report);
+    let (omega, qa, labels) = (
+        floats(table, "frequency"),
+        floats(table, QA),
+        texts(table, "label"),
+    );
+    let mut compared = 0;
+    for k in (0..omega.len()).filter(|k| qa[*k] == 0.25 && labels[*k].starts_with("period")) {
+        let whole = run(
+            PAIR,
+            &format!(
+                "{{type: poincare_map, at: {}, transient: 2000, periods: 100}}",
+                omega[k]
+            ),
+        );
+        let wanted = &texts(whole.table("summary").unwrap(), "label")[0];
+        assert_eq!(&labels[k], wanted, "{}", omega[k]);
+        compared += 1;
+    }
+    assert!(compared > 3, "{labels:?}");
+}

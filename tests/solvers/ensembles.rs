@@ -6,6 +6,9 @@ use gearlash::element::{
     Backlash, Cubic, Element, Expression, ImpactDampingLaw, OneSided, PiecewiseLinear, Side,
 };
 use gearlash::numeric::periodic::{Harmonic, Periodic};
+use gearlash::solve::attractor::{
+    HeadStart, LabelOptions, Lengths, MapSize, Stroboscopic, attractor_from, head_starts,
+};
 use gearlash::solve::ensemble::{Ensemble, Next};
 use gearlash::solve::integrate::{IntegrationEnd, IntegratorChoice, automatic, choose, is_flow};
 use gearlash::system::{LoadSource, Mount, System};
@@ -92,6 +95,53 @@ fn trajectories_are_those_of_one_at_a_time_to_the_bit() {
                 single.advance(&system, (0.0, TAU), &mut state, &mut ());
                 assert_eq!(&state, point, "{expected:?}, trajectory {k}");
             }
+        }
+    }
+}
+
+/// A record whose transient was gone through together with others is that of a motion on its own, deviations included; one that fails
+/// underway starts at its begin.
+#[test]
+fn transients_gone_through_together_lead_to_the_same_records() {
+    let size = MapSize {
+        transient: 180,
+        periods: 20,
+        exponents: Lengths::Followed,
+    };
+    let options = LabelOptions {
+        extend: 1,
+        ..LabelOptions::default()
+    };
+    for (system, _) in systems() {
+        let starts = starts(system.dof(), 5);
+        let mut states: Vec<Vec<f64>> = (starts.chunks_exact(2 * system.dof()))
+            .map(<[f64]>::to_vec)
+            .collect();
+        states[3][0] = f64::NAN;
+        let begins = states.clone();
+        let mut ensemble = Ensemble::new(&system, IntegratorChoice::Auto).unwrap();
+        let heads = head_starts(&mut ensemble, &system, &mut states, 180, &mut || true);
+        assert!(heads[3].is_none() && heads.iter().flatten().count() == 4);
+        assert!(states[3][0].is_nan() && states[2] != begins[2]);
+        let record = |mut state: Vec<f64>, head: HeadStart| {
+            let mut integrator = choose(&system, IntegratorChoice::Auto).unwrap();
+            let mut map = Stroboscopic {
+                system: &system,
+                integrator: integrator.as_mut(),
+            };
+            let begin = (state.as_mut_slice(), head);
+            let found = attractor_from(&mut map, begin, size, options, &mut |_| true);
+            (
+                found.label,
+                found.record.points,
+                found.record.exponents,
+                state,
+            )
+        };
+        for (k, head) in heads.into_iter().enumerate().filter(|(k, _)| *k != 3) {
+            let together = record(states[k].clone(), head.unwrap());
+            let alone = record(begins[k].clone(), HeadStart::default());
+            assert_eq!(format!("{together:?}"), format!("{alone:?}"), "{k}");
         }
     }
 }

@@ -9,14 +9,19 @@ use crate::interrupt;
 use crate::report::Column;
 use crate::solve::attractor::lyapunov::Exponents;
 use crate::solve::attractor::{
-    Attractor, Cycle, Label, Map, MapSize, Stop, Stroboscopic, attractor, reconsider, scatter,
+    Attractor, Cycle, HeadStart, Label, Map, MapSize, Stop, Stroboscopic, attractor_from,
+    head_starts, reconsider, scatter,
 };
+use crate::solve::ensemble::Ensemble;
 use crate::solve::integrate::{IntegratorOptions, Strain};
 use crate::system::System;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Random states whose transients are gone through together.
+const TOGETHER: usize = 16;
 /// Reasons told in full.
 const SHOWN: usize = 4;
 
@@ -194,7 +199,8 @@ impl<'a> Work<'a> {
                 }
             };
             let hints = cycle.as_slice();
-            let Some(mut point) = self.point((run, k, *value), &system, &mut state, hints) else {
+            let begin = (state.as_mut_slice(), HeadStart::default());
+            let Some(mut point) = self.point((run, k, *value), &system, begin, hints) else {
                 continue;
             };
             if point.attractor.label != Label::Undecided {
@@ -212,23 +218,63 @@ impl<'a> Work<'a> {
     /// Every value with every random state, on its own.
     pub fn scattered(&self, states: &States) -> Vec<Point> {
         let values = &self.plan.sweeps[0];
-        let one = |task: usize| {
-            let (k, run) = (task / states.count, task % states.count);
-            let system = self.system(run, k, values[k])?;
-            let (mut state, warning) = flow::rest(&system);
-            scatter(states.seed, task, &states.widths, &mut state);
-            let mut point = self.point((run, k, values[k]), &system, &mut state, &[])?;
-            point.warning = warning;
-            Some((k, state, point))
-        };
-        let tasks = (0..values.len() * states.count).into_par_iter();
+        let groups = states.count.div_ceil(TOGETHER);
+        let tasks = (0..values.len() * groups).into_par_iter();
         let flag = interrupt::current();
-        let list = tasks.filter_map(|task| flag.scope(|| one(task)));
+        let list = tasks.flat_map_iter(|task| {
+            let first = task % groups * TOGETHER;
+            let runs = first..states.count.min(first + TOGETHER);
+            flag.scope(|| self.group(states, task / groups, runs))
+        });
         let list: Vec<(usize, Vec<f64>, Point)> = list.collect();
         let hints = Hints::new(values.len(), &list);
         let points = list.into_par_iter().map(|(k, mut state, mut point)| {
             flag.scope(|| self.reconsider(k, &mut state, &mut point, hints.near(k)));
             point
+        });
+        points.collect()
+    }
+
+    /// Some of the runs at a value: their transients together, the rest of each on its own.
+    fn group(
+        &self,
+        states: &States,
+        k: usize,
+        runs: Range<usize>,
+    ) -> Vec<(usize, Vec<f64>, Point)> {
+        let (value, first) = (self.plan.sweeps[0][k], runs.start);
+        let Some(system) = self.system(first, k, value) else {
+            // Each run has its own row in the list of those that ended.
+            runs.skip(1)
+                .for_each(|run| drop(self.system(run, k, value)));
+            return Vec::new();
+        };
+        let (rest, warning) = flow::rest(&system);
+        let mut starts = vec![rest; runs.len()];
+        for (run, state) in runs.clone().zip(&mut starts) {
+            scatter(states.seed, k * states.count + run, &states.widths, state);
+        }
+        let heads = match Ensemble::new(&system, self.plan.integrator) {
+            Ok(mut ensemble) => {
+                let mut keep_going = || !self.setting.control.is_interrupted();
+                let transient = self.plan.size.transient;
+                head_starts(
+                    &mut ensemble,
+                    &system,
+                    &mut starts,
+                    transient,
+                    &mut keep_going,
+                )
+            }
+            // The runs say why.
+            Err(_) => vec![None; runs.len()],
+        };
+        let begins = starts.into_iter().zip(heads);
+        let points = runs.zip(begins).filter_map(|(run, (mut state, head))| {
+            let begin = (state.as_mut_slice(), head.unwrap_or_default());
+            let mut point = self.point((run, k, value), &system, begin, &[])?;
+            point.warning = warning.clone();
+            Some((k, state, point))
         });
         points.collect()
     }
@@ -280,7 +326,7 @@ impl<'a> Work<'a> {
         &self,
         (run, k, value): (usize, usize, f64),
         system: &System,
-        state: &mut [f64],
+        (state, head): (&mut [f64], HeadStart),
         hints: &[Cycle],
     ) -> Option<Point> {
         let setting = self.setting;
@@ -297,7 +343,9 @@ impl<'a> Work<'a> {
         };
         let options = self.plan.labels.options();
         let mut keep_going = |_: usize| !setting.control.is_interrupted();
-        let mut attractor = attractor(&mut map, state, self.plan.size, options, &mut keep_going);
+        let begin = (&mut *state, head);
+        let mut attractor =
+            attractor_from(&mut map, begin, self.plan.size, options, &mut keep_going);
         let moving = (&mut map as &mut dyn Map, &mut *state);
         reconsider(moving, &mut attractor, hints, options, &mut keep_going);
         match attractor.record.stop {

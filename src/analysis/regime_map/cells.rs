@@ -9,7 +9,7 @@ use crate::analysis::{Setting, flow};
 use crate::interrupt;
 use crate::measure::Solved;
 use crate::postprocess::measures::Meter;
-use crate::solve::attractor::{Label, MapSize, Stop, Stroboscopic, attractor};
+use crate::solve::attractor::{Goal, Label, LabelOptions, MapSize, Stop, Stroboscopic, attractor};
 use crate::solve::curve::Plane;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -289,7 +289,10 @@ impl<'a> Field<'a> {
             integrator: integrator.as_mut(),
         };
         let mut keep_going = |_: usize| !setting.control.is_interrupted();
-        let labels = keys.label_keys().options();
+        let labels = LabelOptions {
+            goal: Goal::Attractor,
+            ..keys.label_keys().options()
+        };
         let found = attractor(&mut map, &mut state, size, labels, &mut keep_going);
         match found.record.stop {
             Some(Stop::Interrupted) => return None,

@@ -1,6 +1,5 @@
 //! Attracting periodic orbits: found by Newton's iteration on iterates of the map, and reached or not by a record.
 
-use super::LEAST_POINTS;
 use super::geometry::{Cloud, distance};
 use super::lyapunov::{Exponents, FORGOTTEN};
 use super::map::Map;
@@ -22,7 +21,7 @@ pub struct Cycle {
     /// Multipliers over the minimal period, by falling modulus: all inside the unit circle.
     pub multipliers: Vec<Complex<f64>>,
     /// Derivative of the map over the minimal period, from the first point.
-    phi: DMatrix<f64>,
+    pub(super) phi: DMatrix<f64>,
 }
 
 impl Cycle {
@@ -81,12 +80,10 @@ const SAME: f64 = 1e3;
 const LEAST_SAME: f64 = 1e-9;
 /// Newton iterations per attempt: attempts start near an orbit or are given up.
 const ITERATIONS: usize = 6;
-/// Share of the contraction of a lap that its nonlinear part may undo.
-const LINEAR: f64 = 0.1;
-/// Laps that have to be linear.
-const LAPS: usize = 3;
-/// Distance from an orbit, relative to the scale, at which a record has arrived; in errors of the map where that is more.
-const ARRIVED: (f64, f64) = (1e-9, 1e3);
+/// Least fraction of Newton's step that is tried.
+const DAMPING: f64 = 0.25;
+/// Distance from an orbit, relative to the scale, within which a guess leads there.
+const SEEN: f64 = 1e-2;
 /// Largest multiplier of a saddle that is followed to its partner.
 const SADDLE: f64 = 8.0;
 /// Distance from a saddle at which its unstable manifold is entered, relative to the scale.
@@ -95,13 +92,6 @@ const OFFSET: f64 = 3e-3;
 const DESCENT: usize = 20;
 /// Powers of a derivative that bring out its leading direction.
 const POWERS: usize = 24;
-/// Attempts from the end of one record.
-const ATTEMPTS: usize = 4;
-/// Best recurrence that makes a lag worth an attempt, relative to the extent of the record and to its scale.
-const RECURRENT: (f64, f64) = (0.2, 1e-6);
-/// Largest modulus of the eigenvalues of the last lap's derivative for an attempt: near an attracting orbit it is that of its
-/// leading multiplier.
-const LAST_LAP: f64 = 1.01;
 
 /// u -> P^laps(u) - u.
 struct Return<'a> {
@@ -183,6 +173,10 @@ pub(super) struct Search<'a> {
     scale: Vec<f64>,
     /// Iterates left.
     budget: usize,
+    /// Least fraction of Newton's step.
+    damping: f64,
+    /// Points of the orbits that were found and do not attract.
+    seen: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -191,6 +185,8 @@ impl<'a> Search<'a> {
             map,
             scale: cloud.scale.clone(),
             budget,
+            damping: DAMPING,
+            seen: Vec::new(),
         }
     }
 
@@ -222,11 +218,20 @@ impl<'a> Search<'a> {
         guess: &[f64],
         period: usize,
     ) -> Option<Cycle> {
-        let found = self.solve(guess, period)?;
+        if self.is_seen(guess) {
+            return None;
+        }
+        // A guess that needs more is not worth it.
+        self.damping = 1.0;
+        let found = self.solve(guess, period);
+        self.damping = DAMPING;
+        let found = found?;
         let leading = found.multipliers.first()?;
         if leading.norm() < 1.0 {
             return self.attracting(found.u.as_slice(), period);
         }
+        let points = self.orbit(found.u.as_slice(), period)?;
+        self.seen.extend(points);
         let is_other_inside = found.multipliers.get(1).is_none_or(|mu| mu.norm() < 1.0);
         if leading.im != 0.0 || !(1.0..SADDLE).contains(&leading.re) || !is_other_inside {
             return None;
@@ -247,6 +252,12 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// Whether a guess leads to an orbit that does not attract.
+    fn is_seen(&self, guess: &[f64]) -> bool {
+        let mut seen = self.seen.chunks_exact(guess.len());
+        seen.any(|point| distance(point, guess, &self.scale) <= SEEN)
+    }
+
     /// The leading eigenvector of a derivative, of length 1 in the scale.
     fn unstable_direction(&self, phi: &DMatrix<f64>) -> Vec<f64> {
         let mut direction = DVector::from_column_slice(&self.scale);
@@ -262,7 +273,7 @@ impl<'a> Search<'a> {
     }
 
     /// Derivative of an iterate at a state.
-    fn lap(&mut self, state: &[f64], laps: usize) -> Option<DMatrix<f64>> {
+    pub fn lap(&mut self, state: &[f64], laps: usize) -> Option<DMatrix<f64>> {
         let mut state = state.to_vec();
         let mut phi = DMatrix::identity(state.len(), state.len());
         let mut reaches =
@@ -288,7 +299,7 @@ impl<'a> Search<'a> {
             tolerance: 10.0 * error,
             step_tolerance: 1e-10_f64.max(1e2 * error),
             max_iterations: ITERATIONS.min(self.budget / laps),
-            min_damping: 0.25,
+            min_damping: self.damping,
         };
         let mut newton = Newton::new(&problem.structure(), options);
         let mut u = DVector::from_column_slice(guess);
@@ -328,124 +339,3 @@ impl<'a> Search<'a> {
         Some(points)
     }
 }
-
-/// The attracting orbit on which a record ends: its last laps follow the linear part of the return map, so closely that what is
-/// left of the distance must vanish, or have arrived.
-///
-/// ```text
-/// e_k = x_k - u,    |e_(k+n) - Phi e_k| <= 0.1 (1 - |mu|) |e_k|
-/// ```
-pub(super) fn settled(map: &mut dyn Map, cloud: &Cloud<'_>, longest: usize) -> Option<Cycle> {
-    let lags = recurrent_lags(cloud, longest);
-    let budget = 2 * cloud.count() + 4 * lags.first().copied().unwrap_or(0) + 64;
-    let error = map.error();
-    let mut search = Search::new(map, cloud, budget);
-    let start = cloud.count() - 1;
-    lags.into_iter().find_map(|lag| {
-        let mut lap = cloud.derivative(start - lag, lag);
-        if lap.is_none() && cloud.count() < LEAST_POINTS {
-            lap = Some(search.lap(cloud.point(start - lag), lag)?);
-        }
-        let expands = |phi| {
-            let leading = floquet::multipliers_and_neutral(&phi, 0).0;
-            leading.first().is_none_or(|mu| mu.norm() > LAST_LAP)
-        };
-        if lap.is_some_and(expands) {
-            return None;
-        }
-        let cycle = search.attracting(cloud.last(), lag)?;
-        has_arrived(&cycle, cloud, error).then_some(cycle)
-    })
-}
-
-/// The orbit from its point nearest the end of a record, if the record has arrived there.
-pub(super) fn captured(cycle: &Cycle, cloud: &Cloud<'_>, error: f64) -> Option<Cycle> {
-    let size = cloud.size;
-    let gap = |k: &usize| {
-        distance(
-            &cycle.points[k * size..(k + 1) * size],
-            cloud.last(),
-            &cloud.scale,
-        )
-    };
-    let nearest = (0..cycle.period).min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
-    // The transition matrix belongs to the first point: the record is looked at where it passed there.
-    let is_long = cloud.count() > nearest;
-    (is_long && has_arrived(cycle, &cloud.without(nearest), error)).then(|| cycle.clone())
-}
-
-/// Whether the last laps of a record approach the first point of an orbit.
-pub(super) fn has_arrived(cycle: &Cycle, cloud: &Cloud<'_>, error: f64) -> bool {
-    let (count, n) = (cloud.count(), cycle.period);
-    if count <= n {
-        return false;
-    }
-    let u = &cycle.points[..cloud.size];
-    let deviation = |k: usize| {
-        let difference = cloud.point(k).iter().zip(u).map(|(x, u)| x - u);
-        DVector::from_iterator(cloud.size, difference)
-    };
-    let length = |e: &DVector<f64>| {
-        let parts = e.iter().zip(&cloud.scale).map(|(e, s)| (e / s).abs());
-        parts.fold(0.0, f64::max)
-    };
-    let gap = 1.0 - cycle.multipliers[0].norm();
-    let arrived = ARRIVED.0.max(ARRIVED.1 * error);
-    let last = deviation(count - 1);
-    if length(&last) <= arrived {
-        return true;
-    }
-    let laps = LAPS.min((count - 1) / n);
-    laps > 0
-        && (1..=laps).all(|lap| {
-            let (before, after) = (
-                deviation(count - 1 - lap * n),
-                deviation(count - 1 - (lap - 1) * n),
-            );
-            let nonlinear = after - &cycle.phi * &before;
-            length(&nonlinear) <= LINEAR * gap * length(&before)
-        })
-}
-
-/// Lags at which the end of a record repeats, the most promising first: the shortest of about the best recurrence, then those
-/// that repeat better than all shorter ones.
-fn recurrent_lags(cloud: &Cloud<'_>, longest: usize) -> Vec<usize> {
-    let largest = longest.min(cloud.count().saturating_sub(1));
-    let gaps: Vec<f64> = (1..=largest).map(|n| cloud.end_recurrence(n)).collect();
-    let limit = (RECURRENT.0 * cloud.extent()).max(RECURRENT.1);
-    let best = gaps.iter().fold(f64::INFINITY, |m, g| m.min(*g));
-    if best > limit {
-        return Vec::new();
-    }
-    let near = gaps.iter().position(|g| *g <= 10.0 * best + 1e-10);
-    let mut lags: Vec<usize> = near.map(|k| k + 1).into_iter().collect();
-    let mut least = limit;
-    for (k, gap) in gaps.iter().enumerate() {
-        if *gap < least {
-            least = *gap;
-            if !lags.contains(&(k + 1)) {
-                lags.push(k + 1);
-            }
-        }
-    }
-    lags.truncate(ATTEMPTS);
-    lags
-}
-
-/// Period of a record alone, where the derivative of the map is not known: every point repeats to `repeat` at least three
-/// times, and what is left falls at least by half from the first half of the record to the second, or has vanished.
-pub(super) fn repeats(cloud: &Cloud<'_>, longest: usize) -> Option<usize> {
-    (1..=longest)
-        .take_while(|n| (REPEATS + 1) * n <= cloud.count())
-        .find(|n| {
-            let (first, second) = cloud.recurrence_halves(*n);
-            first.max(second) <= REPEAT && (second <= VANISHED || second <= 0.5 * first)
-        })
-}
-
-/// Tolerance of a repeat, relative to the largest modulus of the coordinate.
-const REPEAT: f64 = 1e-6;
-/// Repeats wanted.
-const REPEATS: usize = 3;
-/// A repeat that is exact but for rounding.
-const VANISHED: f64 = 1e-11;

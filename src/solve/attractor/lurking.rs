@@ -23,7 +23,8 @@ const EXPANSION: f64 = 16.0;
 /// A near repeat.
 struct Guess {
     lag: usize,
-    start: usize,
+    /// Where Newton's first step leads, by the derivatives along the record.
+    state: Vec<f64>,
     /// Largest modulus of the eigenvalues of the derivative of the iterates between.
     expansion: f64,
     /// Place among the guesses of the same lag, by expansion.
@@ -47,7 +48,7 @@ pub(super) fn orbit(
     guesses.sort_by_key(|g| (g.lag * (g.rank + 1), g.lag));
     let mut search = Search::new(map, cloud, effort);
     guesses.iter().find_map(|guess| {
-        let cycle = search.attracting_beyond_saddle(cloud.point(guess.start), guess.lag)?;
+        let cycle = search.attracting_beyond_saddle(&guess.state, guess.lag)?;
         is_within_reach(&cycle, cloud, reach).then_some(cycle)
     })
 }
@@ -85,7 +86,7 @@ fn guess(cloud: &Cloud<'_>, lag: usize, start: usize, near: f64) -> Option<Guess
     let expansion = is_near.then(|| floquet::multipliers(&phi).first().map(|mu| mu.norm()))??;
     (expansion <= EXPANSION).then_some(Guess {
         lag,
-        start,
+        state: from.iter().zip(&step).map(|(x, step)| x + step).collect(),
         expansion,
         rank: 0,
     })

@@ -2,6 +2,7 @@
 
 use super::lyapunov::{Exponents, Lyapunov};
 use super::map::Map;
+use super::together::HeadStart;
 use crate::solve::integrate::IntegrationEnd;
 use nalgebra::DMatrix;
 
@@ -88,7 +89,7 @@ pub struct MapRecord {
 pub(crate) const ALIGNMENT: usize = 50;
 
 /// Periods before the record whose points are kept, to see whether the motion has settled already.
-const KEPT: usize = 128;
+pub(super) const KEPT: usize = 128;
 /// Numbers in all derivatives that are kept.
 const MAX_NUMBERS: usize = 2_000_000;
 
@@ -150,9 +151,10 @@ pub(super) enum Along {
 }
 
 impl<'a> Walk<'a> {
+    /// A motion with what is behind it.
     pub fn new(
         map: &'a mut dyn Map,
-        state: &'a mut [f64],
+        (state, head): (&'a mut [f64], HeadStart),
         exponents: Lengths,
         keep_going: &'a mut dyn FnMut(usize) -> bool,
     ) -> Walk<'a> {
@@ -162,15 +164,21 @@ impl<'a> Walk<'a> {
             state,
             deviations: (exponents != Lengths::Ignored).then(|| Lyapunov::new(size)),
             keep_going,
-            period: 0,
-            stretch: Stretch::default(),
+            period: head.periods,
+            stretch: Stretch {
+                points: head.points,
+                derivatives: Vec::new(),
+            },
             frame: DMatrix::zeros(size, size),
         }
     }
 
-    /// The periods before the record; deviations turn into place during the last of them.
-    pub fn settle(&mut self, transient: usize) -> Option<Stop> {
-        for k in 0..transient {
+    /// The periods before the record, up to one of them; deviations turn into place during the last ones.
+    pub fn settle(&mut self, until: usize, transient: usize) -> Option<Stop> {
+        if until > self.period + KEPT {
+            self.stretch.points.clear();
+        }
+        for k in self.period..until {
             let along = match k + ALIGNMENT >= transient {
                 true => Along::Deviations,
                 false => Along::Nothing,
@@ -179,7 +187,7 @@ impl<'a> Walk<'a> {
             if stop.is_some() {
                 return stop;
             }
-            if k + KEPT >= transient {
+            if k + KEPT >= until {
                 self.stretch.points.extend_from_slice(self.state);
             }
             if let Some(deviations) = self
@@ -272,8 +280,13 @@ pub(crate) fn poincare(
     size: MapSize,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> MapRecord {
-    let mut walk = Walk::new(map, state, size.exponents, keep_going);
-    let settled = walk.settle(size.transient);
+    let mut walk = Walk::new(
+        map,
+        (state, HeadStart::default()),
+        size.exponents,
+        keep_going,
+    );
+    let settled = walk.settle(size.transient, size.transient);
     walk.stretch.clear();
     let stop = settled.or_else(|| walk.record(size.periods, Along::Deviations));
     MapRecord {

@@ -1,0 +1,296 @@
+//! A motion followed until its record decides what attracts it.
+
+use super::arrival;
+use super::cycle::Cycle;
+use super::geometry::{self, Cloud};
+use super::lyapunov::Exponents;
+use super::map::{Map, Tori};
+use super::record::{Along, MapSize, Stop, Walk};
+use super::{Attractor, Goal, LEAST_POINTS, Label, LabelOptions, curve, lurking, reach};
+
+/// Error of the prediction on an invariant curve that is evidence for it.
+const PREDICTED: f64 = 0.05;
+/// The same where exponents do not confirm it.
+const PREDICTED_ALONE: f64 = 1e-6;
+/// Error of the prediction above which it must fall with the length of the record, and to which share.
+const FALLING: (f64, f64) = (1e-3, 0.7);
+/// Longest period looked for at the end of the transient.
+const SHORT: usize = 48;
+/// Period of the transient at which a motion is looked at first where its attractor alone is wanted.
+const FIRST_LOOK: usize = 24;
+/// Distance from an orbit, relative to the scale, within which a transient is cut short.
+const CLOSE: f64 = 1e-4;
+/// Laps of an orbit after each of which a motion that is expected there is looked at.
+const LAPS_WATCHED: usize = 4;
+/// Longest record to which one is extended.
+const LONGEST_RECORD: usize = 100_000;
+
+/// A motion on its way to a label.
+pub(super) struct Hunt<'a> {
+    pub walk: Walk<'a>,
+    pub options: LabelOptions,
+    pub found: Attractor,
+}
+
+/// Part of a motion that decides the label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Record,
+    Extension,
+}
+
+/// What a stretch of points says.
+enum Verdict {
+    Cycle(Cycle),
+    Label(Label),
+    /// There is not enough evidence; an attracting orbit among the points may be where the motion ends.
+    Open(Option<Cycle>),
+}
+
+impl Hunt<'_> {
+    /// The transient and the record with its label. A record that ends early says nothing: false.
+    pub fn record(&mut self, size: MapSize) -> bool {
+        let (stop, early) = self.transient(size.transient);
+        if let Some(cycle) = early
+            .as_ref()
+            .filter(|_| self.options.goal == Goal::Attractor)
+        {
+            self.walk
+                .state
+                .copy_from_slice(&cycle.points[..self.walk.state.len()]);
+            self.accept(Verdict::Cycle(cycle.clone()));
+            return true;
+        }
+        // On a periodic orbit the deviations are known.
+        let along = match early {
+            Some(_) => Along::Nothing,
+            None => Along::Deviations,
+        };
+        let stop = match stop {
+            None => self.walk.record(size.periods, along),
+            stop => {
+                self.walk.stretch.points.clear();
+                stop
+            }
+        };
+        let verdict = match (&stop, early) {
+            (Some(_), _) => Verdict::Open(None),
+            (None, Some(cycle)) => Verdict::Cycle(cycle),
+            (None, None) => self.judge(Part::Record),
+        };
+        self.found.record.stop = stop;
+        self.found.record.exponents = self.walk.exponents();
+        self.found.record.points = std::mem::take(&mut self.walk.stretch.points);
+        let lurking = self.accept(verdict);
+        self.found.cycle = self.found.cycle.take().or(lurking);
+        self.found.record.stop.is_none()
+    }
+
+    /// The transient, and the orbit on which the motion has settled at its end, or before it where the rest is not wanted.
+    fn transient(&mut self, periods: usize) -> (Option<Stop>, Option<Cycle>) {
+        let longest = self.options.longest_period.min(SHORT);
+        let mut look = match self.options.goal {
+            Goal::Record => periods,
+            Goal::Attractor => FIRST_LOOK,
+        };
+        while look < periods {
+            if let Some(stop) = self.walk.settle(look, periods) {
+                return (Some(stop), None);
+            }
+            if self.comes_close(longest)
+                && let Some(cycle) = self.settled(longest)
+                && self.is_close(&cycle)
+            {
+                return (None, Some(cycle));
+            }
+            look *= 2;
+        }
+        match self.walk.settle(periods, periods) {
+            None => (None, self.settled(longest)),
+            stop => (stop, None),
+        }
+    }
+
+    /// Whether the points repeat nearly.
+    fn comes_close(&self, longest: usize) -> bool {
+        let cloud = Cloud::new(&self.walk.stretch, self.walk.map.size());
+        let longest = longest.min(cloud.count() / 2);
+        (1..=longest).any(|n| cloud.end_recurrence(n) <= CLOSE)
+    }
+
+    /// Whether the motion is near the first point of an orbit.
+    fn is_close(&self, cycle: &Cycle) -> bool {
+        let cloud = Cloud::new(&self.walk.stretch, self.walk.map.size());
+        let first = &cycle.points[..cloud.size];
+        geometry::distance(first, cloud.last(), &cloud.scale) <= CLOSE
+    }
+
+    /// Extends the record until it decides; where deviations are not followed and no orbit is expected, to as many points as are looked
+    /// at. The motion goes on without deviations while it is expected at a known orbit.
+    pub fn extend(&mut self, periods: usize, gone: usize) {
+        let mut lurking = self.found.cycle.take();
+        let is_told_by_points = lurking.is_none() && !self.walk.follows();
+        let most = if is_told_by_points {
+            periods.max(curve::LARGEST)
+        } else {
+            LONGEST_RECORD
+        };
+        let limit = periods.saturating_mul(self.options.extend).min(most);
+        let mut total = periods + gone;
+        while self.found.label == Label::Undecided && total < limit {
+            let before = self.walk.state.to_vec();
+            let begin = self.walk.period();
+            let (stop, verdict) = match lurking.take() {
+                Some(cycle) => self.await_capture(cycle, limit - total),
+                None => {
+                    let more = total.min(limit - total);
+                    let stop = self.walk.record(more, Along::Deviations);
+                    let verdict = match stop {
+                        None => self.judge(Part::Extension),
+                        Some(_) => Verdict::Open(None),
+                    };
+                    (stop, verdict)
+                }
+            };
+            total += self.walk.period() - begin;
+            self.found.extension = total - periods;
+            match stop {
+                Some(Stop::Interrupted) => {
+                    self.found.record.stop = stop;
+                    return;
+                }
+                // It was on no attractor, but the record is kept.
+                Some(Stop::Failed(..)) => {
+                    self.walk.state.copy_from_slice(&before);
+                    return;
+                }
+                None => {}
+            }
+            let exponents = self.walk.exponents();
+            self.found.record.exponents = exponents.or(self.found.record.exponents.take());
+            lurking = self.accept(verdict);
+        }
+    }
+
+    /// Goes on until the motion arrives at an orbit, for a number of periods at most.
+    fn await_capture(&mut self, cycle: Cycle, periods: usize) -> (Option<Stop>, Verdict) {
+        let error = self.walk.map.error();
+        let lap = LAPS_WATCHED * cycle.period + 1;
+        let mut left = periods;
+        while left > 0 {
+            let stop = self.walk.record(lap.min(left), Along::Nothing);
+            if stop.is_some() {
+                return (stop, Verdict::Open(None));
+            }
+            left -= lap.min(left);
+            let cloud = Cloud::new(&self.walk.stretch, self.walk.map.size());
+            if let Some(cycle) = arrival::captured(&cycle, &cloud, error) {
+                return (None, Verdict::Cycle(cycle));
+            }
+        }
+        (None, Verdict::Open(None))
+    }
+
+    /// Notes a verdict; an attracting orbit that may come.
+    fn accept(&mut self, verdict: Verdict) -> Option<Cycle> {
+        match verdict {
+            Verdict::Cycle(cycle) => {
+                let duration = self.walk.map.duration();
+                if self.found.record.exponents.is_some() || self.walk.follows() {
+                    self.found.record.exponents = Some(cycle.exponents(duration));
+                }
+                self.found.label = Label::Period(cycle.period);
+                self.found.cycle = Some(cycle);
+                None
+            }
+            Verdict::Label(label) => {
+                self.found.label = label;
+                None
+            }
+            Verdict::Open(cycle) => cycle,
+        }
+    }
+
+    /// The orbit on which the motion has settled before the record.
+    fn settled(&mut self, longest: usize) -> Option<Cycle> {
+        let map = &mut *self.walk.map;
+        let cloud = Cloud::new(&self.walk.stretch, map.size());
+        if !map.has_variation() || cloud.count() < 2 {
+            return None;
+        }
+        arrival::settled(map, &cloud, longest)
+    }
+
+    /// What the last stretch says.
+    fn judge(&mut self, part: Part) -> Verdict {
+        let exponents = self.walk.exponents();
+        let map = &mut *self.walk.map;
+        let cloud = Cloud::new(&self.walk.stretch, map.size());
+        judge(map, &cloud, exponents.as_ref(), (self.options, part))
+    }
+}
+
+fn judge(
+    map: &mut dyn Map,
+    cloud: &Cloud<'_>,
+    exponents: Option<&Exponents>,
+    (options, part): (LabelOptions, Part),
+) -> Verdict {
+    if cloud.count() < 2 {
+        return Verdict::Open(None);
+    }
+    if !map.has_variation() {
+        return label_of_record(map.tori(), cloud, options);
+    }
+    if let Some(cycle) = arrival::settled(map, cloud, options.longest_period) {
+        return Verdict::Cycle(cycle);
+    }
+    if cloud.count() < LEAST_POINTS {
+        return Verdict::Open(None);
+    }
+    let label = match exponents {
+        Some(e) if e.is_stretching() => Some(Label::Chaotic),
+        exponents if shows_torus(map.tori(), cloud, exponents) => Some(Label::QuasiPeriodic),
+        _ => None,
+    };
+    // What decides nothing is searched once: an orbit found shortens the extension.
+    if label.is_none() && part == Part::Extension {
+        return Verdict::Open(None);
+    }
+    let reach = reach(label.unwrap_or(Label::Undecided));
+    match (lurking::orbit(map, cloud, (options.effort, reach)), label) {
+        (None, Some(label)) => Verdict::Label(label),
+        (cycle, _) => Verdict::Open(cycle.filter(|c| c.period <= options.longest_period)),
+    }
+}
+
+/// Label of a record alone: the derivative of the map is not known.
+fn label_of_record(tori: Tori, cloud: &Cloud<'_>, options: LabelOptions) -> Verdict {
+    match arrival::repeats(cloud, options.longest_period) {
+        Some(n) => Verdict::Label(Label::Period(n)),
+        None if cloud.count() < LEAST_POINTS => Verdict::Open(None),
+        None if shows_torus(tori, cloud, None) => Verdict::Label(Label::QuasiPeriodic),
+        None => Verdict::Open(None),
+    }
+}
+
+/// Whether points lie on an invariant curve that attracts them.
+fn shows_torus(tori: Tori, cloud: &Cloud<'_>, exponents: Option<&Exponents>) -> bool {
+    let is_attracting = match (tori, exponents) {
+        (Tori::Excluded, _) => false,
+        (Tori::Conservative, Some(e)) => e.is_neutral(),
+        (Tori::Possible, Some(e)) => e.is_neutral() && e.contracts_across(),
+        (_, None) => true,
+    };
+    if !is_attracting {
+        return false;
+    }
+    let limit = match exponents {
+        Some(_) => PREDICTED,
+        None => PREDICTED_ALONE,
+    };
+    curve::invariant_curve(cloud).is_some_and(|curve| {
+        let falls = curve.error <= FALLING.0 || curve.error <= FALLING.1 * curve.error_of_half;
+        curve.error <= limit && falls
+    })
+}
