@@ -82,6 +82,61 @@ fn any_number_of_threads_gives_the_same_bits() {
     assert!(labels.iter().all(|l| l != "undecided"), "{labels:?}");
 }
 
+/// Distances and shares in the box, made again from the grid and the points of the attractors.
+#[test]
+fn integrity_is_that_of_the_grid() {
+    let cases = reference("basins_one_dof");
+    let several = |c: &&serde_json::Value| c["attractors"].as_array().unwrap().len() > 1;
+    let case = cases["cases"].as_array().unwrap().iter().find(several);
+    let p = &case.unwrap()["parameters"];
+    let (low, high) = (-0.5, 1.6);
+    let analysis = format!(
+        "{{type: basins, at: {}, grid: {{q.m: {{from: -4, to: 4, points: 31}}, v.m: {{from: -4, to: 4, points: 29}}}}, \
+         box: {{q.m: [{low}, {high}]}}}}",
+        p["omega"]
+    );
+    let report = run(&model(p), &analysis);
+    let cells = main_table(&report);
+    let (q, v, own) = (
+        floats(cells, "q.m"),
+        floats(cells, "v.m"),
+        floats(cells, "attractor"),
+    );
+    let points = report.table("points").unwrap();
+    let (pq, pv) = (floats(points, "q.m"), floats(points, "v.m"));
+    let number = floats(points, "attractor");
+    let attractors = report.table("attractors").unwrap();
+    let (distance, share) = (
+        floats(attractors, "distance"),
+        floats(attractors, "share_in_box"),
+    );
+    assert!(distance.len() > 1);
+    for k in 0..distance.len() {
+        let is_own = |n: f64| n == (k + 1) as f64;
+        let nearest = (0..number.len())
+            .filter(|p| is_own(number[*p]))
+            .flat_map(|p| {
+                let others = (0..own.len()).filter(|c| !is_own(own[*c]));
+                others.map(move |c| (p, c))
+            });
+        let gaps = nearest.map(|(p, c)| (pq[p] - q[c]).hypot(pv[p] - v[c]));
+        let least = gaps.fold(f64::INFINITY, f64::min);
+        assert!(
+            (distance[k] - least).abs() < 1e-12,
+            "{k}: {} {least}",
+            distance[k]
+        );
+        let inside: Vec<usize> = (0..q.len())
+            .filter(|c| (low..=high).contains(&q[*c]))
+            .collect();
+        let mine = inside.iter().filter(|c| is_own(own[**c])).count();
+        assert!(
+            (share[k] - mine as f64 / inside.len() as f64).abs() < 1e-12,
+            "{k}"
+        );
+    }
+}
+
 struct After(AtomicUsize);
 
 impl Control for After {

@@ -40,6 +40,9 @@ pub struct BifurcationCurve {
     /// Values of the second parameter to solve exactly at every passage.
     #[serde(default)]
     pub marks: Vec<Quantity>,
+    /// Events inside the ranges at which a curve ends; default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub until: Vec<Until>,
     /// Excitation periods per orbit period.
     #[serde(default = "defaults::subharmonic")]
     pub subharmonic: usize,
@@ -144,6 +147,65 @@ pub enum Kind {
     NeimarkSacker,
     /// An extremum of a deformation on a breakpoint.
     Grazing,
+}
+
+/// Event at which a curve ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Until {
+    /// Two fold curves meet.
+    Cusp,
+    /// Multipliers +1 and -1.
+    FoldFlip,
+    /// A period doubling changes its criticality.
+    GeneralisedFlip,
+    /// A Neimark-Sacker event changes its criticality.
+    GeneralisedNeimarkSacker,
+    /// A pair on the unit circle and +1.
+    FoldNeimarkSacker,
+    /// A pair on the unit circle and -1.
+    FlipNeimarkSacker,
+    /// A double multiplier +1.
+    #[serde(rename = "resonance_1_1")]
+    Resonance1,
+    /// A double multiplier -1.
+    #[serde(rename = "resonance_1_2")]
+    Resonance2,
+    /// A pair at 120 degrees.
+    #[serde(rename = "resonance_1_3")]
+    Resonance3,
+    /// A pair at 90 degrees.
+    #[serde(rename = "resonance_1_4")]
+    Resonance4,
+    /// A meeting with a grazing, or of a grazing curve with another.
+    MeetsGrazing,
+    /// The first parameter turns.
+    #[serde(rename = "turning_1")]
+    Turning1,
+    /// The second parameter turns.
+    #[serde(rename = "turning_2")]
+    Turning2,
+}
+
+impl Until {
+    /// Word of the event in files.
+    fn word(self) -> &'static str {
+        match self {
+            Until::Cusp => "cusp",
+            Until::FoldFlip => "fold_flip",
+            Until::GeneralisedFlip => "generalised_flip",
+            Until::GeneralisedNeimarkSacker => "generalised_neimark_sacker",
+            Until::FoldNeimarkSacker => "fold_neimark_sacker",
+            Until::FlipNeimarkSacker => "flip_neimark_sacker",
+            Until::Resonance1 => "resonance_1_1",
+            Until::Resonance2 => "resonance_1_2",
+            Until::Resonance3 => "resonance_1_3",
+            Until::Resonance4 => "resonance_1_4",
+            Until::MeetsGrazing => "meets_grazing",
+            Until::Turning1 => "turning_1",
+            Until::Turning2 => "turning_2",
+        }
+    }
 }
 
 /// Every how many points one is confirmed, unless asked otherwise.

@@ -7,7 +7,7 @@ use crate::analysis::Setting;
 use crate::analysis::columns::{float, frequency_axis, integer, states, text};
 use crate::analysis::parameter::Parameter;
 use crate::report::{Column, Curve, CurveStyle, Figure, FrequencyUnit, Panel, Report, Table};
-use crate::solve::curve::{Codimension, CurveEvent, CurveKind, CurvePoint};
+use crate::solve::curve::{Codimension, CurveEvent, CurveKind, CurvePoint, Fate, Grazing};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -177,6 +177,12 @@ fn points(
     let verdicts = pieces.iter().flat_map(|(_, _, piece)| &piece.confirmed);
     let verdicts = verdicts.map(|verdict| verdict.map_or(f64::NAN, |is| f64::from(u8::from(is))));
     columns.push(float("confirmed", "", verdicts.collect()));
+    let words = |f: &dyn Fn(&Grazing) -> &'static str| -> Vec<String> {
+        let word = |point: &CurvePoint| point.grazing.as_ref().map_or("", f).to_string();
+        rows.iter().map(|r| word(r.3)).collect()
+    };
+    columns.push(text("type", words(&|g| g.fate.map_or("", Fate::word))));
+    columns.push(text("map", words(&|g| g.border.word())));
     Table {
         name: String::new(),
         columns,

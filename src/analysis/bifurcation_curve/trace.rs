@@ -78,6 +78,7 @@ fn both_ways(
         max_points: keys.max_points,
         marks: marks.iter().map(|m| axes.list[1].share(*m)).collect(),
         margin: keys.margin,
+        until: keys.until.iter().map(|until| until.word()).collect(),
     };
     let mut keep_going = |points: usize| {
         let words = format!("{points} points");
@@ -109,6 +110,7 @@ fn both_ways(
     ends.extend(is_stopped.then_some(CurveEnd::Path(PathEnd::Interrupted)));
     let kind = Some(problem.kind);
     let mut pieces = pieces(arms);
+    grazings(&mut problem, &mut pieces, &mut keep_going)?;
     if let Some(stride) = keys.confirm_stride() {
         confirm(&mut problem, &mut pieces, stride, &mut keep_going)?;
     }
@@ -120,6 +122,27 @@ fn both_ways(
         failure: None,
         integrator,
     })
+}
+
+/// Types of the points of a grazing curve.
+fn grazings(
+    problem: &mut Defining<'_>,
+    pieces: &mut [Piece],
+    keep_going: &mut dyn FnMut(usize) -> bool,
+) -> Result<(), Error> {
+    for piece in pieces {
+        let count = piece.points.len();
+        for point in &mut piece.points {
+            if !keep_going(count) {
+                return Ok(());
+            }
+            point.grazing = match problem.grazing(&point.spot) {
+                Err(SolveError::Interrupted) => return Ok(()),
+                found => found.map_err(Error::Solve)?,
+            };
+        }
+    }
+    Ok(())
 }
 
 /// Difference, in ranges, between the two places of a confirmed point.

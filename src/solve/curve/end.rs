@@ -1,5 +1,6 @@
 //! Why curves end.
 
+use super::codimension::Codimension;
 use crate::solve::continuation::PathEnd;
 
 /// Reason of the end of a curve.
@@ -14,6 +15,8 @@ pub(crate) enum CurveEnd {
     /// An extremum of this connection touches a breakpoint: behind it the multipliers have infinite slope, and the condition of
     /// a smooth bifurcation is not met.
     MeetsGrazing(usize),
+    /// An event at which the curve was to end.
+    Stated(Codimension),
     /// The path follower ended.
     Path(PathEnd),
     /// The model ends.
@@ -29,6 +32,7 @@ impl CurveEnd {
             CurveEnd::Resonance(1) => "resonance_1_1",
             CurveEnd::Resonance(_) => "resonance_1_2",
             CurveEnd::MeetsGrazing(_) => "meets_grazing",
+            CurveEnd::Stated(event) => event.word(),
             CurveEnd::Path(end) => end.reason(),
             CurveEnd::NoModel(_) => "no_model",
         }
@@ -45,6 +49,9 @@ impl CurveEnd {
             CurveEnd::MeetsGrazing(_) => {
                 "the curve meets a grazing, beyond which the multipliers have infinite slope".into()
             }
+            CurveEnd::Stated(event) => {
+                format!("the curve was to end at this event: {}", event.word())
+            }
             CurveEnd::Path(end) => end.message(),
             CurveEnd::NoModel(reason) => format!("the model ends: {reason}"),
         }
@@ -58,6 +65,7 @@ impl CurveEnd {
                 | CurveEnd::Closed
                 | CurveEnd::Resonance(_)
                 | CurveEnd::MeetsGrazing(_)
+                | CurveEnd::Stated(_)
         )
     }
 }

@@ -5,6 +5,7 @@ use super::chord::{Chord, reverses};
 use super::codimension::{self, Codimension, CurveEvent};
 use super::defining::{Defining, Spot};
 use super::end::CurveEnd;
+use super::grazing::Grazing;
 use super::nature::Nature;
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -22,6 +23,8 @@ pub(crate) struct CurveOptions {
     pub min_step: f64,
     /// Limit of points per branch.
     pub max_points: usize,
+    /// Words of the events at which a curve ends.
+    pub until: Vec<&'static str>,
     /// Shares of the second parameter that are solved exactly at every passage.
     pub marks: Vec<f64>,
     /// Distance beyond the ranges over which a curve is followed, because it may return; in ranges.
@@ -39,6 +42,8 @@ pub(crate) struct CurvePoint {
     pub criticality: f64,
     /// Number of the mark that it was solved at.
     pub mark: Option<usize>,
+    /// Type of a grazing, where it was asked for.
+    pub grazing: Option<Grazing>,
 }
 
 /// A part of a curve, one way from its start, points and events in the order of the path.
@@ -281,9 +286,14 @@ impl Walker<'_> {
                 Item::Event(event) => {
                     let number = self.arm.points.len();
                     let resonance = resonance(problem.kind, event.kind);
+                    let is_stated = self.ends_at(&event);
+                    let kind = event.kind;
                     self.arm.events.push((number, event));
                     if let Some(n) = resonance {
                         return Ok(Some(CurveEnd::Resonance(n)));
+                    }
+                    if is_stated {
+                        return Ok(Some(CurveEnd::Stated(kind)));
                     }
                 }
             }
@@ -296,6 +306,12 @@ impl Walker<'_> {
         let margin = self.options.margin;
         let is_beyond = |x: f64| !(-margin..=1.0 + margin).contains(&x);
         Ok(is_beyond(spot.p[0]).then_some(CurveEnd::LeftRange))
+    }
+
+    /// Whether the curve is to end at an event inside the ranges.
+    fn ends_at(&self, event: &CurveEvent) -> bool {
+        let is_inside = event.spot.p.iter().all(|x| (0.0..=1.0).contains(x));
+        event.is_located && is_inside && self.options.until.contains(&event.kind.word())
     }
 
     /// Marks and borders of the second parameter between two fractions between which it does not turn.
@@ -379,6 +395,7 @@ fn point(spot: &Spot, nature: &Nature, mark: Option<usize>) -> CurvePoint {
         theta: nature.theta,
         criticality: nature.criticality,
         mark,
+        grazing: None,
     }
 }
 

@@ -35,6 +35,8 @@ const NEWTON: NewtonOptions = NewtonOptions {
 const CLEAR: f64 = 1e-3;
 /// Steps by which a touching is approached from its untouched side.
 const SECANTS: usize = 12;
+/// Share of such a step that is taken: behind a touching of a stop there may be no orbit.
+const BEFORE: f64 = 0.999;
 /// Distance of an extremum from its breakpoint, in sizes, at which the approach is over.
 const TOUCHED: f64 = 1e-11;
 
@@ -164,14 +166,15 @@ impl Defining<'_> {
                 continue;
             }
             for _ in 0..SECANTS {
-                let next = b - at_b * (b - a) / (at_b - at_a);
+                let root = b - at_b * (b - a) / (at_b - at_a);
+                if at_b.abs() < TOUCHED * self.size || root == b {
+                    return Ok(Some(spot.p[0] + root));
+                }
+                let next = b + BEFORE * (root - b);
                 let Some(at_next) = self.clearance((spot, next), of)? else {
                     return Ok(None);
                 };
                 (a, at_a, b, at_b) = (b, at_b, next, at_next);
-                if at_b.abs() < TOUCHED * self.size || at_a == at_b {
-                    return Ok(Some(spot.p[0] + b));
-                }
             }
         }
         Ok(None)

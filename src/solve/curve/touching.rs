@@ -132,6 +132,11 @@ impl Defining<'_> {
     /// A spot at which the extremum stays clear of its breakpoint by at least a number of sizes: the state moved, against the gradient of the
     /// touched deformation.
     pub(super) fn untouched(&mut self, spot: &Spot, away: f64) -> Result<Spot, SolveError> {
+        self.beside(spot, away)
+    }
+
+    /// The same, or, where the number is negative, a spot at which the extremum passes its breakpoint by at least as much.
+    pub(super) fn beside(&mut self, spot: &Spot, away: f64) -> Result<Spot, SolveError> {
         let CurveKind::Grazing { connection, .. } = self.kind else {
             return Ok(spot.clone());
         };
@@ -172,7 +177,7 @@ impl Defining<'_> {
         };
         let gap = level - extremum - away * size * -rise.signum();
         let mut moved = spot.clone();
-        if gap * rise < 0.0 {
+        if away * gap * rise < 0.0 {
             return Ok(moved);
         }
         for (u, g) in moved.u.iter_mut().zip(&gradient) {
