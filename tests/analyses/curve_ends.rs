@@ -123,7 +123,8 @@ reduced:
         seen[usize::from(wave < 0.0)] += 1;
     }
     assert!(seen.iter().all(|n| *n > 5), "{seen:?}");
-    // Located again from the side that does not touch: on the other one there is no orbit beside a fold.
+    // Located again from the side that does not touch: on the other one there is no orbit beside a fold. Beside the turning point the branch
+    // decides nothing.
     let confirmed = floats(table, "confirmed");
     let good = confirmed.iter().filter(|x| **x == 1.0).count();
     assert!(
@@ -168,6 +169,71 @@ fn doublings_tori_and_grazings_are_the_same_from_both_ends() {
     }
 }
 
+const SYMMETRIC: &str = "
+schema: 1
+reduced:
+  stiffness: [[2, -1], [-1, 2]]
+  damping: {modal_ratio: 0.05}
+  elements: {mesh_1: {type: backlash, half_gap: 0.5}, mesh_2: {type: backlash, half_gap: 0.5}}
+  loads: {mean: [0.3, 0.3], harmonics: [{order: 1, cos: [0.25, 0.25], sin: [0, 0]}]}
+";
+const GAPS: [&str; 2] = [
+    "reduced.elements.mesh_1.half_gap",
+    "reduced.elements.mesh_2.half_gap",
+];
+
+/// Two meshes alike: the far flanks are not reached, so that the gaps shift the motion alone and the branch point stays at its frequency,
+/// and its orbits are alike in both meshes.
+#[test]
+fn branch_points_of_equal_parts_are_the_same_from_both_ends() {
+    let [gap, other] = GAPS;
+    let from = |start: f64| {
+        run(
+            SYMMETRIC,
+            &format!(
+                "{{type: bifurcation_curve, parameters: [frequency, {gap}], link: {{{gap}: {{{other}: x}}}}, margin: 0.01, \
+                 ranges: [[0.9, 1.4], [0.36, 0.7]], marks: [0.45, 0.5, 0.6], start: {{kind: branch_point, at: {{frequency: 1.1237, {gap}: {start}}}}}}}"
+            ),
+        )
+    };
+    let (one, two) = (from(0.4), from(0.65));
+    for report in [&one, &two] {
+        let table = main_table(report);
+        let (w, confirmed) = (floats(table, "parameter_1"), floats(table, "confirmed"));
+        let (a, b) = (floats(table, "q.mesh_1"), floats(table, "q.mesh_2"));
+        assert!(w.len() > 5 && !confirmed.contains(&0.0), "{confirmed:?}");
+        for k in 0..w.len() {
+            assert!((w[k] - 1.12368426606).abs() < 1e-9, "{}", w[k]);
+            assert!((a[k] - b[k]).abs() < 1e-8, "{} {}", a[k], b[k]);
+        }
+    }
+    let (one, two) = (marked(&one), marked(&two));
+    assert_eq!(one.len(), 3);
+    for (a, b) in one.iter().zip(&two) {
+        assert!((a.0 - b.0).abs() < 1e-9 && a.1 == b.1, "{a:?} {b:?}");
+    }
+}
+
+/// The second number makes the meshes different: there are no branch points beside the first one.
+#[test]
+fn a_branch_point_that_unfolds_ends_its_curve() {
+    let report = run(
+        SYMMETRIC,
+        &format!(
+            "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.9, 1.4], [0.2, 0.3]], \
+             start: {{kind: branch_point, at: {{frequency: 1.1236842660604, {QA}: 0.25}}}}}}"
+        ),
+    );
+    let reason = report.ended_early.clone().unwrap();
+    assert!(reason.contains("no longer cross"), "{reason}");
+    let table = main_table(&report);
+    let places = floats(table, "parameter_2");
+    assert!(
+        places.iter().all(|qa| (qa - 0.25).abs() < 1e-6),
+        "{places:?}"
+    );
+}
+
 #[test]
 fn curves_on_any_number_of_threads_have_the_same_bits() {
     let list = [
@@ -183,4 +249,39 @@ fn curves_on_any_number_of_threads_have_the_same_bits() {
     let three = run_with(PAIR, &analysis, 3, &Quiet).remove(0);
     assert!(main_table(&one).rows() > 30);
     assert_eq!(format!("{:?}", one.tables), format!("{:?}", three.tables));
+}
+
+/// The integrator for forces without series: the closed form of the linear response, and the cusp of the exact flow.
+#[test]
+fn dopri5_follows_the_same_curves() {
+    let own =
+        |analysis: String| analysis.replace("confirm: none", "confirm: none, integrator: dopri5");
+    let start = near("grazing", 0.7742, 0.204);
+    let report = run(ONE, &own(curve(&start, "[[0.7, 0.9], [0.1, 0.27]]", "")));
+    let table = main_table(&report);
+    let places = floats(table, "parameter_1")
+        .into_iter()
+        .zip(floats(table, "parameter_2"));
+    let mut count = 0;
+    for (w, qa) in places {
+        let closed = 0.5 * ((1.0 - w * w).powi(2) + (0.1 * w).powi(2)).sqrt();
+        assert!((qa - closed).abs() < 1e-9, "{w} {qa} {closed}");
+        count += 1;
+    }
+    assert!(count > 20, "{count}");
+    let start = near("fold", 0.9658, 0.06);
+    let report = run(
+        ONE,
+        &own(curve(
+            &start,
+            "[[0.95, 0.98], [0.058, 0.062]]",
+            ", until: [cusp]",
+        )),
+    );
+    let cusp = events(&report, "cusp");
+    assert!(
+        cusp.iter()
+            .any(|p| (p.0 - 0.969082427114).abs() < 1e-7 && (p.1 - 0.058611631589).abs() < 1e-7),
+        "{cusp:?}"
+    );
 }

@@ -57,7 +57,7 @@ pub trait Map {
 /// The Poincaré map of a system: one period of the excitation, from phase 0 to phase 0, [q; v; z].
 ///
 /// Every period is integrated over the same phases, so that the phase does not lose digits with time.
-pub(crate) struct Stroboscopic<'a> {
+pub struct Stroboscopic<'a> {
     /// The system.
     pub system: &'a System,
     /// Integrator.

@@ -31,11 +31,10 @@ mod trap;
 pub use curve::Curve;
 pub use cycle::Cycle;
 pub use map::{Map, Stroboscopic, Tori, tori};
-pub use record::MapRecord;
 pub(crate) use record::{ALIGNMENT, poincare};
-pub use record::{Lengths, MapSize, Stop};
+pub use record::{HeadStart, Lengths, MapRecord, MapSize, Stop};
 pub(crate) use scatter::scatter;
-pub use together::{HeadStart, head_starts};
+pub use together::head_starts;
 
 use geometry::Cloud;
 use hunt::Hunt;

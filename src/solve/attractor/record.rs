@@ -2,7 +2,6 @@
 
 use super::lyapunov::{Exponents, Lyapunov};
 use super::map::Map;
-use super::together::HeadStart;
 use crate::solve::integrate::IntegrationEnd;
 use nalgebra::DMatrix;
 
@@ -125,6 +124,15 @@ impl Stretch {
         let derivative = after * before.transpose();
         self.derivatives.extend_from_slice(derivative.as_slice());
     }
+}
+
+/// What a motion has behind it when it is taken over.
+#[derive(Debug, Clone, Default)]
+pub struct HeadStart {
+    /// Periods of the transient.
+    pub(super) periods: usize,
+    /// States after the last of them, as far as they are looked at.
+    pub(super) points: Vec<f64>,
 }
 
 /// A motion that is followed period after period.

@@ -1,18 +1,9 @@
 //! Transients of several motions of one system, gone through together.
 
-use super::record::{ALIGNMENT, KEPT};
+use super::record::{ALIGNMENT, HeadStart, KEPT};
 use crate::solve::ensemble::{Ensemble, Next, Visit};
 use crate::solve::integrate::IntegrationEnd;
 use crate::system::System;
-
-/// What a motion has behind it when it is taken over.
-#[derive(Debug, Clone, Default)]
-pub struct HeadStart {
-    /// Periods of the transient.
-    pub(super) periods: usize,
-    /// States after the last of them, as far as they are looked at.
-    pub(super) points: Vec<f64>,
-}
 
 /// Takes motions through their transient up to where deviations have to go along; each state ends where its motion is taken over.
 ///

@@ -132,6 +132,23 @@ impl Borders {
         is_known.then(|| list.as_slice().to_vec())
     }
 
+    /// The left vector of a matrix itself, where it is singular, along that of the borders.
+    ///
+    /// ```text
+    /// [M*  C] [w]   [0]
+    /// [B*  0] [g] = [1]
+    /// ```
+    pub fn left_of(&self, m: &DMatrix<f64>) -> Option<DVector<f64>> {
+        let n = m.nrows();
+        let mut bordered = DMatrix::zeros(n + 1, n + 1);
+        bordered.view_mut((0, 0), (n, n)).copy_from(&m.transpose());
+        (bordered.view_mut((0, n), (n, 1))).copy_from(&self.right.columns(0, 1));
+        (bordered.view_mut((n, 0), (1, n))).copy_from(&self.left.columns(0, 1).transpose());
+        let mut unit = DVector::zeros(n + 1);
+        unit[n] = 1.0;
+        Some(bordered.lu().solve(&unit)?.rows(0, n).into_owned())
+    }
+
     /// The single left and right vector.
     pub(crate) fn vectors(&self) -> (DVector<f64>, DVector<f64>) {
         (

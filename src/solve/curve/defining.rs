@@ -163,10 +163,14 @@ impl<'a> Defining<'a> {
         }
         if self.kind == CurveKind::BranchPoint {
             let (left, _) = borders.vectors();
+            // With the vector of the borders, which belongs to the point before, its error would grow from point to point.
+            let own = borders.left_of(&singular(&self.phi, self.kind));
             for (r, b) in out.iter_mut().zip(left.iter()) {
                 *r += spot.extra * b;
             }
-            out[n + 1] = left.dot(&self.slope(spot, 0)?) / self.size;
+            if let Some(own) = own {
+                out[n + 1] = own.dot(&self.slope(spot, 0)?) / self.size;
+            }
         }
         Ok(())
     }

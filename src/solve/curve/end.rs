@@ -15,6 +15,8 @@ pub(crate) enum CurveEnd {
     /// An extremum of this connection touches a breakpoint: behind it the multipliers have infinite slope, and the condition of
     /// a smooth bifurcation is not met.
     MeetsGrazing(usize),
+    /// A branch point unfolds: the branches no longer cross, as where parts are alike no more.
+    Unfolded,
     /// An event at which the curve was to end.
     Stated(Codimension),
     /// The path follower ended.
@@ -32,6 +34,7 @@ impl CurveEnd {
             CurveEnd::Resonance(1) => "resonance_1_1",
             CurveEnd::Resonance(_) => "resonance_1_2",
             CurveEnd::MeetsGrazing(_) => "meets_grazing",
+            CurveEnd::Unfolded => "unfolded",
             CurveEnd::Stated(event) => event.word(),
             CurveEnd::Path(end) => end.reason(),
             CurveEnd::NoModel(_) => "no_model",
@@ -48,6 +51,9 @@ impl CurveEnd {
             ),
             CurveEnd::MeetsGrazing(_) => {
                 "the curve meets a grazing, beyond which the multipliers have infinite slope".into()
+            }
+            CurveEnd::Unfolded => {
+                "the branches no longer cross: beside this point a change of the second parameter tears the branch point apart".into()
             }
             CurveEnd::Stated(event) => {
                 format!("the curve was to end at this event: {}", event.word())

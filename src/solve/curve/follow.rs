@@ -72,6 +72,8 @@ const SHORT: f64 = 2e-3;
 const TOUCHING: (f64, f64) = (1e-7, 1e-3);
 /// The same at which the end is where the curve has stopped.
 const TOUCHED: f64 = 1e-10;
+/// Unfolding of a branch point, in sizes, above which its orbit does not close: far above rounding.
+const UNFOLDED: f64 = 1e-10;
 /// Width of a location, in steps.
 const WIDTH: f64 = 1e-13;
 
@@ -145,6 +147,9 @@ impl Walker<'_> {
         let Some(mut nature) = problem.nature(&spot)? else {
             return Ok(CurveEnd::Path(PathEnd::Unbounded));
         };
+        if is_unfolded(problem, &spot) {
+            return Ok(CurveEnd::Unfolded);
+        }
         let mark = self.mark(first.lambda);
         self.arm.points.push(point(&spot, &nature, mark));
         let mut slopes: Vec<f64> = Vec::new();
@@ -183,6 +188,9 @@ impl Walker<'_> {
             }
             let last = path.point().clone();
             let spot = problem.spot(&last.u, last.lambda);
+            if is_unfolded(problem, &spot) {
+                return Ok(CurveEnd::Unfolded);
+            }
             let Some(next) = problem.nature(&spot)? else {
                 return Ok(CurveEnd::Path(PathEnd::Unbounded));
             };
@@ -387,6 +395,11 @@ impl Walker<'_> {
     fn mark(&self, share: f64) -> Option<usize> {
         self.options.marks.iter().position(|mark| *mark == share)
     }
+}
+
+/// Whether the orbit of a branch point does not close: what is found there is the point of an unfolding.
+fn is_unfolded(problem: &Defining<'_>, spot: &Spot) -> bool {
+    problem.kind == CurveKind::BranchPoint && spot.extra.abs() > UNFOLDED
 }
 
 fn point(spot: &Spot, nature: &Nature, mark: Option<usize>) -> CurvePoint {

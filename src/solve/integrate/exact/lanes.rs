@@ -192,8 +192,8 @@ impl<const N: usize> Lanes<N> {
         for i in 0..N {
             let slope;
             (self.q[i], slope) = evaluate_each(simd, &self.motion[i], &theta);
-            for l in 0..LANES {
-                self.v[i][l] = slope[l] / self.tables.unit;
+            for (v, slope) in self.v[i].iter_mut().zip(&slope) {
+                *v = slope / self.tables.unit;
             }
         }
         for (l, status) in status.iter_mut().enumerate() {
@@ -294,8 +294,8 @@ impl<const N: usize> Lanes<N> {
                 rate[i] = simd.mul_f64s(part_of::<S>(&self.v[i], part), unit);
                 put::<S>(&mut self.motion[i][0], part, now[i]);
                 put::<S>(&mut self.motion[i][1], part, rate[i]);
-                for j in 0..N {
-                    coupled[i][j] = part_of::<S>(&self.coupled[i][j], part);
+                for (own, each) in coupled[i].iter_mut().zip(&self.coupled[i]) {
+                    *own = part_of::<S>(each, part);
                 }
             }
             for k in 0..COUNT - 2 {
@@ -306,16 +306,16 @@ impl<const N: usize> Lanes<N> {
                         sum = simd.sub_f64s(sum, simd.mul_f64s(coupled[i][j], now[j]));
                     }
                     sum = simd.mul_f64s(sum, number(RECIPROCAL[k + 1]));
-                    for j in 0..N {
-                        let damping = number(self.tables.damping[i][j] * RECIPROCAL[k + 1]);
-                        sum = simd.sub_f64s(sum, simd.mul_f64s(damping, rate[j]));
+                    for (damping, rate) in self.tables.damping[i].iter().zip(&rate) {
+                        let damping = number(damping * RECIPROCAL[k + 1]);
+                        sum = simd.sub_f64s(sum, simd.mul_f64s(damping, *rate));
                     }
                     next[i] = sum;
                     let own = simd.mul_f64s(sum, number(RECIPROCAL[k + 2]));
                     put::<S>(&mut self.motion[i][k + 2], part, own);
                 }
-                for i in 0..N {
-                    now[i] = part_of::<S>(&self.motion[i][k + 1], part);
+                for (now, motion) in now.iter_mut().zip(&self.motion) {
+                    *now = part_of::<S>(&motion[k + 1], part);
                 }
                 rate = next;
             }

@@ -130,8 +130,8 @@ impl Pending {
     #[inline(always)]
     fn settle<S: Simd>(&mut self, simd: S, scaled: &[Each; COUNT]) {
         let mut sign = [0.0; LANES];
-        for l in 0..LANES {
-            sign[l] = self.direction[l].sign();
+        for (sign, direction) in sign.iter_mut().zip(&self.direction) {
+            *sign = direction.sign();
         }
         while !self.newton.is_over() {
             let (mut value, mut slope) = evaluate_each(simd, scaled, &self.newton.x);
