@@ -5,7 +5,7 @@ use pulp::Simd;
 
 /// [`Newton`](super::roots::Newton) of several functions at once, to the bit.
 #[derive(Debug, Clone)]
-pub struct Newtons<const L: usize> {
+pub(crate) struct Newtons<const L: usize> {
     /// Where each function is wanted next; in the end its root.
     pub x: [f64; L],
     /// 1 where a root is sought, else 0.
@@ -35,25 +35,19 @@ impl<const L: usize> Default for Newtons<L> {
 impl<const L: usize> Newtons<L> {
     /// Seeks the root of a function that rises from below 0 at 0, on [0, 1], from a guess.
     #[inline(always)]
-    pub fn seek(&mut self, l: usize, guess: f64) {
+    pub(crate) fn seek(&mut self, l: usize, guess: f64) {
         (self.x[l], self.sought[l]) = (guess, 1.0);
-    }
-
-    /// Whether a root is sought, or has been found.
-    #[inline(always)]
-    pub fn is_sought(&self, l: usize) -> bool {
-        self.sought[l] != 0.0
     }
 
     /// Whether nothing is left to be found.
     #[inline(always)]
-    pub fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.sought == [0.0; L]
     }
 
     /// Takes values and derivatives at x.
     #[inline(always)]
-    pub fn step<S: Simd>(&mut self, simd: S, (value, slope): (&[f64; L], &[f64; L])) {
+    pub(crate) fn step<S: Simd>(&mut self, simd: S, (value, slope): (&[f64; L], &[f64; L])) {
         self.left -= 1;
         let number = |x: f64| simd.splat_f64s(x);
         let less = |a: S::f64s, b: S::f64s| simd.less_than_f64s(a, b);

@@ -161,7 +161,7 @@ impl<const L: usize> Outline<L> {
 
 /// What outlines say about passages, for as many polynomials as registers hold.
 #[derive(Debug, Clone, Copy)]
-pub struct Survey<const L: usize> {
+pub(crate) struct Survey<const L: usize> {
     /// 0: there is none; 1: there is exactly one; 2: the polynomial has to be looked at as a whole.
     kind: [f64; L],
     guess: [f64; L],
@@ -171,7 +171,7 @@ pub struct Survey<const L: usize> {
 impl<const L: usize> Survey<L> {
     /// Of polynomial l.
     #[inline(always)]
-    pub fn look(&self, l: usize) -> Look {
+    pub(crate) fn look(&self, l: usize) -> Look {
         match self.kind[l] {
             0.0 => Look::Never,
             1.0 => Look::Once {
@@ -186,7 +186,7 @@ impl<const L: usize> Survey<L> {
 impl<const L: usize> Outline<L> {
     /// [`Outline::look`] of all polynomials at once, with gates in one direction, to the bit.
     #[inline(always)]
-    pub fn survey<S: Simd>(
+    pub(crate) fn survey<S: Simd>(
         &self,
         simd: S,
         direction: Direction,
