@@ -3,6 +3,7 @@
 //! The search between two accepted points uses the Hermite interpolant of the step, which needs no correction; reported events
 //! are located on the corrected path.
 
+mod bound;
 mod grazings;
 mod locate;
 mod pace;

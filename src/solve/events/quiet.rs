@@ -12,15 +12,13 @@
 //! A factor that does not depend on z moves no zero: P is divided by the moduli of the multipliers outside, which may change by
 //! orders of magnitude where those near the circle hardly move.
 
+pub use super::bound::MOST;
+use super::bound::{Differences, Weights, differences, size_of};
 pub use super::polynomial::Place;
 use super::polynomial::Polynomial;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-/// Places through which P is interpolated at most.
-pub const MOST: usize = 4;
-/// Factor on the estimated error.
-const SAFETY: f64 = 2.5;
 /// Ratio on the grid of angles above which the circle between its points is not looked at.
 const CLEAR: f64 = 8.0;
 /// Share of the larger neighbour on the grid that a zero on the circle leaves at most, at the angle nearest to it: half a step away from
@@ -38,17 +36,18 @@ const CLOSER: usize = 8;
 const ROUNDS: usize = 3;
 /// Share of the largest error nearby on the circle that is reckoned with: a single term of Newton's formula vanishes here and there.
 const SHARED: f64 = 0.5;
-/// Share of the term before the last one that counts as error: the last one may be small by chance.
-const CHANCE: f64 = 0.1;
 /// What is nearby [rad].
 const AROUND: f64 = 0.6;
-/// Error in the last stretch: half the surprise in its middle.
-const UNKNOWN: f64 = 2.0;
+/// Half width of the first parabola through the dip of a multiplier, in steps of the grid; each one is narrower by `NARROWER`.
+const DIP: f64 = 0.125;
+const NARROWER: f64 = 0.25;
+/// Farthest way to the bottom of one parabola, in its half widths.
+const FARTHEST: f64 = 4.0;
+/// Parabolas through one dip, and their least half width [rad].
+const DESCENTS: usize = 3;
+const NARROWEST: f64 = 1e-6;
 /// Rounding of one factor of P.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
-
-/// Divided differences of P at one z.
-type Differences = [Complex<f64>; MOST];
 
 /// P on the upper half circle, through some places; owns its buffers.
 #[derive(Debug, Default)]
@@ -58,6 +57,8 @@ pub struct Quiet {
     ratios: Vec<f64>,
     /// Least size of the last divided difference that is reckoned with at every angle of the grid.
     least: Vec<f64>,
+    /// Angles of complex multipliers at the first two places, each with the nearest one at the other.
+    tracks: Vec<(f64, f64)>,
 }
 
 impl Quiet {
@@ -73,6 +74,7 @@ impl Quiet {
         }
         let known = places.len().min(MOST);
         let outside = places[0].list.iter().filter(|mu| mu.norm() > 1.0).count();
+        self.track(&places[0], &places[1]);
         let mut polynomials = std::mem::take(&mut self.places);
         let pairs = polynomials.iter_mut().zip(&places[..known]);
         let mut are_real = true;
@@ -86,6 +88,24 @@ impl Quiet {
             );
         self.places = polynomials;
         holds
+    }
+
+    /// Pairs the angles of complex multipliers at two places.
+    fn track(&mut self, a: &Place<'_>, b: &Place<'_>) {
+        let nearest = |angle: f64, place: &Place<'_>| {
+            let gap = |x: &f64| (x - angle).abs();
+            angles(place.list).min_by(|x, y| gap(x).total_cmp(&gap(y)))
+        };
+        self.tracks.clear();
+        let there = angles(a.list).filter_map(|x| Some((x, nearest(x, b)?)));
+        self.tracks.extend(there);
+        for y in angles(b.list) {
+            if let Some(x) = nearest(y, a)
+                && !self.tracks.contains(&(x, y))
+            {
+                self.tracks.push((x, y));
+            }
+        }
     }
 
     /// The same for places as polynomials. `rounding`: that of P.
@@ -139,7 +159,7 @@ impl Quiet {
         }
         let last = self.ratios.len() - 1;
         let step = self.grid[1].0;
-        (0..=last).all(|k| {
+        let is_clear = (0..=last).all(|k| {
             let here = self.ratios[k];
             // The circle goes on beyond +-1 as a mirror image.
             let left = self.ratios[if k == 0 { 1 } else { k - 1 }];
@@ -149,96 +169,45 @@ impl Quiet {
                 || here > right
                 || is_shallow && bottom((left, here, right)) > CLEAR
                 || closest(places, (self.grid[k].0, step), (weights, self.least[k])) > 1.0
+        });
+        is_clear && self.are_dips_clear(places, weights)
+    }
+
+    /// The same at the bottoms of the dips that the multipliers make, which the grid does not show where two of them are nearer to each
+    /// other than its angles.
+    fn are_dips_clear(&self, places: &[Polynomial], weights: &Weights) -> bool {
+        let (step, last) = (self.grid[1].0, self.grid.len() - 1);
+        let share = (weights.middle - places[0].x) / (places[1].x - places[0].x);
+        self.tracks.iter().all(|(from, to)| {
+            let expected = from + (to - from) * share;
+            let bottom = dip(places, weights, (expected, DIP * step));
+            let k = ((bottom / step).round().max(0.0) as usize).min(last);
+            weights.ratio(&differences(places, bottom), self.least[k]) > 1.0
         })
     }
 }
 
-/// Quantities shared by all z at an interval of x.
-#[derive(Debug, Clone, Copy)]
-struct Weights {
-    count: usize,
-    /// Half the interval.
-    half: f64,
-    /// Products of middle - x_i in Newton's formula: in the value, the slope, the curvature.
-    value: [f64; MOST],
-    slope: [f64; MOST],
-    curvature: [f64; MOST],
-    /// Factor of the last divided difference in the error.
-    error: f64,
-    /// That of the one before.
-    error_before: f64,
-    rounding: f64,
+/// Angles of the multipliers on the upper half plane.
+fn angles(list: &[Complex<f64>]) -> impl Iterator<Item = f64> {
+    let upper = list.iter().filter(|mu| mu.im > 0.0);
+    upper.map(|mu| mu.arg())
 }
 
-impl Weights {
-    fn new(places: &[Polynomial], (low, high): (f64, f64), rounding: f64) -> Weights {
-        let count = places.len();
-        let x = 0.5 * (low + high);
-        let mut u = [0.0; MOST];
-        u.iter_mut().zip(places).for_each(|(u, p)| *u = x - p.x);
-        let error = [low, x, high].map(|x| error(places, x));
-        let bend = |x: f64| ((x - places[0].x) * (x - places[1].x)).abs();
-        let bend = bend(low).max(bend(x)).max(bend(high));
-        Weights {
-            count,
-            half: 0.5 * (high - low),
-            value: [1.0, u[0], u[0] * u[1], u[0] * u[1] * u[2]],
-            slope: [
-                0.0,
-                1.0,
-                u[0] + u[1],
-                u[0] * u[1] + u[0] * u[2] + u[1] * u[2],
-            ],
-            curvature: [0.0, 0.0, 1.0, u[0] + u[1] + u[2]],
-            error: SAFETY * error.into_iter().fold(0.0, f64::max),
-            error_before: match count {
-                MOST => CHANCE * bend,
-                _ => 0.0,
-            },
-            rounding,
+/// The angle at which |p| is smallest, near an expected one: beside a zero its square is a parabola.
+fn dip(places: &[Polynomial], weights: &Weights, (expected, width): (f64, f64)) -> f64 {
+    let (mut angle, mut width) = (expected, width);
+    let value = |angle: f64| weights.value(&differences(places, angle)).norm_sqr();
+    for _ in 0..DESCENTS {
+        let [left, here, right] = [angle - width, angle, angle + width].map(value);
+        let bend = left + right - 2.0 * here;
+        if bend <= 0.0 || !bend.is_finite() {
+            break;
         }
+        let shift = (0.5 * (left - right) / bend).clamp(-FARTHEST, FARTHEST) * width;
+        angle += shift;
+        width = (NARROWER * width).min(shift.abs()).max(NARROWEST);
     }
-
-    /// |p| in the middle over a bound of what it may lose from there to the ends of the interval, error included.
-    /// `least`: of the last divided difference.
-    fn ratio(&self, d: &Differences, least: f64) -> f64 {
-        let sum = |weights: &[f64; MOST]| -> Complex<f64> {
-            let terms = weights.iter().zip(d).take(self.count);
-            terms.map(|(w, d)| d * *w).sum()
-        };
-        let h = self.half;
-        let cubic = match self.count {
-            MOST => size_of(d[MOST - 1]) * h.powi(3),
-            _ => 0.0,
-        };
-        let drift = size_of(sum(&self.slope)) * h + size_of(sum(&self.curvature)) * h * h + cubic;
-        let error = self.error * size_of(d[self.count - 1]).max(least)
-            + self.error_before * size_of(d[self.count - 2]);
-        size_of(sum(&self.value)) / (drift + error + self.rounding)
-    }
-}
-
-/// Factor of the last divided difference in the error of p at x.
-fn error(places: &[Polynomial], x: f64) -> f64 {
-    let (a, b) = (places[0].x, places[1].x);
-    let others = &places[2..];
-    if others.is_empty() {
-        // A straight line may be wrong by all of its rise.
-        return (b - a).abs();
-    }
-    let but_last = &places[..places.len() - 1];
-    let term = but_last.iter().map(|p| x - p.x).product::<f64>().abs();
-    let is_end = |end: f64, far: f64| others.iter().all(|o| (o.x - end) * (far - end) > 0.0);
-    let end = match () {
-        _ if is_end(b, a) => b,
-        _ if is_end(a, b) => a,
-        _ => return term,
-    };
-    // At the last stretch nothing is known of what comes: the error with which its end was to be expected from the places behind
-    // tells more.
-    let surprise = others.iter().map(|o| end - o.x).product::<f64>() * (b - a);
-    let share = (x - a) / (b - a);
-    term.max(UNKNOWN * share * (1.0 - share) * surprise.abs())
+    angle
 }
 
 /// Smallest ratio near an angle, on ever finer grids, and between the angles of the last one: a multiplier on the circle beside another
@@ -281,26 +250,6 @@ fn bottom((left, here, right): (f64, f64, f64)) -> f64 {
     } else {
         here
     }
-}
-
-/// Modulus, of numbers whose squares neither overflow nor vanish beside the rounding of P.
-fn size_of(z: Complex<f64>) -> f64 {
-    z.norm_sqr().sqrt()
-}
-
-/// Newton's divided differences of P at e^(i angle).
-fn differences(places: &[Polynomial], angle: f64) -> Differences {
-    let z = Complex::from_polar(1.0, angle);
-    let mut d = [Complex::new(0.0, 0.0); MOST];
-    for (d, place) in d.iter_mut().zip(places) {
-        *d = place.at(z);
-    }
-    for order in 1..places.len() {
-        for k in (order..places.len()).rev() {
-            d[k] = (d[k] - d[k - 1]) / (places[k].x - places[k - order].x);
-        }
-    }
-    d
 }
 
 /// Rounding of P on the circle.
@@ -406,6 +355,55 @@ mod tests {
         });
         let places: Vec<_> = (0..4).map(|k| Place::new(places[k].0, &lists[k])).collect();
         assert!(!Quiet::default().holds(&places));
+    }
+
+    /// A pair outside the circle by `height` at x = 0 and inside at the places around, beside a second one of nearly the same angle: their
+    /// dips lie between the same angles of the grid.
+    #[test]
+    fn one_dip_does_not_hide_another() {
+        // Angle, angle of the second pair from it, how both turn with x, height, curvature, modulus of the second pair, third pair.
+        let cases = [
+            [
+                0.9382, 0.06835, 0.01731, -0.04168, 1.08e-4, 4.61e-4, 0.9748, 0.9239, 0.5493,
+            ],
+            [
+                1.8563, -0.08705, -0.0038, -0.0488, 3.4e-4, 3e-3, 0.9685, 1.7142, 0.5504,
+            ],
+            [
+                1.4584, 0.03265, -0.00333, -0.01268, 2.053e-4, 1.0605e-3, 0.9472, 1.0054, 0.5936,
+            ],
+            [
+                1.0735, -0.07326, -0.00739, -0.01402, 7.868e-4, 4.4086e-3, 0.947, 2.736, 0.5035,
+            ],
+        ];
+        for [
+            angle,
+            apart,
+            turn,
+            other_turn,
+            height,
+            bend,
+            other,
+            third_angle,
+            third,
+        ] in cases
+        {
+            let list = |x: f64| -> Vec<Complex<f64>> {
+                let pairs = [
+                    (1.0 + height - bend * x * x, angle + turn * x),
+                    (other, angle + apart + other_turn * x),
+                    (third, third_angle),
+                ];
+                let pairs =
+                    pairs.map(|(r, angle)| [1.0, -1.0].map(|s| Complex::from_polar(r, s * angle)));
+                pairs.concat()
+            };
+            let xs = [-0.489, 0.511, -1.489, 1.511];
+            let lists = xs.map(list);
+            assert!(lists.iter().flatten().all(|mu| mu.norm() < 1.0));
+            let places: Vec<_> = (0..4).map(|k| Place::new(xs[k], &lists[k])).collect();
+            assert!(!Quiet::default().holds(&places), "angle {angle}");
+        }
     }
 
     #[test]
