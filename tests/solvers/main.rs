@@ -22,6 +22,7 @@ mod dopri5;
 mod dopri5_memory;
 mod dopri5_switches;
 mod ensembles;
+mod equal_parts;
 mod evolving;
 mod exact_energy;
 mod exact_flow;

@@ -21,11 +21,11 @@ const LEAST: f64 = 0.5;
 impl Continuation {
     /// Whether the points since the last look brought hardly any progress.
     pub(super) fn creeps(&mut self) -> bool {
-        self.progress += self.stride;
-        if !self.points.is_multiple_of(WINDOW) {
-            return false;
-        }
-        std::mem::take(&mut self.progress) < LEAST * self.options.max_step
+        let before = self.progress[1];
+        let behind = before + self.stride;
+        let is_look = self.points.is_multiple_of(WINDOW);
+        self.progress = [before, if is_look { 0.0 } else { behind }];
+        is_look && behind < LEAST * self.options.max_step
     }
 
     /// Longest step from a point: far out lengths are relative, or it takes for ever to get anywhere.

@@ -66,8 +66,8 @@ pub struct Continuation {
     first: PathPoint,
     /// Some of the points behind.
     trail: Vec<PathPoint>,
-    /// Arclength since the last look at the progress.
-    progress: f64,
+    /// Arclength since the last look at the progress, without the last step and with it.
+    progress: [f64; 2],
     end: Option<PathEnd>,
 }
 
@@ -104,7 +104,7 @@ impl Continuation {
             points: 1,
             rejections: 0,
             vertical: [false; 2],
-            progress: 0.0,
+            progress: [0.0; 2],
             end: None,
             options,
         }

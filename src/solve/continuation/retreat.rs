@@ -14,6 +14,7 @@ pub(crate) struct Taken {
     stride: f64,
     step: f64,
     vertical: [bool; 2],
+    progress: [f64; 2],
     end: Option<PathEnd>,
 }
 
@@ -27,7 +28,9 @@ impl Continuation {
         self.take_back_waymark();
         self.points -= 1;
         self.rejections += 1;
+        let before = [self.progress[0]; 2];
         Some(Taken {
+            progress: std::mem::replace(&mut self.progress, before),
             before: self.before.take(),
             point: std::mem::replace(&mut self.point, self.origin.clone()),
             origin: self.origin.clone(),
@@ -43,7 +46,7 @@ impl Continuation {
         (self.point, self.origin) = (taken.point, taken.origin);
         self.before = taken.before;
         (self.stride, self.step, self.end) = (taken.stride, taken.step, taken.end);
-        self.vertical = taken.vertical;
+        (self.vertical, self.progress) = (taken.vertical, taken.progress);
         self.points += 1;
     }
 }

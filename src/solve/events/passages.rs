@@ -282,7 +282,14 @@ impl Step<'_> {
         let located = match &found {
             Found::Root(root) if root.value.abs() < VANISHES * largest => {
                 let list = root.survey.as_ref().map(|s| s.multipliers.as_slice());
-                list.map(|list| Passing::at(list, (root.values.0, root.values.1), sought))
+                let located = list.map(|list| Passing::at(list, root.values, sought));
+                // Where several pass +1 the corrector is singular and parts them; the interpolant keeps equal ones equal.
+                located.map(
+                    |one| match passing.number(Gate::PlusOne) > one.number(Gate::PlusOne) {
+                        true => passing.clone(),
+                        false => one,
+                    },
+                )
             }
             // The test function jumps: at a grazing of a force that jumps.
             Found::Root(_) => None,

@@ -3,6 +3,7 @@
 //! The path tells where it turns and where the sign of its determinant changes; the multipliers tell how many pass +1. At a fold
 //! of m equal parts the determinant changes its sign m - 1 times; where an even number passes +1 without a turn it keeps it.
 
+use super::turnings::Turning;
 use super::{BifurcationEvent, EventKind, Probe, Step};
 use crate::error::SolveError;
 use crate::solve::continuation::PathPoint;
@@ -55,6 +56,9 @@ impl Step<'_> {
         (a, b): (&Probe, &Probe),
     ) -> Result<Vec<BifurcationEvent>, SolveError> {
         ones.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        if ones.iter().any(is_even) {
+            self.locate_turns_of_parts((&a.point, &b.point))?;
+        }
         self.merge(&ones);
         while let Some((k, turn)) = self.nearest_turn(&ones) {
             let one = ones.remove(k);
@@ -66,6 +70,23 @@ impl Step<'_> {
             self.add(self.with_tangent(event));
         }
         self.settle_odd(odd, (a, b))
+    }
+
+    /// Locates folds of the step again at which an even number of equal parts turns.
+    fn locate_turns_of_parts(
+        &mut self,
+        (a, b): (&PathPoint, &PathPoint),
+    ) -> Result<(), SolveError> {
+        if a.orientation * b.orientation >= 0 || a.tangent_lambda * b.tangent_lambda >= 0.0 {
+            return Ok(());
+        }
+        for k in 0..self.found.len() {
+            if self.found[k].kind == EventKind::Fold {
+                let guess = (self.found[k].fraction, Turning::Together);
+                self.found[k] = self.fold((0.0, a), (1.0, b), guess)?;
+            }
+        }
+        Ok(())
     }
 
     fn with_tangent(&self, mut event: BifurcationEvent) -> BifurcationEvent {

@@ -165,6 +165,12 @@ impl Passing {
             behind,
         }
     }
+
+    /// Multipliers, or pairs, that pass through a gate.
+    pub fn number(&self, gate: Gate) -> usize {
+        let here = self.groups.iter().filter(|group| group.gate == gate);
+        here.map(|group| group.multiplicity).sum()
+    }
 }
 
 fn groups(passing: &[Complex<f64>]) -> Vec<Group> {

@@ -9,6 +9,16 @@ use crate::solve::continuation::PathPoint;
 /// Where a step that leaves a crossing is looked at first: nearer to it the parameter hardly moves.
 const BEHIND_CROSSING: f64 = 0.5;
 
+/// What turns at a fold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Turning {
+    /// One solution. Where other branches cross beside it the tangents of two places may point either way; the sign of the determinant tells
+    /// which.
+    Single,
+    /// An even number of equal parts, at which the determinant changes its sign too: it tells nothing.
+    Together,
+}
+
 impl Step<'_> {
     /// Folds and branch points.
     pub(super) fn turnings(&mut self, a: &Probe, b: &Probe) -> Result<(), SolveError> {
@@ -38,7 +48,7 @@ impl Step<'_> {
         guesses.retain(|guess| *guess > x);
         if a.tangent_lambda * b.tangent_lambda < 0.0 {
             let guess = guesses.first().copied().unwrap_or(0.5);
-            let event = self.fold((x, a), (y, b), guess)?;
+            let event = self.fold((x, a), (y, b), (guess, Turning::Single))?;
             self.add(event);
             return Ok(());
         }
@@ -49,8 +59,8 @@ impl Step<'_> {
                 && m.tangent_lambda * a.tangent_lambda < 0.0
             {
                 let folds = [
-                    self.fold((x, a), (middle, &m), first)?,
-                    self.fold((middle, &m), (y, b), second)?,
+                    self.fold((x, a), (middle, &m), (first, Turning::Single))?,
+                    self.fold((middle, &m), (y, b), (second, Turning::Single))?,
                 ];
                 folds.into_iter().for_each(|event| self.add(event));
             }
@@ -90,17 +100,16 @@ impl Step<'_> {
         }
     }
 
-    /// A fold between two fractions of the step. Where other branches cross beside it the tangents of two places may point either way; the
-    /// sign of the determinant tells which.
+    /// A fold between two fractions of the step.
     pub(super) fn fold(
         &mut self,
         (x, a): (f64, &PathPoint),
         (y, b): (f64, &PathPoint),
-        guess: f64,
+        (guess, turning): (f64, Turning),
     ) -> Result<BifurcationEvent, SolveError> {
         let slope = |p: &PathPoint| match p.orientation * a.orientation < 0 {
-            true => -p.tangent_lambda,
-            false => p.tangent_lambda,
+            true if turning == Turning::Single => -p.tangent_lambda,
+            _ => p.tangent_lambda,
         };
         let target = Target {
             limits: (x, y),
