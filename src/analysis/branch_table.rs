@@ -95,6 +95,8 @@ pub struct Traced<'a> {
     pub points: &'a [BranchPoint],
     /// Events in their order.
     pub events: &'a [BifurcationEvent],
+    /// Events that the flow refuted.
+    pub refuted: &'a [BifurcationEvent],
     /// Kinds of the attractors, one per point; none for branches of periodic solutions.
     pub labels: &'a [Label],
     /// Method of the points.

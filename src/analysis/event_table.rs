@@ -7,13 +7,26 @@ use super::response::Swept;
 use crate::report::{Column, Table};
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
 
-/// Located events, with the r.m.s. deformation of every connection for the plots.
+/// Events of all branches, with the r.m.s. deformation of every connection for the plots.
 pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    table(swept, "events", traced.iter().map(|t| t.events))
+}
+
+/// Events of the series that do not exist; the columns are those of the events.
+pub fn refuted(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+    table(swept, "refuted", traced.iter().map(|t| t.refuted))
+}
+
+/// A table of events, given by branch.
+fn table<'e>(
+    swept: &Swept<'_>,
+    name: &str,
+    branches: impl Iterator<Item = &'e [BifurcationEvent]>,
+) -> Table {
     let setting = swept.setting;
-    let rows: Vec<_> = traced
-        .iter()
+    let rows: Vec<_> = branches
         .enumerate()
-        .flat_map(|(b, t)| t.events.iter().map(move |e| (b, e)))
+        .flat_map(|(b, list)| list.iter().map(move |e| (b, e)))
         .collect();
     let of =
         |f: &dyn Fn(&BifurcationEvent) -> f64| rows.iter().map(|(_, e)| f(e)).collect::<Vec<f64>>();
@@ -82,7 +95,7 @@ pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
     columns.push(float("confirmed", "", of(&confirmed)));
     columns.push(breakpoints(setting, rows.iter().map(|(_, e)| *e)));
     Table {
-        name: "events".into(),
+        name: name.into(),
         columns,
     }
 }

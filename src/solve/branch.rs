@@ -64,6 +64,8 @@ pub struct Branch {
     pub points: Vec<BranchPoint>,
     /// Events in the order of the path.
     pub events: Vec<BifurcationEvent>,
+    /// Events of the method that the flow's branch, followed past them, does not have.
+    pub refuted: Vec<BifurcationEvent>,
     /// Reason of the end of the path.
     pub end: PathEnd,
     /// Number of linear systems that elimination by blocks could not solve and that needed row exchanges across all coordinates.
@@ -145,6 +147,7 @@ pub fn trace(
     let branch = Branch {
         points: Vec::new(),
         events: Vec::new(),
+        refuted: Vec::new(),
         end: PathEnd::MaxPoints,
         exchanges: 0,
     };
@@ -159,7 +162,10 @@ pub fn trace(
         ledger: Ledger::default(),
         exchanges: 0,
     };
-    let followed = tracer.follow();
+    let followed = match parts == parts_outside {
+        true => tracer.follow(),
+        false => tracer.begin_in_part().and_then(|()| tracer.follow()),
+    };
     tracer.problem.restrict(parts_outside);
     let end = match followed {
         // Earlier results are kept.
@@ -208,6 +214,14 @@ const BEHIND: usize = 2;
 const AT_CROSSING: f64 = 1e-4;
 
 impl Tracer<'_> {
+    /// Begins again in a part of the period: where orbits of twice its length have branched off, its determinant has another sign.
+    fn begin_in_part(&mut self) -> Result<(), SolveError> {
+        if let Some(path) = self.path.resized(self.problem)? {
+            self.path = path;
+        }
+        Ok(())
+    }
+
     /// Step by step to the end of the path.
     fn follow(&mut self) -> Result<PathEnd, SolveError> {
         let first = self.path.point().clone();

@@ -144,9 +144,9 @@ impl<F: Family> Shooting<F> {
         uninterrupted().map(|()| end)
     }
 
-    /// Limits the trial steps of the maps to come, all together; beyond it there is no image.
-    pub fn allow(&mut self, steps: usize) {
-        self.allowance = steps;
+    /// Limits the trial steps of the maps to come, all together; beyond it there is no image. Returns what is left of the limit before.
+    pub fn allow(&mut self, steps: usize) -> usize {
+        std::mem::replace(&mut self.allowance, steps)
     }
 
     /// The end of the first of the equal parts, and the transition matrix in `self.phi`.

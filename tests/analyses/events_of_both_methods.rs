@@ -191,3 +191,64 @@ fn of_every_order() {
         }
     }
 }
+
+/// Two folds 6e-8 apart, with a grazing between them.
+#[test]
+fn nearer_to_each_other_than_the_methods() {
+    let model = pair(0.0331, 0.1427, [0.421, 0.66], (1, 0.2493));
+    response(model, (2.5, 0.45), 63);
+}
+
+/// A branch point of the halves of the period beside a fold, whose multiplier is near 1: one event of both methods.
+#[test]
+fn beside_another_multiplier_near_one() {
+    let model = pair(0.0532, 0.1396, [0.557, 0.679], (2, 0.1582));
+    response(model, (1.25, 0.38), 8);
+}
+
+/// A branch of orbits of half the response period, begun where orbits of the whole one have branched off: it does not begin with an event.
+#[test]
+fn behind_the_first_point() {
+    let mut tree = pair(0.0461, 0.4857, [0.688, 0.316], (1, 0.2519));
+    complete(&mut tree, (0.696, 1.2));
+    tree["analyses"]["a"]["subharmonic"] = json!(2);
+    for method in ["galerkin", "shooting"] {
+        tree["analyses"]["a"]["method"] = json!(method);
+        let found = located(&Model::from_tree(&tree).unwrap().run("a").unwrap());
+        assert!(
+            found.len() > 3 && found.iter().all(|e| e.2 > 0.697),
+            "{method}: {found:?}"
+        );
+    }
+}
+
+/// Two equal meshes that do not act on each other turn together.
+#[test]
+fn of_equal_parts() {
+    let unit = json!([[1, 0], [0, 1]]);
+    let mesh = json!({ "type": "backlash", "half_gap": 1.0 });
+    let mut tree = json!({ "reduced": {
+        "stiffness": unit,
+        "damping": { "matrix": [[0.064, 0], [0, 0.064]] },
+        "elements": { "mesh_1": mesh, "mesh_2": mesh },
+        "loads": { "mean": [0.333, 0.333], "harmonics": [{ "order": 1, "cos": [0.154, 0.154], "sin": [0, 0] }] },
+    } });
+    complete(&mut tree, (2.3, 0.45));
+    assert_eq!(compare(&Model::from_tree(&tree).unwrap(), "a"), 12);
+}
+
+/// Two period doublings that only the series has are no events: they are listed apart, with a warning.
+#[test]
+fn refuted_by_the_flow() {
+    let mut tree = pair(0.0599, 0.1385, [0.382, 0.54], (1, 0.1614));
+    complete(&mut tree, (2.5, 0.45));
+    let model = Model::from_tree(&tree).unwrap();
+    assert_eq!(compare(&model, "a"), 51);
+    let report = model.run("a").unwrap();
+    let of = |table: &str, column: &str| floats(report.table(table).unwrap(), column);
+    assert!(of("events", "confirmed").iter().all(|x| *x == 1.0));
+    assert_eq!(of("refuted", "confirmed"), [0.0, 0.0]);
+    assert_eq!(report.summary["refuted"].as_array().map(Vec::len), Some(2));
+    let is_told = |w: &String| w.contains("the flow refutes 2 of 53 events (2 period_doubling)");
+    assert!(report.warnings.iter().any(is_told), "{:?}", report.warnings);
+}

@@ -36,6 +36,8 @@ pub(super) struct Delivered {
     integrators: Vec<&'static str>,
     pub points: Vec<BranchPoint>,
     pub events: Vec<BifurcationEvent>,
+    /// Events that the flow refuted.
+    pub refuted: Vec<BifurcationEvent>,
     /// Kinds of the attractors, one per point; none for branches, whose solutions are periodic by construction.
     pub labels: Vec<Label>,
     pub end: Ending,
@@ -104,6 +106,7 @@ impl Delivered {
             integrators: Vec::new(),
             points: Vec::new(),
             events: Vec::new(),
+            refuted: Vec::new(),
             labels: Vec::new(),
             end: Ending::complete(),
         }
@@ -174,11 +177,15 @@ pub(super) fn assemble(
         .map(|d| Traced {
             points: &d.points,
             events: &d.events,
+            refuted: &d.refuted,
             labels: &d.labels,
             method: d.method,
         })
         .collect();
-    let events = event_table::events(swept, &traced);
+    let (events, refuted) = (
+        event_table::events(swept, &traced),
+        event_table::refuted(swept, &traced),
+    );
     let mut report = Report {
         figure: Some(branch_figure::figure(swept, &traced)),
         ..Report::default()
@@ -188,6 +195,7 @@ pub(super) fn assemble(
     for (key, value) in [
         ("branches", branches.collect()),
         ("events", rows_as_json(&events)),
+        ("refuted", rows_as_json(&refuted)),
     ] {
         report.summary.insert(key.into(), value);
     }
@@ -197,6 +205,7 @@ pub(super) fn assemble(
         .extend(multiplier_table::multipliers(swept, &traced));
     if swept.computes(ResponseTable::Events) {
         report.tables.push(events);
+        report.tables.extend(Some(refuted).filter(|t| t.rows() > 0));
     }
     if let Some(rattle) = branch_table::rattle(swept, &traced) {
         let figure = rattle_figure::figure(&rattle, report.figure.as_ref());

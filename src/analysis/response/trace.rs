@@ -376,6 +376,7 @@ impl<'a> Work<'a> {
         let side = crossings::ending(branch.end).filter(|_| delivered.is_side());
         delivered.end = side.unwrap_or_else(|| self.ending(problem, &branch));
         (delivered.points, delivered.events) = (branch.points, branch.events);
+        delivered.refuted = branch.refuted;
         self.warn(delivered, branch.end, &recorder.pulling);
         self.explain(delivered.method, branch.exchanges);
         let number = self.delivered.len();

@@ -99,7 +99,7 @@ impl Verification {
         };
         let Confirmed { checked, is_spent } =
             confirm(galerkin, &mut shooting, branch, recorder, &options)?;
-        self.note_verdicts(&branch.events);
+        self.note_verdicts(branch);
         let mut continuation = settings.continuation(swept.range, weight);
         continuation.newton = settings.shooting_newton();
         let mut guarded = Guarded(&mut shooting);
@@ -116,13 +116,13 @@ impl Verification {
         for point in checked {
             self.rows.push(check.row(number, &point)?);
         }
-        let mut list = warnings(swept, &self.rows[begin..], &branch.events);
-        list.extend(is_spent.then(|| unfinished(&branch.events)));
+        let mut list = warnings(swept, &self.rows[begin..], branch);
+        list.extend(is_spent.then(|| unfinished(branch)));
         Ok(list)
     }
 
-    fn note_verdicts(&mut self, events: &[BifurcationEvent]) {
-        for event in events {
+    fn note_verdicts(&mut self, branch: &Branch) {
+        for event in branch.events.iter().chain(&branch.refuted) {
             match event.verdict {
                 Verdict::Confirmed if event.method_lambda.is_nan() => self.verdicts.added += 1,
                 Verdict::Confirmed => self.verdicts.confirmed += 1,
@@ -264,18 +264,19 @@ impl Verification {
 }
 
 /// What is said where the confirmation by default would have taken too long.
-fn unfinished(events: &[BifurcationEvent]) -> String {
+fn unfinished(branch: &Branch) -> String {
+    let (events, refuted) = (&branch.events, branch.refuted.len());
     let tried = events.iter().filter(|e| e.verdict != Verdict::NotTried);
     format!(
         "galerkin: the flow was asked about {} of {} events only, since each takes long in this train; the other events and the \
          stability between them are the series' own: set `confirm: events` to confirm all of them, `confirm: none` for none",
-        tried.count(),
-        events.len()
+        refuted + tried.count(),
+        refuted + events.len()
     )
 }
 
 /// What has to be said of one branch: few digits, no orbit, refuted events.
-fn warnings(swept: &Swept<'_>, rows: &[Row], events: &[BifurcationEvent]) -> Vec<String> {
+fn warnings(swept: &Swept<'_>, rows: &[Row], branch: &Branch) -> Vec<String> {
     let mut list = Vec::new();
     let between = |lambdas: &[f64]| {
         let low = lambdas.iter().copied().fold(f64::INFINITY, f64::min);
@@ -308,17 +309,23 @@ fn warnings(swept: &Swept<'_>, rows: &[Row], events: &[BifurcationEvent]) -> Vec
             between(&lost),
         ));
     }
-    let refuted = events.iter().filter(|e| e.verdict == Verdict::Refuted);
-    let refuted: Vec<&BifurcationEvent> = refuted.collect();
-    if !refuted.is_empty() {
-        let kinds: Vec<&str> = refuted.iter().map(|e| e.kind.word()).collect();
-        let at: Vec<f64> = refuted.iter().map(|e| e.lambda).collect();
+    let total = branch.events.len() + branch.refuted.len();
+    let open = branch.events.iter();
+    let open = open.filter(|e| e.verdict == Verdict::Refuted).collect();
+    let told: [(Vec<&BifurcationEvent>, &str, &str); 2] = [
+        (
+            branch.refuted.iter().collect(),
+            "the flow refutes",
+            ": they do not exist and are listed as refuted, apart from the events",
+        ),
+        (open, "the flow does not confirm", ""),
+    ];
+    for (events, what, end) in told.iter().filter(|told| !told.0.is_empty()) {
+        let kinds: Vec<&str> = events.iter().map(|e| e.kind.word()).collect();
+        let at: Vec<f64> = events.iter().map(|e| e.lambda).collect();
+        let (count, tally, place) = (events.len(), tally(&kinds), between(&at));
         list.push(format!(
-            "galerkin: the flow does not confirm {} of {} events ({}), {}",
-            refuted.len(),
-            events.len(),
-            tally(&kinds),
-            between(&at),
+            "galerkin: {what} {count} of {total} events ({tally}), {place}{end}"
         ));
     }
     list

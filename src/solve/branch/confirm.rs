@@ -18,7 +18,7 @@ use super::{Branch, Recorder, Stability};
 use crate::error::SolveError;
 use crate::numeric::assignment::assign;
 use crate::numeric::fraction::gcd;
-use crate::solve::events::{BifurcationEvent, Resolution, Verdict};
+use crate::solve::events::{Resolution, Verdict};
 use crate::solve::family::Family;
 use crate::solve::newton::NewtonOptions;
 use crate::solve::residual::{PeriodicResidual, Residual};
@@ -74,7 +74,8 @@ pub struct ConfirmOptions<'a> {
     pub resolution: Resolution,
     /// The corrector.
     pub newton: NewtonOptions,
-    /// Steps of the flow, times the square of its states, after which nothing more is begun.
+    /// Steps of the flow, times the square of its states, after which nothing more is begun; and the same again for following the flow's
+    /// branch.
     pub most_work: f64,
     /// False ends the work early.
     pub keep_going: &'a dyn Fn() -> bool,
@@ -126,7 +127,9 @@ pub fn confirm<F: Family>(
     }
     let parts = parts(series, branch, options)?;
     let parts_outside = shooting.restrict(parts);
+    let states_squared = (shooting.dim() as f64).powi(2);
     let work = Confirmer {
+        steps_left: (options.most_work / states_squared) as usize,
         flow: Flow::new(shooting, options.weight, options.newton),
         stations: vec![None; states.len()],
         series,
@@ -177,6 +180,8 @@ struct Confirmer<'a, F: Family> {
     crossings: Vec<chain::Item>,
     /// The bifurcations of stretches through which the flow's branch was followed.
     followed: Vec<chain::Item>,
+    /// Steps of the flow that are left for following its branch.
+    steps_left: usize,
     /// Steps through which the flow's branch was followed.
     explained: Vec<(usize, usize)>,
 }
@@ -234,7 +239,7 @@ impl<F: Family> Confirmer<'_, F> {
     fn is_spent(&self) -> bool {
         let states = self.flow.shooting.dim() as f64;
         let steps = self.options.steps * self.flow.periods + self.flow.passages;
-        steps * states * states > self.options.most_work
+        steps * states * states > self.options.most_work || self.steps_left == 0
     }
 
     /// Whether the flow's branch is cheap to follow.
@@ -377,10 +382,6 @@ impl<F: Family> Confirmer<'_, F> {
 
     /// Multipliers of the flow take the place of the series' where they are known.
     fn hand_over(&mut self) {
-        // What the flow's branch showed at first, and in steps finer or between other points no more.
-        let is_gone =
-            |e: &BifurcationEvent| e.verdict == Verdict::Refuted && e.method_lambda.is_nan();
-        self.branch.events.retain(|e| !is_gone(e));
         for k in 0..self.states.len() {
             if self.branch.points[k].multipliers.is_empty() {
                 continue;

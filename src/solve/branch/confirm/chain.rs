@@ -85,9 +85,8 @@ impl<F: Family> Confirmer<'_, F> {
         }
         self.settle();
         let explained = std::mem::take(&mut self.explained);
-        self.drop_resolved(&explained);
         let mut left = self.contradictions();
-        self.drop_refuted(&left);
+        self.set_refuted_aside(&explained, &left);
         left.retain(|step| !explained.contains(step));
         for step in left {
             self.leave_open(step);
@@ -123,28 +122,29 @@ impl<F: Family> Confirmer<'_, F> {
         }
     }
 
-    /// Steps through which the flow's branch was followed leave nothing unresolved.
-    fn drop_resolved(&mut self, explained: &[(usize, usize)]) {
-        let is_explained = |k: usize| explained.iter().any(|(a, b)| (*a..*b).contains(&k));
-        self.branch
-            .events
-            .retain(|e| e.kind != EventKind::Unresolved || !is_explained(e.after_point));
-    }
-
-    /// Where the flow knows both ends of a step and its counts contradict nothing, what the series could not explain does not exist.
-    fn drop_refuted(&mut self, open: &[(usize, usize)]) {
+    /// Steps through which the flow's branch was followed, or of which the flow knows both ends and its counts contradict nothing, hold
+    /// no events but the flow's: nothing is unresolved there, and what the flow does not confirm does not exist.
+    fn set_refuted_aside(&mut self, explained: &[(usize, usize)], open: &[(usize, usize)]) {
+        let holds =
+            |list: &[(usize, usize)], k: usize| list.iter().any(|(a, b)| (*a..*b).contains(&k));
         let known = |k: usize| {
             let station = self.stations.get(k).and_then(Option::as_ref);
             station.is_some_and(|s| s.orbit().is_some())
         };
-        let is_settled = |k: usize| {
-            let is_open = open.iter().any(|(a, b)| (*a..*b).contains(&k));
-            known(k) && known(k + 1) && !is_open
+        let is_settled = |k: usize| known(k) && known(k + 1) && !holds(open, k);
+        // Without a look into the step two events that the search has missed would cancel.
+        let is_seen = self.is_quick();
+        let is_over = |e: &BifurcationEvent| {
+            let is_seen = is_seen && e.kind.is_bifurcation() || e.kind == EventKind::Unresolved;
+            holds(explained, e.after_point) || is_seen && is_settled(e.after_point)
         };
-        let is_left =
-            |e: &BifurcationEvent| e.kind != EventKind::Unresolved || !is_settled(e.after_point);
-        let events = std::mem::take(&mut self.branch.events);
-        self.branch.events = events.into_iter().filter(is_left).collect();
+        let is_in_question =
+            |e: &BifurcationEvent| e.kind == EventKind::Unresolved || e.verdict == Verdict::Refuted;
+        let mut events = std::mem::take(&mut self.branch.events);
+        let over = events.extract_if(.., |e| is_in_question(e) && is_over(e));
+        let refuted = over.filter(|e| e.verdict == Verdict::Refuted && e.method_lambda.is_finite());
+        self.branch.refuted.extend(refuted);
+        self.branch.events = events;
     }
 
     /// An event for a change of the count between two points that nothing explains, unless there is one.

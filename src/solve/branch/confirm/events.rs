@@ -17,8 +17,6 @@ const NUDGE: f64 = 1e-4;
 const STRIDE: f64 = 0.05;
 /// Distance from a branch point at which its multipliers are looked at, as a share of the step around it; others are twice as far.
 const AROUND: f64 = 4e-3;
-/// Distance of an eigenvalue from 1 up to which the corrector counts as singular at a branch point.
-const SINGULAR: f64 = 0.5;
 /// Share of that distance by which a branch point may move.
 const NEAR: f64 = 0.1;
 /// Events of one kind this near to each other, in the arclength, are one.
@@ -108,7 +106,11 @@ impl<F: Family> Confirmer<'_, F> {
     /// Moves a branch point to where the multipliers around say that it is: at the branch point itself the corrector is singular.
     fn sharpen(&mut self, found: &mut Found) -> Result<(), SolveError> {
         let event = &self.branch.events[found.event];
-        let is_singular = found.root.point.from_singular < SINGULAR;
+        // Of a part of the period the eigenvalue that passes may be another root of 1: the corrector is regular then, however near to 1 a
+        // further one lies.
+        let orbit = &found.root.point;
+        let passing = orbit.multipliers.iter().map(|mu| (mu - 1.0).norm());
+        let is_singular = orbit.from_singular <= passing.fold(f64::INFINITY, f64::min);
         if event.kind != EventKind::BranchPoint || !is_singular {
             return Ok(());
         }

@@ -1,10 +1,11 @@
 //! The flow's own branch followed through an interval in which the events leave something open.
 
+use super::chain::Located;
 use super::events::SAME;
 use super::flow::{FlowPoint, dot};
 use super::{Confirmer, Station};
 use crate::error::SolveError;
-use crate::solve::branch::{Begin, BranchPoint, Recorder, TraceOptions, trace};
+use crate::solve::branch::{Begin, Branch, BranchPoint, Recorder, TraceOptions, trace};
 use crate::solve::continuation::{ContinuationOptions, Side};
 use crate::solve::events::{BESIDE_CROSSING, BifurcationEvent, Verdict};
 use crate::solve::family::Family;
@@ -19,6 +20,10 @@ const FINER: [f64; 2] = [6.0, 30.0];
 const MOST_POINTS: f64 = 20.0;
 /// Distance from the beginning, over the length of the interval, at which the path has gone astray.
 const ASTRAY: f64 = 3.0;
+
+/// Distance of two events of one kind and parameter, in the arclength, up to which they are one: that of the places of a branch point
+/// that two searches find.
+const SAME_PLACE: f64 = 1e-5;
 
 /// Largest distance of the path from the end of the interval where it passes beside it, over the length of the interval: beyond it
 /// the path has gone over to another branch.
@@ -156,15 +161,28 @@ impl<F: Family> Confirmer<'_, F> {
             let (weight, begin) = (self.options.weight, from.x.clone());
             let mut watch = Watch::new(weight, begin, Some(arrival), Some(astray));
             let start = Begin::Inside(from.state(), from.lambda(), side);
-            let branch = match trace(self.flow.shooting, start, &options, &mut watch) {
-                Err(SolveError::NoSystem { .. }) => continue,
-                traced => traced?,
-            };
-            if let (true, Ok(branch)) = (watch.has_arrived, branch) {
+            let branch = self.traced(start, &options, &mut watch)?;
+            if let Some(branch) = branch.filter(|_| watch.has_arrived) {
                 return Ok(Some(branch.events));
             }
         }
         Ok(None)
+    }
+
+    /// The flow's branch from a start, in the steps that are left; `None` where there is none.
+    pub(super) fn traced(
+        &mut self,
+        start: Begin,
+        options: &TraceOptions,
+        watch: &mut Watch,
+    ) -> Result<Option<Branch>, SolveError> {
+        self.flow.shooting.allow(self.steps_left);
+        let traced = trace(self.flow.shooting, start, options, watch);
+        self.steps_left = self.flow.shooting.allow(usize::MAX);
+        match traced {
+            Err(SolveError::NoSystem { .. }) => Ok(None),
+            traced => Ok(traced?.ok()),
+        }
     }
 
     /// Takes an event of the flow's branch over: for one of the series that was not confirmed, or as one that the series lacks.
@@ -185,23 +203,30 @@ impl<F: Family> Confirmer<'_, F> {
             return Ok(());
         }
         let near = |e: &BifurcationEvent| (e.lambda - event.lambda).abs();
-        let alike = |e: &&mut BifurcationEvent| e.kind == event.kind;
-        let same = self.branch.events.iter().filter(|e| e.kind == event.kind);
-        let is_known = |e: &BifurcationEvent| {
-            e.verdict == Verdict::Confirmed && near(e) <= SAME * event.lambda.abs().max(SAME)
+        let events = &self.branch.events;
+        let is_known = |l: &Located| {
+            let known = &events[l.event];
+            known.kind == event.kind
+                && near(known) <= SAME * event.lambda.abs().max(SAME)
+                && self.flow.distance(&l.x, &x) <= SAME_PLACE
         };
-        if same.into_iter().any(is_known) {
+        if self.located.iter().any(is_known) {
             return Ok(());
         }
-        let open = self
-            .branch
-            .events
-            .iter_mut()
-            .filter(alike)
-            .filter(|e| e.verdict != Verdict::Confirmed && (a..=b).contains(&e.after_point));
-        if let Some(known) = open.min_by(|p, q| near(p).total_cmp(&near(q))) {
+        let is_open = |e: &BifurcationEvent| {
+            e.kind == event.kind
+                && e.verdict != Verdict::Confirmed
+                && (a..=b).contains(&e.after_point)
+        };
+        let open = (0..events.len()).filter(|k| is_open(&events[*k]));
+        let open = open.min_by(|p, q| near(&events[*p]).total_cmp(&near(&events[*q])));
+        let number = open.unwrap_or(events.len());
+        self.located.push(Located { event: number, x });
+        if let Some(known) = open {
+            let known = &mut self.branch.events[known];
             known.verdict = Verdict::Confirmed;
             (known.lambda, known.bracket) = (event.lambda, event.bracket);
+            (known.unstable, known.multiplicity) = (event.unstable, event.multiplicity);
             (known.after_point, known.fraction) = (step, fraction);
             return Ok(());
         }

@@ -9,7 +9,7 @@ use super::flow::{Care, FlowPoint};
 use super::retrace::{Arrival, Watch};
 use super::{Confirmer, POOR, SAME_ORBIT, Station, difference};
 use crate::error::SolveError;
-use crate::solve::branch::{Begin, Branch, BranchPoint, trace};
+use crate::solve::branch::{Begin, Branch, BranchPoint};
 use crate::solve::continuation::{PathEnd, Side};
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict, is_outside};
 use crate::solve::family::Family;
@@ -190,11 +190,9 @@ impl<F: Family> Confirmer<'_, F> {
         });
         let mut watch = Watch::new(self.options.weight, from.x.clone(), arrival, None);
         let start = Begin::Inside(from.state(), from.lambda(), side);
-        let branch = match trace(self.flow.shooting, start, &options, &mut watch) {
-            Err(SolveError::NoSystem { .. }) => return Ok(None),
-            traced => traced?,
+        let Some(branch) = self.traced(start, &options, &mut watch)? else {
+            return Ok(None);
         };
-        let Ok(branch) = branch else { return Ok(None) };
         let is_there = match branch.end {
             PathEnd::RangeReached | PathEnd::ReturnedToStart => is_border,
             _ => watch.has_arrived,
