@@ -25,11 +25,6 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// Derivative of the map over the minimal period, from the first point.
-    pub(super) fn derivative(&self) -> &DMatrix<f64> {
-        &self.phi
-    }
-
     /// The same orbit from its smallest point on, whichever it was found at.
     pub(super) fn beginning_smallest(&self, map: &mut dyn Map) -> Cycle {
         let size = self.phi.nrows();

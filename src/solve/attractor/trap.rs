@@ -40,7 +40,7 @@ impl Trap {
     /// Around an orbit; `None` where no ellipsoid passes.
     pub fn around(map: &mut dyn Map, cycle: &Cycle) -> Option<Trap> {
         let size = map.size();
-        let metric = metric(cycle.derivative())?;
+        let metric = metric(&cycle.phi)?;
         let factor = metric.clone().cholesky()?.l().transpose();
         let least = metric.clone().symmetric_eigenvalues().min();
         let largest = cycle.points.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
