@@ -67,8 +67,9 @@ impl Contacts {
             }
             return contacts;
         }
-        for impact in crossings.iter().filter(|c| c.kind == SwitchKind::Impact) {
-            contacts.hit(impact, nu);
+        let makes_contact = |c: &&Crossing| c.kind.makes_contact((c.from, c.to));
+        for made in crossings.iter().filter(makes_contact) {
+            contacts.hit(made, nu);
         }
         let stays = |c: &&Crossing| c.kind != SwitchKind::Impact;
         let crossings: Vec<&Crossing> = crossings.iter().filter(stays).collect();
@@ -86,9 +87,6 @@ impl Contacts {
                 continue;
             };
             side.share += (end - crossing.tau) / TAU;
-            if crossing.from == 0 && crossing.kind == SwitchKind::Breakpoint {
-                contacts.hit(crossing, nu);
-            }
         }
         contacts
     }

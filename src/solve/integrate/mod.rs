@@ -129,14 +129,9 @@ pub struct Switch {
 }
 
 impl Switch {
-    /// Whether contact is made: an impact on a stop, or the way from open to a flank. A slider that starts to slip makes none, nor
-    /// does a contact that comes to rest.
+    /// Whether contact is made ([`SwitchKind::makes_contact`]).
     pub(crate) fn makes_contact(&self) -> bool {
-        match self.kind {
-            SwitchKind::Impact => true,
-            SwitchKind::Breakpoint => self.from == 0 && self.to != 0,
-            SwitchKind::Memory | SwitchKind::Holding => false,
-        }
+        self.kind.makes_contact((self.from, self.to))
     }
 }
 
@@ -152,6 +147,18 @@ pub enum SwitchKind {
     Impact,
     /// A contact comes to rest on a stop or on a jump of the force, or leaves it.
     Holding,
+}
+
+impl SwitchKind {
+    /// Whether contact is made: an impact on a stop, or the way from open to a flank. A slider that starts to slip makes none, nor
+    /// does a contact that comes to rest.
+    pub(crate) fn makes_contact(self, (from, to): (i8, i8)) -> bool {
+        match self {
+            SwitchKind::Impact => true,
+            SwitchKind::Breakpoint => from == 0 && to != 0,
+            SwitchKind::Memory | SwitchKind::Holding => false,
+        }
+    }
 }
 
 /// Many short steps: what the step control of an integration did about fast forces.

@@ -303,18 +303,17 @@ impl Regions {
             let (low, high) = self.windows[k];
             for level in self.ends(k).filter(stands) {
                 let inside = if level < low { low } else { high };
-                let (from, to) = (element.flank(level), element.flank(inside));
-                if from == 0 && to != 0 {
-                    let velocity = at.scratch.rate[k];
-                    observer.switch(&Switch {
-                        kind: SwitchKind::Breakpoint,
-                        tau: at.tau,
-                        connection: k,
-                        level,
-                        from,
-                        to,
-                        velocity,
-                    });
+                let switch = Switch {
+                    kind: SwitchKind::Breakpoint,
+                    tau: at.tau,
+                    connection: k,
+                    level,
+                    from: element.flank(level),
+                    to: element.flank(inside),
+                    velocity: at.scratch.rate[k],
+                };
+                if switch.makes_contact() {
+                    observer.switch(&switch);
                 }
             }
         }
