@@ -31,6 +31,7 @@ mod long_trains;
 mod memory_ends;
 mod memory_flow;
 mod memory_series;
+mod memory_stops;
 mod quadrature_exact;
 mod reproduction_figure_11;
 mod reproduction_shooting;

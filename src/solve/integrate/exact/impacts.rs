@@ -1,4 +1,4 @@
-//! Impacts on rigid stops, their end in a contact that is held, and rest on jumps of the force.
+//! Impacts on rigid stops.
 //!
 //! ```text
 //! v+ = v- + kappa_A J,   (W_A kappa_A) J = -(1 + r) rates,   rates = W_A v- - e_A'
@@ -7,20 +7,17 @@
 //! ```
 
 use super::impulse::{Impact, Stop};
-use super::regions::{ROUNDING, size};
-use super::{Exact, Motion};
+use super::part::Watched;
+use super::regions::{Crossing, size};
+use super::{Exact, Motion, ROUNDING, SAME_INSTANT};
 use crate::element::automaton::{Reset, Surface};
 use crate::numeric::bernstein::Direction;
 use crate::solve::integrate::{IntegrationEnd, Switch, SwitchKind};
 use crate::system::System;
-use nalgebra::DMatrix;
 
-use super::part::Watched;
-
-/// Impacts that die out within this time, in units of time of the series, are over.
-const CHATTER: f64 = 1e-10;
-/// Rounds in which impacts on some stops may cause others at the same instant.
-const ROUNDS: usize = 100;
+/// Rounds in which impacts on some stops may cause others at the same instant. Where many bodies touch, each impact sends another one
+/// back, and the speeds fall by a few per cent per round.
+const ROUNDS: usize = 100_000;
 
 /// Work space.
 #[derive(Debug, Clone, Default)]
@@ -29,7 +26,7 @@ pub(crate) struct Buffers {
     pub held: Vec<usize>,
     before: Vec<f64>,
     after: Vec<f64>,
-    stops: Vec<Stop>,
+    pub(super) stops: Vec<Stop>,
 }
 
 impl Buffers {
@@ -50,54 +47,21 @@ impl Exact {
         state: &mut [f64],
         motion: &mut Motion<'_>,
     ) -> Result<(), IntegrationEnd> {
-        self.lift(tau, state, motion);
+        self.lift(tau, state, motion)?;
         self.collide(tau, None, state, motion)?;
         self.rest_on_jumps(tau, state, motion)
     }
 
-    /// Takes deformations beyond a stop back to it along its force.
-    fn lift(&mut self, tau: f64, state: &mut [f64], motion: &mut Motion<'_>) {
-        let system = motion.system;
-        for k in 0..self.regions.parts().len() {
-            let part = &self.regions.parts()[k];
-            let connection = part.connection;
-            for direction in [Direction::Up, Direction::Down] {
-                let part = &self.regions.parts()[k];
-                let guard = part.guard(Watched::Level, direction);
-                let Some(Surface::Deformation { level, .. }) = guard
-                    .filter(|g| matches!(g.reset, Reset::Restitution { .. }))
-                    .map(|g| g.surface)
-                else {
-                    continue;
-                };
-                let beyond = self.deformation[connection] - level;
-                if direction.sign() * beyond <= 0.0 {
-                    continue;
-                }
-                let step = beyond / self.mobility(system, connection);
-                for (i, kappa) in system.stiffness_column(connection) {
-                    state[*i] -= step * kappa;
-                }
-                let is_far = beyond.abs() > ROUNDING * (level.abs() + size(&self.series, state));
-                if let Some(phi) = motion.phi.as_deref_mut().filter(|_| is_far) {
-                    project_rows(system, phi, connection, 0);
-                }
-                self.deform(system, tau, state);
-            }
-        }
-    }
-
-    /// The stops that are closed at an instant, whatever the tolerance the one that has just been reached.
-    fn closed_stops(
+    /// The stops that are closed at an instant, whatever the tolerance the one that has just been reached, and those in a flight
+    /// that began there.
+    fn near_stops(
         &mut self,
         (system, tau): (&System, f64),
-        reached: Option<usize>,
+        reached: Option<(usize, Direction)>,
         state: &[f64],
     ) {
         self.deform(system, tau, state);
         let size = size(&self.series, state);
-        let phase = system.moment(tau).phase;
-        let n = system.dof();
         self.impacts.stops.clear();
         for (k, part) in self.regions.parts().iter().enumerate() {
             let Some(automaton) = &part.law.automaton else {
@@ -119,19 +83,19 @@ impl Exact {
                 if is_held && part.region != held {
                     continue;
                 }
-                let x = self.deformation[part.connection];
-                let is_at = (x - level).abs() <= part.tolerance(level, size, tau);
-                let is_reached = reached == Some(k)
-                    && (x - level).abs() < (x + level).abs().max(f64::MIN_POSITIVE)
-                    || reached == Some(k) && level == 0.0;
-                if !(is_held || is_at || is_reached) {
-                    continue;
-                }
-                let error = system.mounts()[part.connection].transmission_error.as_ref();
-                let moves =
-                    error.map_or(0.0, |e| system.moment(tau).frequency * e.derivative(phase));
-                let row = system.element_map_row(part.connection).iter();
-                let rate = row.map(|(i, w)| w * state[n + i]).sum::<f64>() - moves;
+                let sign = guard.direction.sign();
+                let beyond = sign * (self.deformation[part.connection] - level);
+                let rate = sign * self.rate(system, tau, state, part.connection);
+                let instant = SAME_INSTANT * self.series.unit * rate.max(0.0);
+                let is_reached = reached == Some((k, guard.direction));
+                let flight = part.rebounds.filter(|r| r.direction == guard.direction);
+                let gap = match flight {
+                    _ if is_held || is_reached => Some(0.0),
+                    Some(rebound) if rebound.gap <= instant => Some(0.0),
+                    Some(rebound) => Some(rebound.gap),
+                    None => (beyond >= -part.tolerance(level, size, tau)).then_some(0.0),
+                };
+                let Some(gap) = gap else { continue };
                 self.impacts.stops.push(Stop {
                     part: k,
                     connection: part.connection,
@@ -140,7 +104,8 @@ impl Exact {
                     coefficient,
                     held,
                     is_held,
-                    rate: guard.direction.sign() * rate,
+                    gap,
+                    rate,
                 });
             }
         }
@@ -150,7 +115,7 @@ impl Exact {
     pub(super) fn collide(
         &mut self,
         tau: f64,
-        reached: Option<usize>,
+        reached: Option<(usize, Direction)>,
         state: &mut [f64],
         motion: &mut Motion<'_>,
     ) -> Result<(), IntegrationEnd> {
@@ -158,11 +123,11 @@ impl Exact {
         let slow = ROUNDING * size(&self.series, state) / self.series.unit;
         let mut reached = reached;
         for _ in 0..ROUNDS {
-            self.closed_stops((system, tau), reached, state);
+            self.near_stops((system, tau), reached, state);
             let stops = std::mem::take(&mut self.impacts.stops);
-            let approaches = |s: &&Stop| {
-                !s.is_held && (s.rate > slow || reached == Some(s.part) && s.rate > 0.0)
-            };
+            let is_reached = |s: &Stop| reached == Some((s.part, s.direction)) && s.rate > 0.0;
+            let approaches =
+                |s: &&Stop| !s.is_held && s.gap == 0.0 && (s.rate > slow || is_reached(s));
             let found = stops.iter().any(|s| approaches(&s));
             let result = match found {
                 true => {
@@ -229,6 +194,7 @@ impl Exact {
         for part in left {
             self.release(part, tau, motion);
         }
+        self.break_loose(tau, state, motion);
         if motion.phi.is_some() {
             self.open_series(system, tau, state)?;
             self.series.acceleration(0.0, &mut self.impacts.after);
@@ -241,7 +207,7 @@ impl Exact {
             impact.saltate((system, phi), &set, (&shift, &accelerations));
         }
         for stop in set.iter().filter(|s| !s.is_held) {
-            self.regions.rebound(stop.part, Some(stop.direction));
+            self.regions.rebound(stop.part, stop.direction);
             motion.observer.switch(&Switch {
                 tau,
                 connection: stop.connection,
@@ -255,8 +221,53 @@ impl Exact {
         Ok(())
     }
 
+    /// Joints at rest on a jump of their force, which is finite, give way to an impulse.
+    fn break_loose(&mut self, tau: f64, state: &[f64], motion: &mut Motion<'_>) {
+        let system = motion.system;
+        let slow = ROUNDING * size(&self.series, state) / self.series.unit;
+        let held: Vec<(usize, usize, f64)> = (self.regions.held())
+            .filter(|h| !self.is_stop(h.0))
+            .collect();
+        for (part, connection, level) in held {
+            let velocity = self.rate(system, tau, state, connection);
+            if velocity.abs() <= slow {
+                continue;
+            }
+            let direction = match velocity > 0.0 {
+                true => Direction::Up,
+                false => Direction::Down,
+            };
+            let crossing = Crossing {
+                theta: 0.0,
+                part,
+                watched: Watched::Force,
+                direction,
+            };
+            let passage = self.regions.pass(&crossing, level);
+            motion.observer.switch(&Switch {
+                tau,
+                connection,
+                level,
+                from: passage.from,
+                to: passage.to,
+                velocity,
+                kind: SwitchKind::Holding,
+            });
+        }
+    }
+
+    /// Rate of a deformation.
+    pub(super) fn rate(&self, system: &System, tau: f64, state: &[f64], connection: usize) -> f64 {
+        let v = &state[system.dof()..];
+        let row = system.element_map_row(connection).iter();
+        let rate: f64 = row.map(|(i, w)| w * v[*i]).sum();
+        let error = system.mounts()[connection].transmission_error.as_ref();
+        let at = system.moment(tau);
+        rate - error.map_or(0.0, |e| at.frequency * e.derivative(at.phase))
+    }
+
     /// Whether a held part rests on a stop, not on a jump.
-    fn is_stop(&self, part: usize) -> bool {
+    pub(super) fn is_stop(&self, part: usize) -> bool {
         let part = &self.regions.parts()[part];
         let automaton = part.law.automaton.as_ref();
         automaton.is_some_and(|a| {
@@ -265,147 +276,11 @@ impl Exact {
             resets.any(|r| matches!(r, Reset::Restitution { .. }))
         })
     }
-
-    /// Holds what presses against a stop once its impacts have died out.
-    fn rest(
-        &mut self,
-        tau: f64,
-        stops: &[Stop],
-        state: &mut [f64],
-        motion: &mut Motion<'_>,
-    ) -> Result<(), IntegrationEnd> {
-        if stops.is_empty() {
-            return Ok(());
-        }
-        let system = motion.system;
-        let slow = ROUNDING * size(&self.series, state) / self.series.unit;
-        let shortest = CHATTER * self.series.unit * self.series.pace();
-        self.open_series(system, tau, state)?;
-        let mut caught = Vec::new();
-        for stop in stops.iter().filter(|s| !s.is_held) {
-            let acceleration = self.series.deformation_acceleration(stop.connection, 0.0);
-            let presses = stop.direction.sign() * acceleration;
-            let speed = (-stop.rate).max(0.0);
-            let remaining = 2.0 * speed / (presses * (1.0 - stop.coefficient));
-            if presses > 0.0 && (speed <= slow || remaining <= shortest) {
-                let remaining = if remaining.is_finite() {
-                    remaining
-                } else {
-                    0.0
-                };
-                caught.push((*stop, remaining));
-            }
-        }
-        if caught.is_empty() {
-            return Ok(());
-        }
-        for (stop, _) in &caught {
-            self.regions.enter(stop.part, stop.held);
-        }
-        self.snap(tau, state, motion)?;
-        // Those that would have to pull are let go, the worst one first.
-        loop {
-            let pulls = |(k, (stop, _)): (usize, &(Stop, f64))| {
-                let force = self.series.holding_force(stop.connection)?;
-                let pull = -stop.direction.sign() * force[0];
-                (pull > 0.0).then_some((k, pull))
-            };
-            let all = caught.iter().enumerate().filter_map(pulls);
-            let Some((k, _)) = all.max_by(|a, b| a.1.total_cmp(&b.1)) else {
-                break;
-            };
-            let (stop, _) = caught.remove(k);
-            self.regions.enter(stop.part, 0);
-            self.open_series(system, tau, state)?;
-        }
-        for (stop, remaining) in caught {
-            motion.observer.switch(&Switch {
-                tau: tau + remaining * system.omega(),
-                connection: stop.connection,
-                level: stop.level,
-                from: 0,
-                to: flank(stop.direction),
-                velocity: stop.direction.sign() * stop.rate,
-                kind: SwitchKind::Holding,
-            });
-        }
-        Ok(())
-    }
-
-    /// Lets a stop go.
-    fn release(&mut self, part: usize, tau: f64, motion: &mut Motion<'_>) {
-        let here = &self.regions.parts()[part];
-        let level = here.held_level().unwrap_or_default();
-        let (connection, from) = (here.connection, here.law.flanks[here.region]);
-        self.regions.enter(part, 0);
-        motion.observer.switch(&Switch {
-            tau,
-            connection,
-            level,
-            from,
-            to: 0,
-            velocity: 0.0,
-            kind: SwitchKind::Holding,
-        });
-    }
-
-    /// Puts a state, and deviations from it, onto the levels that are held; opens its series.
-    pub(super) fn snap(
-        &mut self,
-        tau: f64,
-        state: &mut [f64],
-        motion: &mut Motion<'_>,
-    ) -> Result<(), IntegrationEnd> {
-        let system = motion.system;
-        self.stiffen(system, tau)?;
-        let phase = system.moment(tau).phase;
-        let frequency = system.moment(tau).frequency;
-        let levels: Vec<(usize, f64)> = self.regions.held().map(|h| (h.1, h.2)).collect();
-        if let Some(holding) = self.series.holding() {
-            let error = |e: usize| system.mounts()[e].transmission_error.as_ref();
-            let (q, v) = state.split_at_mut(system.dof());
-            let level = |e: usize| levels.iter().find(|l| l.0 == e).map_or(0.0, |l| l.1);
-            holding.correct(q, |e| level(e) + error(e).map_or(0.0, |s| s.value(phase)));
-            holding.correct(v, |e| {
-                error(e).map_or(0.0, |s| frequency * s.derivative(phase))
-            });
-            if let Some(phi) = motion.phi.as_deref_mut() {
-                for mut column in phi.column_iter_mut() {
-                    let (q, rest) = column.as_mut_slice().split_at_mut(system.dof());
-                    holding.correct(q, |_| 0.0);
-                    holding.correct(&mut rest[..system.dof()], |_| 0.0);
-                }
-            }
-        }
-        self.open_series(system, tau, state)
-    }
 }
 
-fn flank(direction: Direction) -> i8 {
+pub(super) fn flank(direction: Direction) -> i8 {
     match direction {
         Direction::Up => 1,
         Direction::Down => -1,
-    }
-}
-
-/// Takes what a force along a connection moves out of the rows of deviations that begin at `first`.
-fn project_rows(system: &System, phi: &mut DMatrix<f64>, connection: usize, first: usize) {
-    let column = system.stiffness_column(connection);
-    let row = system.element_map_row(connection);
-    let mobility: f64 = row
-        .iter()
-        .map(|(i, w)| {
-            column
-                .iter()
-                .filter(|(k, _)| k == i)
-                .map(|(_, c)| w * c)
-                .sum::<f64>()
-        })
-        .sum();
-    for j in 0..phi.ncols() {
-        let strain: f64 = row.iter().map(|(i, w)| w * phi[(first + i, j)]).sum();
-        for (i, kappa) in column {
-            phi[(first + i, j)] -= kappa * strain / mobility;
-        }
     }
 }

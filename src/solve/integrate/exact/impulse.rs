@@ -16,6 +16,8 @@ pub(super) struct Stop {
     pub(super) coefficient: f64,
     pub(super) held: usize,
     pub(super) is_held: bool,
+    /// Distance from the stop in a flight that began there, else 0.
+    pub(super) gap: f64,
     /// Rate, outwards positive.
     pub(super) rate: f64,
 }

@@ -1,7 +1,8 @@
 //! Memories that have a rate of their own, along the motion.
 
+use super::ROUNDING;
 use super::acting::Acting;
-use super::regions::{ROUNDING, Regions, size};
+use super::regions::{Regions, size};
 use super::series::Series;
 use crate::numeric::bernstein::evaluate;
 

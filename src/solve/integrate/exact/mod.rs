@@ -10,6 +10,8 @@
 
 mod acting;
 mod cells;
+mod complementary;
+mod contacts;
 mod decay;
 mod deviations;
 mod entries;
@@ -27,6 +29,7 @@ mod options;
 mod pace;
 mod part;
 mod passing;
+mod rebound;
 mod recursion;
 mod regions;
 mod resting;
@@ -84,6 +87,9 @@ pub struct Exact {
 
 /// Steps allowed per unit of time of the series, the reciprocal of the highest frequency.
 const STEPS_PER_UNIT: f64 = 50.0 / TAU;
+
+/// Rounding of a deformation in units of what it is made of.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Steps up to this length, in units of time of the series, join switches at one instant.
 const SAME_INSTANT: f64 = 1e-13;
@@ -254,8 +260,8 @@ impl Exact {
             self.regions.evolve(theta);
             is_stale = crossing.is_some();
             self.effort += usize::from(crossing.is_none());
-            if theta > SAME_INSTANT {
-                self.regions.fly();
+            if self.regions.has_contacts() {
+                self.regions.fly(&self.series, theta, state);
             }
             if let Some(c) = crossing {
                 if let Err(end) = self.cross(&c, next, state, &mut motion) {

@@ -1,7 +1,8 @@
 //! One part of a law: the region it is in, and what it watches there.
 
+use super::ROUNDING;
 use super::laws::{Law, LawPart, Piece};
-use super::regions::ROUNDING;
+use super::rebound::Rebound;
 use super::series::Series;
 use crate::element::automaton::{Guard, MemoryRate, Region, RegionForce, Surface};
 use crate::numeric::bernstein::Direction;
@@ -77,8 +78,8 @@ pub struct Part {
     pub course: Polynomial,
     /// Whether it watches levels of the deformation alone.
     pub is_plain: bool,
-    /// The stop from which it has just rebounded.
-    pub rebounds: Option<Direction>,
+    /// The flight from a stop that it has hit.
+    pub rebounds: Option<Rebound>,
     /// Force in the region with what the memory adds.
     remembered: Option<Piece>,
     /// Sum of the moduli of W in its row.
@@ -305,7 +306,14 @@ impl Part {
                 *c *= power;
             }
             let largest = polynomial.iter().fold(force.abs(), |m, c| m.max(c.abs()));
-            if let Some(x) = passage(&polynomial, force, direction, ROUNDING * largest) {
+            let tolerance = ROUNDING * largest;
+            // Loads may jump at the begin of a step.
+            let is_beyond = direction.sign() * (polynomial[0] - force) > 1e3 * tolerance;
+            let found = match is_beyond {
+                true => Some(0.0),
+                false => passage(&polynomial, force, direction, tolerance),
+            };
+            if let Some(x) = found {
                 earliest(x, Watched::Force, direction);
             }
         }

@@ -65,13 +65,10 @@ impl Exact {
     /// Deformation of a part, as found by [`Exact::deform`], and its rate.
     fn motion_of(&self, system: &System, tau: f64, state: &[f64], part: usize) -> [f64; 2] {
         let connection = self.regions.parts()[part].connection;
-        let v = &state[system.dof()..];
-        let row = system.element_map_row(connection).iter();
-        let rate: f64 = row.map(|(i, w)| w * v[*i]).sum();
-        let error = system.mounts()[connection].transmission_error.as_ref();
-        let at = system.moment(tau);
-        let slope = error.map_or(0.0, |e| at.frequency * e.derivative(at.phase));
-        [self.deformation[connection], rate - slope]
+        [
+            self.deformation[connection],
+            self.rate(system, tau, state, connection),
+        ]
     }
 
     /// What happens to memories and at stops right at the begin.
@@ -196,7 +193,12 @@ impl Exact {
         motion: &mut Motion<'_>,
     ) -> Result<(), IntegrationEnd> {
         match self.regions.reset(crossing) {
-            Reset::Restitution { .. } => self.collide(tau, Some(crossing.part), state, motion),
+            Reset::Restitution { .. } => self.collide(
+                tau,
+                Some((crossing.part, crossing.direction)),
+                state,
+                motion,
+            ),
             Reset::Jump { held } if self.is_trapped(crossing, tau, motion.system) => {
                 self.catch(crossing.part, held, tau, state, motion)
             }

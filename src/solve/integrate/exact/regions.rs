@@ -1,18 +1,17 @@
 //! In which region of its law every part is, and where it leaves it.
 
+use super::ROUNDING;
 use super::cells::departs;
 use super::laws::{Law, LawPart, Piece};
 use super::part::{Exits, Part, Watched, speed_of};
+use super::rebound::Rebound;
 use super::series::Series;
 use crate::element::automaton::{MemoryRate, RegionForce, Reset};
-use crate::numeric::bernstein::{Direction, first_passage};
+use crate::numeric::bernstein::Direction;
 use crate::numeric::outline::{Gate, Outline};
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
 use std::cmp::Ordering;
-
-/// Rounding of a deformation in units of what it is made of.
-pub(super) const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// The first crossing on a step.
 #[derive(Debug, Clone, Copy)]
@@ -164,15 +163,17 @@ impl Regions {
         self.parts[part].enter(region);
     }
 
-    /// Notes that parts on the levels of stops move away from them, or that no part does any more.
-    pub(crate) fn rebound(&mut self, part: usize, direction: Option<Direction>) {
-        self.parts[part].rebounds = direction;
+    /// Notes that a part on the level of a stop moves away from it.
+    pub fn rebound(&mut self, part: usize, direction: Direction) {
+        self.parts[part].rebounds = Some(Rebound::new(direction));
     }
 
-    /// Forgets rebounds: the motion has left the levels.
-    pub fn fly(&mut self) {
-        if self.has_automata {
-            self.parts.iter_mut().for_each(|p| p.rebounds = None);
+    /// Follows flights from stops up to theta, where the state is; those that have gone far are over.
+    pub fn fly(&mut self, series: &Series, theta: f64, state: &[f64]) {
+        let size = size(series, state);
+        for part in &mut self.parts {
+            let course = series.deformation(part.connection);
+            part.rebounds = part.rebounds.and_then(|r| r.after(course, theta, size));
         }
     }
 
@@ -222,8 +223,10 @@ impl Regions {
                 (high, Direction::Up, largest),
             ];
             for (level, direction, extreme) in borders {
-                if part.rebounds == Some(direction) {
-                    if let Some(x) = return_to_level(&polynomial, direction) {
+                let flight = part.rebounds.filter(|r| r.direction == direction);
+                if let Some(rebound) = flight {
+                    let least = ROUNDING * part.weight * size;
+                    if let Some(x) = rebound.ends(&polynomial, least) {
                         earliest(x, Watched::Level, direction);
                     }
                     continue;
@@ -409,15 +412,6 @@ impl Regions {
             _ => 0.0,
         }
     }
-}
-
-/// Where a polynomial that starts on its level and moves away from it comes back: the level does not count any more, so that the
-/// shortest flights keep their digits.
-fn return_to_level(polynomial: &Polynomial, direction: Direction) -> Option<f64> {
-    let slope: [f64; COUNT] =
-        std::array::from_fn(|k| polynomial.get(k + 1).copied().unwrap_or(0.0));
-    let size = slope.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-    first_passage(&slope, 0.0, direction, ROUNDING * size)
 }
 
 /// theta^k, four at a time.

@@ -1,8 +1,8 @@
 //! What trajectories side by side need of the flow.
 
 use super::Exact;
+use super::ROUNDING;
 use super::entries::dense;
-use super::regions::ROUNDING;
 use crate::numeric::taylor::Polynomial;
 use crate::system::System;
 use std::f64::consts::TAU;
