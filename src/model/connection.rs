@@ -80,7 +80,8 @@ pub(super) fn connection(
             .and_then(|node| law(Some(&node), &element_path, units, &[], mistakes)),
         None => law(None, &element_path, units, &[], mistakes),
     };
-    let is_spring = element.as_ref().is_none_or(|law| law.is_spring());
+    // Of a law that cannot be read it is not known whether it needs a stiffness.
+    let is_spring = element.as_ref().is_some_and(|law| law.is_spring());
     if is_spring {
         fields.required("stiffness", "the reference stiffness, > 0", mistakes);
     }

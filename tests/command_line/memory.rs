@@ -152,6 +152,71 @@ fn sliders_make_no_impacts() {
     assert!(place.column("out/it.impacts.csv", "speed").is_empty());
 }
 
+/// Impacts below `least_impact` count neither in a history nor in a run-up, and sums over none are 0.
+#[test]
+fn faint_impacts_do_not_count() {
+    let text = |least: &str, analysis: &str| {
+        format!(
+            "schema: 1\nbodies:\n  a: {{inertia: 1e-2 kg m^2}}\n  b: {{inertia: 1e-3 kg m^2}}\n  c: {{inertia: 1e-2 kg m^2}}\nconnections:\n  \
+             shaft: {{shaft: [a, c], stiffness: 100 N m/rad, damping: 0.05}}\n  stop: {{shaft: [a, b], element: {{type: rigid_stop, half_gap: 2 deg, \
+             restitution: 0.8{least}}}}}\nloads:\n  a: {{mean: -0.2 N m, harmonics: [{{order: 1, amplitude: 8 N m}}]}}\n  b: {{mean: 0.2 \
+             N m}}\nreference: {{body: a, speed: 60 rad/s}}\nanalyses:\n  it: {analysis}\n"
+        )
+    };
+    let analyses = [
+        (
+            "{type: time_history, at: 10 Hz, periods: 12}",
+            "rattle",
+            "impacts_per_s",
+            "impact_energy",
+        ),
+        (
+            "{type: run_up, from: 60 rad/s, to: 90 rad/s, duration: 2 s, orders: [1], window: 2}",
+            "it",
+            "impacts_per_s.stop",
+            "impact_energy_per_s.stop",
+        ),
+    ];
+    for (analysis, table, count, energy) in analyses {
+        let counts: Vec<[f64; 2]> = ["", ", least_impact: 0.5", ", least_impact: 1e3"]
+            .into_iter()
+            .map(|least| {
+                let place = Place::with(&text(least, analysis));
+                place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+                let file = match table {
+                    "it" => "out/it.csv".to_owned(),
+                    table => format!("out/it.{table}.csv"),
+                };
+                let total = |name: &str| place.column(&file, name).iter().sum::<f64>();
+                assert!(!place.read(&file).contains("-0.0,"), "{analysis}");
+                [total(count), total(energy)]
+            })
+            .collect();
+        let [all, some, none] = [counts[0], counts[1], counts[2]];
+        assert!(all[0] > some[0] && some[0] > 0.0, "{analysis}: {counts:?}");
+        assert!(all[1] > some[1] && some[1] > 0.5 * all[1], "{counts:?}");
+        assert_eq!(none, [0.0, 0.0], "{analysis}");
+    }
+}
+
+/// Also a law without memory has its force curve beside the motion, with names and units; a linear train has nothing to show.
+#[test]
+fn force_curves_of_clearances_are_drawn() {
+    let place = Place::with(&model("{type: backlash, half_gap: 0.2}", HISTORY));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    let [x, f] = ["q.law", "f.law"].map(|c| place.column("out/it.loops.csv", c));
+    for (x, f) in x.iter().zip(&f) {
+        let curve = x - x.clamp(-0.2, 0.2);
+        assert!((f - curve).abs() < 1e-14, "{x} {f}");
+    }
+    assert!(f.iter().any(|f| *f != 0.0));
+    let panels = &place.json("out/it.json")["drawing"]["figure"]["panels"];
+    assert_eq!(panels.as_array().unwrap().len(), 4);
+    let place = Place::with(&model("{type: linear}", HISTORY));
+    place.run(&["run", "m.yaml", "--out", "out"]).ends_with(0);
+    assert!(!place.names("out").contains(&"it.loops.csv".to_owned()));
+}
+
 /// A slow cycle over the range of a motion has the loop of the closed form, 4 F (A - F/k), and a law without memory none.
 #[test]
 fn slow_loops_stand_beside_those_in_motion() {

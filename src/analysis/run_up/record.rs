@@ -6,8 +6,8 @@ use crate::analysis::Setting;
 use crate::numeric::bernstein::{SIZE, hull, sign_changes};
 use crate::numeric::fourier::Fourier;
 use crate::postprocess::contacts::effective_mass;
-use crate::solve::integrate::{Observer, Segment, Switch};
-use crate::system::{Course, System};
+use crate::solve::integrate::{Observer, Segment, Switch, SwitchKind};
+use crate::system::{Course, Scratch, System};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
@@ -52,6 +52,10 @@ struct Revolution {
     /// Largest and least deformation seen, of every connection of a signal.
     seen: Vec<(f64, f64)>,
     impacts: Vec<[f64; 2]>,
+    /// Impacts on stops, which count if they are faster than a share of the r.m.s. rate: connection and speed.
+    hits: Vec<(usize, f64)>,
+    /// Integral of the square of the rate of every connection with a stop, and its time.
+    rates: Vec<[f64; 2]>,
     samples: Vec<f64>,
 }
 
@@ -65,6 +69,9 @@ pub struct Record<'a> {
     probe: Probe<'a>,
     fourier: Option<Fourier>,
     half_mass: Vec<f64>,
+    /// Share of the r.m.s. rate below which an impact does not count, of every connection; 0 without a stop.
+    least: Vec<f64>,
+    scratch: Scratch,
     /// Values at the start, from which sums count.
     origin: Vec<f64>,
     /// The revolution at hand and the next sample in it, with its time.
@@ -103,6 +110,10 @@ impl<'a> Record<'a> {
         let empty = Revolution::empty(&orders, signals.len(), system.element_count());
         let mut record = Record {
             half_mass: (0..system.element_count()).map(half).collect(),
+            least: (system.mounts().iter())
+                .map(|m| m.element.least_impact().unwrap_or(0.0))
+                .collect(),
+            scratch: system.scratch(),
             fourier: (layout.spectrum > 0).then(|| Fourier::new(window)),
             course,
             signals,
@@ -186,7 +197,8 @@ impl<'a> Record<'a> {
             self.signals.len(),
             self.system.element_count(),
         );
-        let done = std::mem::replace(&mut self.current, empty);
+        let mut done = std::mem::replace(&mut self.current, empty);
+        self.count_hits(&mut done);
         if self.revolution == self.layout.revolutions.0 {
             return;
         }
@@ -202,6 +214,35 @@ impl<'a> Record<'a> {
             self.windows.push(done);
         }
         self.kept.pop_front();
+    }
+
+    /// Counts the impacts on stops of a revolution that are fast enough.
+    fn count_hits(&self, revolution: &mut Revolution) {
+        for (k, speed) in std::mem::take(&mut revolution.hits) {
+            let [square, time] = revolution.rates[k];
+            let least = self.least[k] * (square / time.max(f64::MIN_POSITIVE)).sqrt();
+            if speed >= least {
+                revolution.impacts[k][0] += 1.0;
+                revolution.impacts[k][1] += self.half_mass[k] * speed * speed;
+            }
+        }
+    }
+
+    /// Squares of the rates at stops on a step.
+    fn add_rates(&mut self, segment: &Segment<'_>) {
+        if self.least.iter().all(|l| *l == 0.0) {
+            return;
+        }
+        for look in 0..LOOKS {
+            let x = (look as f64 + 0.5) / LOOKS as f64;
+            segment.state(x, self.system.omega(), &mut self.state);
+            let time = segment.tau + x * segment.width;
+            (self.system).respond(time, &self.state, &mut self.scratch);
+            for (sum, rate) in self.current.rates.iter_mut().zip(&self.scratch.rate) {
+                sum[0] += rate * rate * segment.width;
+                sum[1] += segment.width;
+            }
+        }
     }
 
     fn window(&mut self, first: i64) -> Window {
@@ -305,6 +346,8 @@ impl<'a> Record<'a> {
 
 /// Times closer than this, relative, are the same.
 const ROUNDING: f64 = 1e-9;
+/// Instants per step at which rates are read.
+const LOOKS: usize = 4;
 /// The range of nothing.
 const EMPTY: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
@@ -320,6 +363,8 @@ impl Revolution {
             ranges: vec![EMPTY; signals],
             seen: vec![EMPTY; signals],
             impacts: vec![[0.0; 2]; connections],
+            hits: Vec::new(),
+            rates: vec![[0.0; 2]; connections],
             samples: Vec::new(),
         }
     }
@@ -335,6 +380,7 @@ impl Observer for Record<'_> {
         {
             self.sample(segment);
         }
+        self.add_rates(segment);
         self.widen(segment, 1.0);
         self.looked = 0.0;
         self.reached = end;
@@ -342,8 +388,10 @@ impl Observer for Record<'_> {
 
     fn switch(&mut self, switch: &Switch) {
         self.switches.push((switch.tau, *switch));
-        if switch.makes_contact() {
-            let k = switch.connection;
+        let k = switch.connection;
+        if switch.kind == SwitchKind::Impact {
+            self.current.hits.push((k, switch.velocity.abs()));
+        } else if switch.makes_contact() {
             let energy = self.half_mass[k] * switch.velocity * switch.velocity;
             self.current.impacts[k][0] += 1.0;
             self.current.impacts[k][1] += energy;

@@ -1,4 +1,4 @@
-//! Force against deformation of every connection of a train that has laws with memory: in motion, and slowly over the same range.
+//! Force against deformation of every connection of a train that is not linear: in motion, and slowly over the same range.
 
 use crate::analysis::{Setting, columns};
 use crate::report::{Column, Curve, CurveStyle, Panel, Table, Values};
@@ -8,10 +8,10 @@ use crate::system::Mount;
 const STEPS: usize = 200;
 
 /// The table `loops`: for every connection whose force at rest is a function of deformation and memory, one slow cycle through the range
-/// of its motion, from the largest deformation down and up again. `None` where no law remembers anything.
+/// of its motion, from the largest deformation down and up again; without memory that is the force curve, traced twice. `None` where all laws are linear.
 pub(super) fn table(setting: &Setting<'_>, main: &Table) -> Option<Table> {
     let mounts = setting.assembly.system.mounts();
-    if mounts.iter().all(|m| m.element.memory_count() == 0) {
+    if mounts.iter().all(is_linear) {
         return None;
     }
     let mut headings = columns::connections(setting);
@@ -36,6 +36,15 @@ pub(super) fn table(setting: &Setting<'_>, main: &Table) -> Option<Table> {
         name: "loops".into(),
         columns: list,
     })
+}
+
+/// Whether the force is a multiple of the deformation.
+fn is_linear(mount: &Mount) -> bool {
+    let law = &mount.element;
+    law.memory_count() == 0
+        && law.is_piecewise_affine()
+        && law.breakpoints().is_empty()
+        && mount.stiffness_variation.is_none()
 }
 
 /// Whether a force at rest follows from deformation and memory alone.

@@ -215,7 +215,7 @@ impl<'a> Impacts<'a> {
         };
         let count = |k: usize| own(k).count() as f64;
         let energy =
-            |k: usize| own(k).map(|s| self.energy(s)).sum::<f64>() * units.energy("", k).factor;
+            |k: usize| own(k).fold(0.0, |sum, s| sum + self.energy(s)) * units.energy("", k).factor;
         let fastest = |k: usize| own(k).map(|s| s.velocity.abs()).fold(f64::NAN, f64::max);
         let strongest = |k: usize| own(k).map(|s| self.energy(s)).fold(f64::NAN, f64::max);
         let flank = |side: i8| {
