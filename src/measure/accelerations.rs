@@ -11,7 +11,7 @@ use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
 use crate::postprocess::connection::is_clearance;
 use crate::solve::galerkin::march::{self, Track};
-use crate::solve::orbit::{FourierOrbit, Orbit};
+use crate::solve::orbit::Orbit;
 use crate::system::{LoadKind, Moment, System};
 use std::f64::consts::TAU;
 
@@ -126,7 +126,7 @@ impl Accelerometer {
         };
         self.sample(system, orbit);
         let tracks = match orbit {
-            Orbit::Fourier(orbit) => tracks(system, orbit),
+            Orbit::Fourier(orbit) => march::tracks_of_each(system, orbit),
             Orbit::Segments(_) => Vec::new(),
         };
         self.respond(system, &tracks);
@@ -243,7 +243,9 @@ impl Accelerometer {
                 (0, _) => mount.element.eval_many(x, rate, &self.phase, out),
                 (_, Some(tracks)) => {
                     for (j, f) in out.f.iter_mut().enumerate() {
-                        *f = remembered(tracks, TAU * j as f64 / count as f64, x[j]);
+                        let tau = TAU * j as f64 / count as f64;
+                        let motion = [x[j], rate[j], self.phase[j]];
+                        *f = march::response(tracks, system, tau, motion).f;
                     }
                 }
                 (memories, None) => {
@@ -301,24 +303,6 @@ impl Accelerometer {
         out.iter_mut().for_each(|a| *a = (*a / inertia).abs());
         size / inertia
     }
-}
-
-/// Stretches of every connection with memory along a Fourier orbit; empty for the others.
-fn tracks(system: &System, orbit: &FourierOrbit) -> Vec<Vec<Track>> {
-    if system.memory_count() == 0 {
-        return Vec::new();
-    }
-    let mut list = vec![Vec::new(); system.element_count()];
-    for track in march::all_tracks(system, orbit) {
-        list[track.connection].push(track);
-    }
-    list
-}
-
-/// Force of a law with memory at an instant and a deformation, without the stiffness variation.
-fn remembered(tracks: &[Track], tau: f64, x: f64) -> f64 {
-    let here = tracks.iter().filter_map(|t| t.at(tau));
-    here.map(|s| s.slope * x + s.offset).sum()
 }
 
 /// sum += factor values; returns the modulus of the first term.
@@ -411,8 +395,8 @@ impl Motion<'_> {
             return mount.respond(x, rate, phase).f;
         }
         if let Some(tracks) = self.tracks.get(connection) {
-            let variation = mount.stiffness_variation.as_ref();
-            return variation.map_or(1.0, |s| s.value(phase)) * remembered(tracks, tau, x);
+            let here = march::response(tracks, system, tau, [x, rate, phase]);
+            return mount.vary(here, phase).f;
         }
         let mut state = vec![0.0; system.state_size()];
         self.orbit.state(tau, &mut state);

@@ -164,10 +164,9 @@ impl Meter {
             let samples = out.f.len();
             for j in 0..samples {
                 let tau = TAU * j as f64 / samples as f64;
-                let here = || tracks.iter().filter_map(|t| t.at(tau));
-                out.df_dq[j] = here().map(|s| s.slope).sum();
-                let offset: f64 = here().map(|s| s.offset).sum();
-                (out.f[j], out.df_dv[j]) = (out.df_dq[j] * self.deformation[j] + offset, 0.0);
+                let motion = [self.deformation[j], self.rate[j], self.phase[j]];
+                let here = march::response(&tracks, system, tau, motion);
+                (out.f[j], out.df_dq[j], out.df_dv[j]) = (here.f, here.df_dq, here.df_dv);
             }
         }
         self.vary(mount, orbit.subharmonic);

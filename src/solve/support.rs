@@ -70,7 +70,7 @@ pub fn of(mount: &Mount) -> [Support; 7] {
             Reach::No,
             "velocities jump at impacts: Fourier series do not converge".to_string(),
         ),
-        _ if law.evolving().is_some() => (Reach::No, super::galerkin::EVOLVES.to_string()),
+        _ if law.evolving().is_some() => yes("sampled, the memory followed around the period"),
         _ if law.memory_count() > 0 => match ClosedForm::Quadrature.refusal(mount) {
             None => yes("closed form between the events of the march around the period"),
             Some(reason) => (Reach::No, reason),
@@ -87,6 +87,7 @@ pub fn of(mount: &Mount) -> [Support; 7] {
     };
     let multipliers = match is_hidden {
         true => (Reach::No, no_transition.to_string()),
+        false if law.evolving().is_some() => yes("by the flow"),
         false if floquet::is_piecewise_constant(mount) => yes("exact exponentials"),
         false => yes("Magnus panels"),
     };

@@ -2,11 +2,14 @@
 
 use crate::common::load;
 use gearlash::element::{Backlash, Element, ImpactDampingLaw};
+use gearlash::numeric::fourier::Fourier;
 use gearlash::numeric::periodic::{Harmonic, Periodic};
+use gearlash::postprocess::measures::Meter;
 use gearlash::solve::family::FrequencyFamily;
+use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
 use gearlash::solve::integrate::{IntegrationEnd, Integrator, IntegratorChoice, choose};
 use gearlash::solve::newton::{Newton, NewtonOptions};
-use gearlash::solve::residual::{PeriodicResidual, Residual};
+use gearlash::solve::residual::{Extent, Linearisation, PeriodicResidual, Residual};
 use gearlash::solve::shooting::Shooting;
 use gearlash::system::{Mount, System};
 use nalgebra::{DMatrix, DVector};
@@ -173,8 +176,7 @@ fn shooting_finds_the_steady_motion() {
     let solved = newton.solve(&mut shooting, &mut u, 0.8).unwrap();
     assert!(solved.is_converged());
     assert!(gap(u.as_slice(), &steady) < 1e-9, "{u} {steady:?}");
-    let extent = gearlash::solve::residual::Extent::Stability;
-    let survey = shooting.survey(&u, 0.8, extent).unwrap();
+    let survey = shooting.survey(&u, 0.8, Extent::Stability).unwrap();
     assert_eq!(survey.multipliers.len(), 3);
     assert_eq!(survey.neutral, 0);
     assert!(survey.multipliers.iter().all(|m| m.norm() < 0.95));
@@ -196,4 +198,121 @@ fn the_static_equilibrium_is_that_of_the_first_loading() {
     let mut flow = integrator(&system, IntegratorChoice::Auto);
     flow.advance(&system, (0.0, TAU), &mut state, &mut ());
     assert!(gap(&state, &[q, 0.0, z]) < 1e-9, "{state:?}");
+}
+
+/// The steady motion by shooting, and the Galerkin problem with the series of it.
+fn both_methods(
+    system: &System,
+    frequency: f64,
+    size: GalerkinOptions,
+) -> (
+    Shooting<FrequencyFamily>,
+    DVector<f64>,
+    Galerkin<FrequencyFamily>,
+    DVector<f64>,
+) {
+    let family = || FrequencyFamily::new(system.clone());
+    let mut flow = integrator(system, IntegratorChoice::Auto);
+    let mut state = vec![0.0; system.state_size()];
+    for _ in 0..60 {
+        flow.advance(system, (0.0, TAU), &mut state, &mut ());
+    }
+    let mut shooting = Shooting::new(family(), frequency, IntegratorChoice::Auto).unwrap();
+    let mut newton = Newton::new(&shooting.structure(), NewtonOptions::default());
+    let mut steady = DVector::from_vec(state);
+    let solved = newton.solve(&mut shooting, &mut steady, frequency).unwrap();
+    assert!(solved.is_converged());
+    let orbit = shooting.orbit(&steady, frequency).unwrap();
+    let galerkin = Galerkin::new(family(), frequency, size).unwrap();
+    let mut fourier = Fourier::new(size.samples);
+    let mut u = DVector::zeros(galerkin.dim());
+    let blocks = u.as_mut_slice().chunks_exact_mut(galerkin.coefficients());
+    for (i, block) in blocks.enumerate() {
+        let at = |j: usize| orbit.coordinate(i, TAU * j as f64 / size.samples as f64)[0];
+        let samples: Vec<f64> = (0..size.samples).map(at).collect();
+        fourier.to_coefficients(&samples, block);
+    }
+    (shooting, steady, galerkin, u)
+}
+
+/// The memory is followed around the period: r.m.s. within 1e-5 of shooting at 40 harmonics, with the same energy lost and the same
+/// multipliers.
+#[test]
+fn the_galerkin_method_finds_the_steady_motion() {
+    let laws = [
+        law(1.0, 0.5, 0.1, 0.4),
+        law(2.0, 0.6, 0.05, 0.5),
+        law(3.0, 0.8, 0.1, 0.7),
+    ];
+    let mut systems: Vec<(System, f64)> = laws
+        .into_iter()
+        .map(|law| (oscillator(law, 0.8), 0.8))
+        .collect();
+    systems.push((train(), 0.9));
+    let size = GalerkinOptions {
+        harmonics: 40,
+        samples: 2048,
+    };
+    for (k, (system, frequency)) in systems.into_iter().enumerate() {
+        let (mut shooting, steady, mut galerkin, mut u) = both_methods(&system, frequency, size);
+        u *= 1.01;
+        let mut newton = Newton::new(&galerkin.structure(), NewtonOptions::default());
+        let solved = newton.solve(&mut galerkin, &mut u, frequency).unwrap();
+        assert!(
+            solved.is_converged() && solved.iterations <= 8,
+            "{k}: {solved:?}"
+        );
+        let exact = shooting
+            .survey(&steady, frequency, Extent::Stability)
+            .unwrap();
+        let series = galerkin.survey(&u, frequency, Extent::Stability).unwrap();
+        let wanted = Meter::new(2048).measure(&system, &exact.orbit);
+        let found = Meter::new(2048).measure(&system, &series.orbit);
+        for (a, b) in found.iter().zip(&wanted) {
+            assert!(
+                (a.rms / b.rms - 1.0).abs() < 1e-5,
+                "{k}: {} {}",
+                a.rms,
+                b.rms
+            );
+            let loss = 1e-4 * wanted[0].loss.abs();
+            assert!((a.loss - b.loss).abs() < loss, "{k}: {} {}", a.loss, b.loss);
+            let force = 1e-4 * b.force_std;
+            assert!((a.force_mean - b.force_mean).abs() < force, "{k}: {a:?}");
+        }
+        assert_eq!(series.multipliers.len(), exact.multipliers.len());
+        let [a, b] = [&series, &exact].map(|s| s.multipliers[0].norm());
+        assert!((a - b).abs() < 1e-3, "{k}: {a} {b}");
+    }
+}
+
+/// Partials by every coefficient and by the frequency, memory included, are the derivatives.
+#[test]
+fn the_jacobian_of_a_followed_memory_is_the_derivative() {
+    let size = GalerkinOptions {
+        harmonics: 6,
+        samples: 256,
+    };
+    let system = train();
+    let (_, _, mut galerkin, u) = both_methods(&system, 0.9, size);
+    let (mut here, mut there) = (Linearisation::of(&galerkin), Linearisation::of(&galerkin));
+    galerkin.linearise(&u, 0.9, &mut here).unwrap();
+    let jacobian = here.dr_du.to_dense();
+    let h = 1e-6;
+    let mut difference = |u: [&DVector<f64>; 2], frequency: [f64; 2]| {
+        galerkin.linearise(u[1], frequency[1], &mut there).unwrap();
+        let high = there.r.clone();
+        galerkin.linearise(u[0], frequency[0], &mut there).unwrap();
+        (high - &there.r) / (2.0 * h)
+    };
+    for k in 0..u.len() {
+        let (mut low, mut high) = (u.clone(), u.clone());
+        low[k] -= h;
+        high[k] += h;
+        let gap = (difference([&low, &high], [0.9; 2]) - jacobian.column(k)).amax();
+        // The sampled clearance has no exact derivative where a sample changes its side.
+        assert!(gap < 1e-5, "{k}: {gap:e}");
+    }
+    let gap = (difference([&u, &u], [0.9 - h, 0.9 + h]) - &here.dr_dlambda).amax();
+    assert!(gap < 1e-6, "{gap:e}");
 }

@@ -4,7 +4,7 @@ use crate::analysis::Setting;
 use crate::analysis::columns::{connections, coordinates, integer};
 use crate::measure::Heading;
 use crate::report::{Column, Table};
-use crate::solve::galerkin::march::{self, Stretch};
+use crate::solve::galerkin::march;
 use crate::solve::orbit::Orbit;
 use crate::system::{Stops, System};
 use std::f64::consts::TAU;
@@ -59,7 +59,7 @@ impl OrbitTable {
         let (mut state, mut scratch) = (vec![0.0; system.state_size()], system.scratch());
         let mut stops = Stops::new(system);
         let tracks = match orbit {
-            Orbit::Fourier(series) => march::all_tracks(system, series),
+            Orbit::Fourier(series) => march::tracks_of_each(system, series),
             Orbit::Segments(_) => Vec::new(),
         };
         for row in 0..self.rows {
@@ -71,11 +71,11 @@ impl OrbitTable {
             self.numbers[1].push(point as i64);
             self.series[0].push(tau);
             for k in 0..e {
-                let own = tracks.iter().filter(|t| t.connection == k);
-                let here: Vec<&Stretch> = own.filter_map(|t| t.at(tau)).collect();
-                if !here.is_empty() {
-                    let x = scratch.deformation[k];
-                    scratch.response[k].f = here.iter().map(|s| s.slope * x + s.offset).sum();
+                if let Some(tracks) = tracks.get(k).filter(|own| !own.is_empty()) {
+                    let phase = system.moment(tau).phase;
+                    let motion = [scratch.deformation[k], scratch.rate[k], phase];
+                    let here = march::response(tracks, system, tau, motion);
+                    scratch.response[k].f = system.mounts()[k].vary(here, phase).f;
                 }
                 self.series[1 + k].push(scratch.deformation[k]);
                 self.series[1 + e + k].push(scratch.rate[k]);

@@ -10,6 +10,7 @@ use super::variation::is_piecewise_constant;
 use crate::numeric::dense;
 use crate::numeric::exponential::Exponential;
 use crate::solve::galerkin::march::{self, Track};
+use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, choose};
 use crate::solve::orbit::FourierOrbit;
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -24,13 +25,16 @@ pub(super) fn transition(
 ) -> Option<DMatrix<f64>> {
     let is_affine = |m: &crate::system::Mount| {
         let law = m.element.as_ref();
-        let steady = m.stiffness_variation.is_none() && law.evolving().is_none();
-        steady && (law.memory_count() > 0 || is_piecewise_constant(m) && !law.is_discontinuous())
+        m.stiffness_variation.is_none()
+            && (law.memory_count() > 0 || is_piecewise_constant(m) && !law.is_discontinuous())
     };
+    let tracks = march::all_tracks(system, orbit);
+    if tracks.iter().any(|t| t.course.is_some()) {
+        return by_flow(system, orbit, &tracks, to);
+    }
     if !system.mounts().iter().all(is_affine) {
         return None;
     }
-    let tracks = march::all_tracks(system, orbit);
     let size = system.state_size();
     let mut exponential = Exponential::new(size);
     let (mut phi, mut next) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
@@ -47,6 +51,28 @@ pub(super) fn transition(
         hand_over(system, &tracks, cut[0] + 0.5 * width, &mut phi);
     }
     Some(phi)
+}
+
+/// The transition matrix of the flow from the begin of the orbit, where some memory has a rate.
+fn by_flow(
+    system: &System,
+    orbit: &FourierOrbit,
+    tracks: &[Track],
+    to: f64,
+) -> Option<DMatrix<f64>> {
+    let mut flow = choose(system, IntegratorChoice::Auto).ok()?;
+    let mut state = vec![0.0; system.state_size()];
+    orbit.state(0.0, &mut state);
+    for track in tracks {
+        if let Some(m) = track.memory {
+            let [x, _] = orbit.deformation(system, track.connection).at(0.0);
+            state[2 * system.dof() + m] = track.memory_at(0.0, x);
+        }
+    }
+    let size = system.state_size();
+    let mut phi = DMatrix::identity(size, size);
+    let end = flow.advance_with_variation(system, (0.0, to), &mut state, &mut phi, &mut ());
+    (end == IntegrationEnd::Reached).then_some(phi)
 }
 
 /// 0, every instant at which some law changes its region, the end.

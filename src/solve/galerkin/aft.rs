@@ -1,9 +1,12 @@
 //! Alternating frequency/time: deformations to samples, laws over the samples, forces and slopes back to coefficients.
 
 use super::connection::{add_column, add_diagonal, add_force, add_jacobian, gather};
+use super::evolve::Evolve;
 use super::exact::ExactQuadrature;
 use super::hill::{self, Hill};
 use super::jumps::{self, Edge};
+use super::march;
+use crate::element::evolving::Evolving;
 use crate::element::{Response, ResponseSeries};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::periodic::Periodic;
@@ -41,6 +44,9 @@ pub struct Sampling {
     edges: Vec<Edge>,
     /// Laws with memory, which are integrated in closed form.
     memories: Option<ExactQuadrature>,
+    /// Memories that have a rate, and what all memories are at rest.
+    evolve: Evolve,
+    at_rest: Vec<f64>,
 }
 
 /// A law without breakpoints and rates, with constant stiffness.
@@ -83,6 +89,8 @@ impl Sampling {
             hill_rate: DMatrix::zeros(c, c),
             edges: Vec::new(),
             memories: None,
+            evolve: Evolve::default(),
+            at_rest: Vec::new(),
         }
     }
 
@@ -101,6 +109,7 @@ impl Sampling {
         self.variation = variations.map(|s| s.map(weights)).collect();
         if system.memory_count() > 0 {
             self.memories = ExactQuadrature::of_memories(system, self.c.len() / 2).ok();
+            self.at_rest = march::at_rest(system);
         }
         let count = system.element_count();
         self.affine = (0..count).map(|e| self.affine(system, e)).collect();
@@ -134,6 +143,10 @@ impl Sampling {
         out: &mut Linearisation,
     ) {
         for e in 0..system.element_count() {
+            if let Some(law) = system.mounts()[e].element.evolving() {
+                self.add_evolving(system, (e, law), u, out);
+                continue;
+            }
             if let Some(memories) = self.memories.as_mut().filter(|_| remembers(system, e)) {
                 memories.add_force_of(system, e, u, out);
                 continue;
@@ -165,6 +178,50 @@ impl Sampling {
             }
             add_jacobian(system, e, &self.hill, out);
         }
+    }
+
+    /// The same for a law whose memory has a rate: every sample depends on the motion of the whole period.
+    fn add_evolving(
+        &mut self,
+        system: &System,
+        (e, law): (usize, &dyn Evolving),
+        u: &DVector<f64>,
+        out: &mut Linearisation,
+    ) {
+        let size = self.c.len();
+        gather(system, e, u, size, &mut self.a);
+        let mount = &system.mounts()[e];
+        let (omega, nu) = (system.omega(), system.subharmonic() as f64);
+        let frequency = system.excitation_frequency();
+        let a = &self.a;
+        let motion = |tau: f64| {
+            let [x, slope, _] = trigonometric::evaluate(a, tau);
+            let [x, v] = mount.deformation([x, omega * slope], nu * tau, frequency);
+            [x, v, nu * tau]
+        };
+        let given = system.memory_of(e).next().map_or(0.0, |m| self.at_rest[m]);
+        self.evolve
+            .follow(law, (self.force.len(), omega), given, &motion);
+        self.evolve.differentiate(size, omega);
+        self.evolve.respond(law, omega, &motion, &mut self.force);
+        let weight = |j: usize| self.variation[e].as_ref().map_or(1.0, |s| s[j]);
+        let weighted = self.force.iter_mut().enumerate();
+        weighted.for_each(|(j, f)| *f *= weight(j));
+        self.fourier.to_coefficients(&self.force, &mut self.c);
+        add_force(system, e, &self.c, out);
+        for k in 0..=size {
+            let column = self.evolve.partials.iter().skip(k).step_by(size + 1);
+            for (j, (slope, d)) in self.slope.iter_mut().zip(column).enumerate() {
+                *slope = weight(j) * d;
+            }
+            self.fourier.to_coefficients(&self.slope, &mut self.c);
+            match k < size {
+                true => self.hill.column_mut(k).copy_from_slice(&self.c),
+                false => self.c.iter_mut().for_each(|c| *c /= frequency),
+            }
+        }
+        add_column(system, e, &self.c, &mut out.dr_dlambda);
+        add_jacobian(system, e, &self.hill, out);
     }
 
     /// Samples of the deformation W q - e.

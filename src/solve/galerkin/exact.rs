@@ -126,7 +126,8 @@ impl ExactQuadrature {
     pub fn prepare(&mut self, system: &System) -> Result<(), SolveError> {
         let nu = system.subharmonic();
         for (connection, mount) in system.mounts().iter().enumerate() {
-            let is_ours = !self.is_partial || mount.element.memory_count() > 0;
+            let law = &mount.element;
+            let is_ours = !self.is_partial || law.memory_count() > 0 && law.evolving().is_none();
             if let Some(reason) = ClosedForm::Quadrature.refusal(mount).filter(|_| is_ours) {
                 return Err(SolveError::Unsupported { connection, reason });
             }

@@ -5,7 +5,10 @@
 //! is a given number. On every stretch the force is g x + h; where its offset holds a memory that was set at an extremum of x, it
 //! changes with the value of x there.
 
+use super::evolve::{Course, Motion};
+use crate::element::Response;
 use crate::element::automaton::{Automaton, Direction, Guard, MemoryRate, RegionForce, Surface};
+use crate::element::evolving::Evolving;
 use crate::numeric::roots::newton_bracketed;
 use crate::numeric::trigonometric;
 use crate::solve::orbit::FourierOrbit;
@@ -32,6 +35,8 @@ pub(crate) struct Stretch {
     pub set_at: Option<f64>,
     /// Whether the memory follows the deformation.
     pub follows: bool,
+    /// The memory, or how far it is ahead of the deformation that it follows.
+    pub memory: f64,
 }
 
 /// State at one instant of the march.
@@ -173,6 +178,10 @@ impl March {
             gain: z,
             set_at: state.set_at,
             follows: region.memory != MemoryRate::Kept,
+            memory: match region.memory {
+                MemoryRate::Kept => state.z,
+                MemoryRate::Follows { offset } => offset,
+            },
         });
     }
 }
@@ -194,21 +203,7 @@ fn is_same(a: &State, b: &State) -> bool {
 
 /// The region that holds a deformation with a memory, moved where it does not fit.
 fn start(automaton: &Automaton, (tau, x): (f64, f64), given: f64) -> State {
-    let contains = |k: &usize| {
-        let region = &automaton.regions[*k];
-        let is_home =
-            region.memory == MemoryRate::Kept && matches!(region.force, RegionForce::Affine { .. });
-        is_home
-            && region
-                .guards
-                .iter()
-                .all(|g| match (g.surface, g.direction) {
-                    (Surface::Deformation { level, gain: 0.0 }, Direction::Up) => x <= level,
-                    (Surface::Deformation { level, gain: 0.0 }, Direction::Down) => x >= level,
-                    _ => true,
-                })
-    };
-    let region = (0..automaton.regions.len()).find(contains).unwrap_or(0);
+    let region = automaton.home(x, |_| 0.0);
     let mut state = State {
         region,
         z: given,
@@ -258,8 +253,10 @@ pub(crate) struct Track {
     pub connection: usize,
     /// Place of its memory among those of the system.
     pub memory: Option<usize>,
-    /// In the order of time.
+    /// In the order of time; none where the memory has a rate.
     pub stretches: Vec<Stretch>,
+    /// The memory where it has a rate.
+    pub course: Option<Course>,
 }
 
 impl Track {
@@ -270,11 +267,58 @@ impl Track {
         let after = self.stretches.partition_point(|s| s.end <= tau);
         self.stretches.get(after).or(self.stretches.last())
     }
+
+    /// The memory at an instant and a deformation.
+    pub fn memory_at(&self, tau: f64, x: f64) -> f64 {
+        if let Some(course) = &self.course {
+            return course.at(tau);
+        }
+        let of = |s: &Stretch| match s.follows {
+            true => x + s.memory,
+            false => s.memory,
+        };
+        self.at(tau).map_or(0.0, of)
+    }
+
+    /// Force with its partials at an instant, without the stiffness variation; `motion`: deformation, rate and phase there.
+    pub fn response(&self, system: &System, tau: f64, motion: Motion) -> Response {
+        let [x, v, phase] = motion;
+        let law = &system.mounts()[self.connection].element;
+        if let (Some(course), Some(law)) = (&self.course, law.evolving()) {
+            return law.evolve([x, v, phase, course.at(tau)]).response();
+        }
+        let line = |s: &Stretch| Response {
+            f: s.slope * x + s.offset,
+            df_dq: s.slope,
+            df_dv: 0.0,
+        };
+        self.at(tau).map_or_else(Response::default, line)
+    }
 }
 
-/// All automata of a connection on the series of its deformation.
-pub(crate) fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
-    let automata = system.mounts()[connection].element.automata();
+/// The sum of several tracks of one connection.
+pub fn response(tracks: &[Track], system: &System, tau: f64, motion: Motion) -> Response {
+    let parts = tracks.iter().map(|t| t.response(system, tau, motion));
+    parts.fold(Response::default(), |sum, part| Response {
+        f: sum.f + part.f,
+        df_dq: sum.df_dq + part.df_dq,
+        df_dv: sum.df_dv + part.df_dv,
+    })
+}
+
+/// All automata of a connection on the series of its deformation, or the course of its memory.
+pub fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
+    let element = &system.mounts()[connection].element;
+    if let Some(law) = element.evolving() {
+        let memory = system.memory_of(connection).next();
+        return vec![Track {
+            connection,
+            memory,
+            stretches: Vec::new(),
+            course: Some(course(system, law, x, memory.map_or(0.0, |m| given[m]))),
+        }];
+    }
+    let automata = element.automata();
     let mut march = March::default();
     march.prepare(x);
     let mut places = system.memory_of(connection);
@@ -285,13 +329,28 @@ pub(crate) fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64
             connection,
             memory,
             stretches: march.follow(automaton, x, z).to_vec(),
+            course: None,
         }
     };
     automata.unwrap_or_default().iter().map(track).collect()
 }
 
-/// All automata of laws with memory along an orbit.
-pub(crate) fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
+/// Samples per harmonic along which a memory with a rate is known, and the fewest.
+const KNOTS_PER_HARMONIC: usize = 64;
+const FEWEST_KNOTS: usize = 1024;
+
+fn course(system: &System, law: &dyn Evolving, x: &[f64], given: f64) -> Course {
+    let (omega, nu) = (system.omega(), system.subharmonic() as f64);
+    let motion = |tau: f64| {
+        let [x, slope, _] = trigonometric::evaluate(x, tau);
+        [x, omega * slope, nu * tau]
+    };
+    let knots = (KNOTS_PER_HARMONIC * (x.len() / 2)).max(FEWEST_KNOTS);
+    Course::new(law, (knots, omega), given, &motion)
+}
+
+/// All automata and courses of laws with memory along an orbit.
+pub fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
     let given = at_rest(system);
     let remembers = |e: &usize| system.mounts()[*e].element.memory_count() > 0;
     let connections = (0..system.element_count()).filter(remembers);
@@ -301,6 +360,18 @@ pub(crate) fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
             tracks(system, e, &x, &given)
         })
         .collect()
+}
+
+/// The same connection by connection; nothing without any memory.
+pub fn tracks_of_each(system: &System, orbit: &FourierOrbit) -> Vec<Vec<Track>> {
+    if system.memory_count() == 0 {
+        return Vec::new();
+    }
+    let mut list = vec![Vec::new(); system.element_count()];
+    for track in all_tracks(system, orbit) {
+        list[track.connection].push(track);
+    }
+    list
 }
 
 /// Memories of all laws in the static equilibrium; zeros if there is none.

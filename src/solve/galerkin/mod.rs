@@ -11,6 +11,7 @@ pub mod adaptive;
 mod aft;
 mod aliasing;
 mod connection;
+mod evolve;
 mod exact;
 mod hill;
 pub mod jumps;
@@ -33,7 +34,6 @@ use crate::system::{LoadKind, System};
 use aft::Sampling;
 use exact::ExactQuadrature;
 use nalgebra::DVector;
-pub(crate) use refusal::EVOLVES;
 pub use refusal::refuse;
 
 /// Size of the Galerkin approximation.

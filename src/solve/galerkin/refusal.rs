@@ -4,10 +4,6 @@ use crate::error::SolveError;
 use crate::solve::closed_form::ClosedForm;
 use crate::system::{Mount, System};
 
-/// Why laws whose memory has a rate are not taken.
-pub(crate) const EVOLVES: &str =
-    "its memory has a rate of its own, which the Galerkin method does not integrate";
-
 /// Whether the solutions of a system have Fourier series that this method finds.
 ///
 /// # Errors
@@ -19,7 +15,7 @@ pub fn refuse(system: &System) -> Result<(), SolveError> {
             "the velocity jumps at its impacts, and Fourier series of such motions do not converge";
         match law.least_impact() {
             Some(_) => Some(jumps.to_string()),
-            None if law.evolving().is_some() => Some(EVOLVES.to_string()),
+            None if law.evolving().is_some() => None,
             None if law.memory_count() > 0 => ClosedForm::Quadrature.refusal(mount),
             None => None,
         }
