@@ -4,6 +4,7 @@ pub mod assignment;
 pub mod bernstein;
 pub mod block;
 pub mod broken_line;
+pub mod complementary;
 mod condensation;
 pub mod corners;
 pub mod dense;

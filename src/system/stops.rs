@@ -2,7 +2,8 @@
 
 use super::{Scratch, System};
 use crate::element::automaton::{Direction, RegionForce};
-use nalgebra::{DMatrix, DVector};
+use crate::numeric::complementary::{inverse, solve};
+use nalgebra::DMatrix;
 
 /// Finds the forces of held stops from states alone; owns its buffers.
 ///
@@ -24,8 +25,6 @@ pub struct Stops {
 
 /// Distance from a level and rate there, relative to the motion, at which a stop is closed.
 const CLOSED: f64 = 1e-9;
-/// Smallest share of its diagonal that an elimination of W_A kappa_A may leave.
-const DEPENDENT: f64 = 1e-11;
 
 impl Stops {
     /// The stops of a system.
@@ -73,56 +72,45 @@ impl Stops {
                 self.closed.push((*e, *side));
             }
         }
+        if self.closed.is_empty() {
+            return;
+        }
         system.accelerate(tau, state, scratch, &mut self.acceleration);
-        while !self.closed.is_empty() {
-            let Some(forces) = self.forces(system, tau) else {
+        match self.forces(system, tau) {
+            Some(forces) => {
+                for ((e, side), f) in self.closed.iter().zip(forces) {
+                    scratch.response[*e].f += side * f;
+                }
+            }
+            None => {
                 let unknown = self.closed.iter();
                 unknown.for_each(|(e, _)| scratch.response[*e].f = f64::NAN);
-                return;
-            };
-            let pull = |k: usize| -self.closed[k].1 * forces[k];
-            let worst = (0..forces.len()).max_by(|a, b| pull(*a).total_cmp(&pull(*b)));
-            match worst.filter(|k| pull(*k) > 0.0) {
-                Some(k) => {
-                    self.closed.remove(k);
-                }
-                None => {
-                    for ((e, _), f) in self.closed.iter().zip(forces.iter()) {
-                        scratch.response[*e].f = *f;
-                    }
-                    return;
-                }
             }
         }
     }
 
-    /// Forces that keep the closed stops closed.
-    fn forces(&self, system: &System, tau: f64) -> Option<DVector<f64>> {
+    /// Forces of the closed stops, outwards: of those that press, so that none is passed.
+    fn forces(&self, system: &System, tau: f64) -> Option<Vec<f64>> {
         let count = self.closed.len();
         let row = |a: usize| system.element_map_row(self.closed[a].0).iter();
         let moment = system.moment(tau);
-        let along = |a: usize, column: usize| -> f64 {
+        let along = |a: usize, b: usize| -> f64 {
+            let ((_, one), (column, other)) = (self.closed[a], self.closed[b]);
             let kappa = system.stiffness().column(column);
-            row(a).map(|(i, w)| w * kappa[*i]).sum()
+            one * other * row(a).map(|(i, w)| w * kappa[*i]).sum::<f64>()
         };
-        let mobility = DMatrix::from_fn(count, count, |a, b| along(a, self.closed[b].0));
-        let sides = DVector::from_fn(count, |a, _| {
+        let mobility = DMatrix::from_fn(count, count, along);
+        let side = |a: usize| {
+            let (e, sign) = self.closed[a];
             let free: f64 = row(a).map(|(i, w)| w * self.acceleration[*i]).sum();
-            let error = system.mounts()[self.closed[a].0]
-                .transmission_error
-                .as_ref();
-            free - error.map_or(0.0, |e| moment.bend(e))
-        });
-        let scale = DVector::from_fn(count, |a, _| mobility[(a, a)].abs().sqrt());
-        let unit = DMatrix::from_fn(count, count, |a, b| {
-            mobility[(a, b)] / (scale[a] * scale[b])
-        });
-        let lu = unit.lu();
-        let decides = |p: &f64| p.abs() >= DEPENDENT;
-        if !lu.u().diagonal().iter().all(decides) {
-            return None;
-        }
-        let found = lu.solve(&sides.component_div(&scale))?;
-        Some(found.component_div(&scale))
+            let error = system.mounts()[e].transmission_error.as_ref();
+            sign * (free - error.map_or(0.0, |e| moment.bend(e)))
+        };
+        let sides: Vec<f64> = (0..count).map(side).collect();
+        // Of connections that share a motion no force is known; the two sides of one take turns.
+        let mut each: Vec<usize> = (0..count).collect();
+        each.dedup_by_key(|a| self.closed[*a].0);
+        inverse(&mobility.select_rows(&each).select_columns(&each))?;
+        solve(&mobility, &sides)
     }
 }

@@ -341,3 +341,45 @@ fn a_joint_at_rest_gives_way_to_an_impact() {
     );
     assert!((state[2] + 2.0 * state[3] - 1.5).abs() < 1e-12, "{state:?}");
 }
+
+/// A joint without play joins two bodies to one, although the side that carries the force changes all the time.
+#[test]
+fn a_joint_without_play_is_rigid() {
+    let one = |x: f64| DMatrix::from_element(1, 1, x);
+    let linear = || Mount::new(Box::new(Linear {}) as Box<dyn Element>);
+    for restitution in [0.0, 0.5, 0.9] {
+        let masses = [1.0, 2.0];
+        let map = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, -1.0, 1.0]);
+        let kappa = DMatrix::from_fn(2, 2, |i, e| map[(e, i)] / masses[i]);
+        let mounts = vec![linear(), stop(0.0, None, restitution)];
+        let load = |direction: DVector<f64>| LoadSource {
+            direction,
+            series: periodic(0.1, 0.7, 1),
+            kind: LoadKind::Value,
+        };
+        let on_first = vec![load(DVector::from_vec(vec![1.0, 0.0]))];
+        let mut pair = System::new(DMatrix::zeros(2, 2), kappa, map, mounts, on_first).unwrap();
+        let loads = vec![load(DVector::from_vec(vec![1.0 / 3.0]))];
+        let mut whole =
+            System::new(one(0.0), one(1.0 / 3.0), one(1.0), vec![linear()], loads).unwrap();
+        for system in [&mut pair, &mut whole] {
+            system.set_excitation_frequency(0.9);
+        }
+        let (mut two, mut joined) = (vec![0.2, 0.2, 0.3, 0.3], vec![0.2, 0.3]);
+        let (mut first, mut second) = (flow(&pair), flow(&whole));
+        for period in 0..20 {
+            let end = first.advance(&pair, (0.0, TAU), &mut two, &mut ());
+            assert_eq!(end, IntegrationEnd::Reached, "{restitution}, {period}");
+            second.advance(&whole, (0.0, TAU), &mut joined, &mut ());
+            let gaps = [0, 1].map(|i| {
+                (two[i] - joined[0])
+                    .abs()
+                    .max((two[2 + i] - joined[1]).abs())
+            });
+            assert!(
+                gaps.iter().all(|g| *g < 1e-9),
+                "{restitution}, {period}: {two:?} {joined:?}"
+            );
+        }
+    }
+}

@@ -141,7 +141,8 @@ impl Evolve {
         self.steps.clear();
         self.memory.clear();
         self.left.clear();
-        (self.memory.push(start), self.left.push(1.0));
+        self.memory.push(start);
+        self.left.push(1.0);
         let (mut z, mut left) = (start, 1.0);
         for k in 0..self.spans.len() {
             let mut span = self.spans[k];

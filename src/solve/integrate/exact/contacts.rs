@@ -4,7 +4,6 @@
 //! W_A q'' - e_A'' = b - D f,   D = W_A kappa_A,   f >= 0 outwards, no acceleration beyond a stop, one of the two zero
 //! ```
 
-use super::complementary::solve;
 use super::holding::Holding;
 use super::impacts::flank;
 use super::impulse::Stop;
@@ -12,6 +11,7 @@ use super::regions::size;
 use super::{Exact, Motion, ROUNDING};
 use crate::element::automaton::{Reset, Surface};
 use crate::numeric::bernstein::Direction;
+use crate::numeric::complementary::solve;
 use crate::numeric::nonzeros::sparse_dot;
 use crate::solve::integrate::{IntegrationEnd, Switch, SwitchKind};
 use crate::system::System;

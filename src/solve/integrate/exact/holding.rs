@@ -5,6 +5,7 @@
 //! ```
 
 use super::entries::{Entry, entries};
+use crate::numeric::complementary::inverse;
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
@@ -28,9 +29,6 @@ pub struct Holding {
     /// W_A Q - e'' of the step, then the forces.
     forces: Vec<Polynomial>,
 }
-
-/// Smallest share of its diagonal that an elimination of W_A kappa_A may leave.
-const DEPENDENT: f64 = 1e-11;
 
 impl Holding {
     /// `None` where the levels of some connections follow from those of others.
@@ -186,23 +184,4 @@ impl Holding {
         let moves = &self.pull * gaps;
         x.iter_mut().zip(moves.iter()).for_each(|(x, m)| *x -= m);
     }
-}
-
-/// The inverse of a small matrix; `None` where a row depends on the others.
-pub fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let size = matrix.nrows();
-    let scale = |i: usize| matrix[(i, i)].abs().sqrt();
-    if (0..size).any(|i| scale(i) == 0.0) {
-        return None;
-    }
-    let unit = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] / (scale(i) * scale(j)));
-    let lu = unit.clone().lu();
-    let pivots = lu.u().diagonal();
-    if pivots.iter().any(|p| p.abs() < DEPENDENT) {
-        return None;
-    }
-    let inverse = lu.try_inverse()?;
-    Some(DMatrix::from_fn(size, size, |i, j| {
-        inverse[(i, j)] / (scale(i) * scale(j))
-    }))
 }

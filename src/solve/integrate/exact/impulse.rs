@@ -1,7 +1,7 @@
 //! The impulses of several stops at one instant, and what they do to deviations from the motion.
 
-use super::holding::inverse;
 use crate::numeric::bernstein::Direction;
+use crate::numeric::complementary::inverse;
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 

@@ -10,7 +10,6 @@
 
 mod acting;
 mod cells;
-mod complementary;
 mod contacts;
 mod decay;
 mod deviations;

@@ -1,8 +1,9 @@
 //! Forces that push but do not pull: the linear complementarity problem of a few contacts.
 
-use super::holding::inverse;
 use nalgebra::{DMatrix, DVector};
 
+/// Smallest share of its diagonal that an elimination may leave.
+const DEPENDENT: f64 = 1e-11;
 /// Share of the largest side within which a force or an acceleration is rounding.
 const NOTHING: f64 = 1e-14;
 
@@ -11,7 +12,7 @@ const NOTHING: f64 = 1e-14;
 /// One index at a time enters or leaves the forces that are not zero: the one that is most wrong, which of parallel contacts takes the one
 /// that is enough; if that does not end soon, the first that is wrong (Murty), finite where every principal minor is positive. `None` where
 /// the forces are not determined.
-pub(super) fn solve(d: &DMatrix<f64>, b: &[f64]) -> Option<Vec<f64>> {
+pub fn solve(d: &DMatrix<f64>, b: &[f64]) -> Option<Vec<f64>> {
     let count = b.len();
     let nothing = NOTHING * b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut active: Vec<usize> = Vec::with_capacity(count);
@@ -53,6 +54,25 @@ pub(super) fn solve(d: &DMatrix<f64>, b: &[f64]) -> Option<Vec<f64>> {
         }
     }
     None
+}
+
+/// The inverse of a small matrix; `None` where a row depends on the others.
+pub fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let size = matrix.nrows();
+    let scale = |i: usize| matrix[(i, i)].abs().sqrt();
+    if (0..size).any(|i| scale(i) == 0.0) {
+        return None;
+    }
+    let unit = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] / (scale(i) * scale(j)));
+    let lu = unit.clone().lu();
+    let pivots = lu.u().diagonal();
+    if pivots.iter().any(|p| p.abs() < DEPENDENT) {
+        return None;
+    }
+    let inverse = lu.try_inverse()?;
+    Some(DMatrix::from_fn(size, size, |i, j| {
+        inverse[(i, j)] / (scale(i) * scale(j))
+    }))
 }
 
 #[cfg(test)]
