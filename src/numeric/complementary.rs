@@ -12,7 +12,7 @@ const NOTHING: f64 = 1e-14;
 /// One index at a time enters or leaves the forces that are not zero: the one that is most wrong, which of parallel contacts takes the one
 /// that is enough; if that does not end soon, the first that is wrong (Murty), finite where every principal minor is positive. `None` where
 /// the forces are not determined.
-pub fn solve(d: &DMatrix<f64>, b: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn solve(d: &DMatrix<f64>, b: &[f64]) -> Option<Vec<f64>> {
     let count = b.len();
     let nothing = NOTHING * b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let mut active: Vec<usize> = Vec::with_capacity(count);
@@ -57,7 +57,7 @@ pub fn solve(d: &DMatrix<f64>, b: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// The inverse of a small matrix; `None` where a row depends on the others.
-pub fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+pub(crate) fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let size = matrix.nrows();
     let scale = |i: usize| matrix[(i, i)].abs().sqrt();
     if (0..size).any(|i| scale(i) == 0.0) {

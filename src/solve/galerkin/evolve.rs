@@ -28,7 +28,7 @@ const FORGETS: f64 = 1e-9;
 type Partials = [f64; 8];
 
 /// Motion at an instant: deformation, rate, phase.
-pub type Motion = [f64; 3];
+pub(crate) type Motion = [f64; 3];
 
 /// A stretch of time without a kink in deformation or rate.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +51,7 @@ struct Step {
 
 /// Follows one memory; owns its buffers.
 #[derive(Debug, Default)]
-pub struct Evolve {
+pub(crate) struct Evolve {
     spans: Vec<Span>,
     steps: Vec<Step>,
     /// Memory at the samples.
@@ -66,7 +66,7 @@ pub struct Evolve {
 
 impl Evolve {
     /// Follows the memory of a law around a motion from the memory `given`; `samples` of it are kept.
-    pub fn follow(
+    pub(crate) fn follow(
         &mut self,
         law: &dyn Evolving,
         (samples, omega): (usize, f64),
@@ -192,7 +192,7 @@ impl Evolve {
     }
 
     /// Force at the samples, from the memory last followed; its partials take the place of those of the memory.
-    pub fn respond(
+    pub(crate) fn respond(
         &mut self,
         law: &dyn Evolving,
         omega: f64,
@@ -218,7 +218,7 @@ impl Evolve {
     }
 
     /// Partials of the memory last followed by the coefficients mean, sin 1, cos 1, .. of the deformation.
-    pub fn differentiate(&mut self, coefficients: usize, omega: f64) {
+    pub(crate) fn differentiate(&mut self, coefficients: usize, omega: f64) {
         let width = coefficients + 1;
         self.partials.clear();
         self.partials.resize(width, 0.0);
@@ -340,14 +340,14 @@ fn passage(f: impl Fn(f64) -> f64, (a, fa): (f64, f64), b: f64) -> f64 {
 
 /// A memory with a rate along an orbit.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub(crate) struct Course {
     /// Memory and its derivative, d/dtau, at equal steps.
     knots: Vec<[f64; 2]>,
 }
 
 impl Course {
     /// Along a motion, from the memory `given`.
-    pub fn new(
+    pub(crate) fn new(
         law: &dyn Evolving,
         (samples, omega): (usize, f64),
         given: f64,
@@ -365,7 +365,7 @@ impl Course {
     }
 
     /// The memory at an instant: a cubic between two knots.
-    pub fn at(&self, tau: f64) -> f64 {
+    pub(crate) fn at(&self, tau: f64) -> f64 {
         let count = self.knots.len();
         let h = TAU / count as f64;
         let place = (tau / h).rem_euclid(count as f64);

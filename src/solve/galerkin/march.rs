@@ -59,7 +59,7 @@ pub(crate) struct March {
 
 impl March {
     /// Finds the extrema of a polynomial with coefficients mean, sin 1, cos 1, ..
-    pub fn prepare(&mut self, x: &[f64]) {
+    pub(crate) fn prepare(&mut self, x: &[f64]) {
         let cells = (CELLS_PER_HARMONIC * (x.len() / 2))
             .next_power_of_two()
             .max(64);
@@ -87,7 +87,7 @@ impl March {
     }
 
     /// The stretches of a period, for the polynomial last prepared; `given`: the memory before.
-    pub fn follow(&mut self, automaton: &Automaton, x: &[f64], given: f64) -> &[Stretch] {
+    pub(crate) fn follow(&mut self, automaton: &Automaton, x: &[f64], given: f64) -> &[Stretch] {
         self.stretches.clear();
         let (begin, first) = self.extrema.first().copied().unwrap_or((0.0, x[0]));
         let mut state = start(automaton, (begin, first), given);
@@ -261,7 +261,7 @@ pub(crate) struct Track {
 
 impl Track {
     /// The stretch at an instant.
-    pub fn at(&self, tau: f64) -> Option<&Stretch> {
+    pub(crate) fn at(&self, tau: f64) -> Option<&Stretch> {
         let first = self.stretches.first()?.begin;
         let tau = first + (tau - first).rem_euclid(TAU);
         let after = self.stretches.partition_point(|s| s.end <= tau);
@@ -269,7 +269,7 @@ impl Track {
     }
 
     /// The memory at an instant and a deformation.
-    pub fn memory_at(&self, tau: f64, x: f64) -> f64 {
+    pub(crate) fn memory_at(&self, tau: f64, x: f64) -> f64 {
         if let Some(course) = &self.course {
             return course.at(tau);
         }
@@ -281,7 +281,7 @@ impl Track {
     }
 
     /// Force with its partials at an instant, without the stiffness variation; `motion`: deformation, rate and phase there.
-    pub fn response(&self, system: &System, tau: f64, motion: Motion) -> Response {
+    pub(crate) fn response(&self, system: &System, tau: f64, motion: Motion) -> Response {
         let [x, v, phase] = motion;
         let law = &system.mounts()[self.connection].element;
         if let (Some(course), Some(law)) = (&self.course, law.evolving()) {
@@ -297,7 +297,7 @@ impl Track {
 }
 
 /// The sum of several tracks of one connection.
-pub fn response(tracks: &[Track], system: &System, tau: f64, motion: Motion) -> Response {
+pub(crate) fn response(tracks: &[Track], system: &System, tau: f64, motion: Motion) -> Response {
     let parts = tracks.iter().map(|t| t.response(system, tau, motion));
     parts.fold(Response::default(), |sum, part| Response {
         f: sum.f + part.f,
@@ -307,7 +307,7 @@ pub fn response(tracks: &[Track], system: &System, tau: f64, motion: Motion) -> 
 }
 
 /// All automata of a connection on the series of its deformation, or the course of its memory.
-pub fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
+pub(crate) fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
     let element = &system.mounts()[connection].element;
     if let Some(law) = element.evolving() {
         let memory = system.memory_of(connection).next();
@@ -350,7 +350,7 @@ fn course(system: &System, law: &dyn Evolving, x: &[f64], given: f64) -> Course 
 }
 
 /// All automata and courses of laws with memory along an orbit.
-pub fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
+pub(crate) fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
     let given = at_rest(system);
     let remembers = |e: &usize| system.mounts()[*e].element.memory_count() > 0;
     let connections = (0..system.element_count()).filter(remembers);
@@ -363,7 +363,7 @@ pub fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
 }
 
 /// The same connection by connection; nothing without any memory.
-pub fn tracks_of_each(system: &System, orbit: &FourierOrbit) -> Vec<Vec<Track>> {
+pub(crate) fn tracks_of_each(system: &System, orbit: &FourierOrbit) -> Vec<Vec<Track>> {
     if system.memory_count() == 0 {
         return Vec::new();
     }
@@ -375,7 +375,7 @@ pub fn tracks_of_each(system: &System, orbit: &FourierOrbit) -> Vec<Vec<Track>> 
 }
 
 /// Memories of all laws in the static equilibrium; zeros if there is none.
-pub fn at_rest(system: &System) -> Vec<f64> {
+pub(crate) fn at_rest(system: &System) -> Vec<f64> {
     match crate::solve::equilibrium::equilibrium(system) {
         Ok(rest) => system.memory_at_rest(rest.q.as_slice()),
         Err(_) => vec![0.0; system.memory_count()],

@@ -9,7 +9,7 @@ const FAR: f64 = 1e-6;
 
 /// A flight that began on a stop.
 #[derive(Debug, Clone, Copy)]
-pub struct Rebound {
+pub(crate) struct Rebound {
     /// Way out.
     pub direction: Direction,
     /// Distance from the stop, with digits of its own.
@@ -17,7 +17,7 @@ pub struct Rebound {
 }
 
 impl Rebound {
-    pub fn new(direction: Direction) -> Rebound {
+    pub(crate) fn new(direction: Direction) -> Rebound {
         Rebound {
             direction,
             gap: 0.0,
@@ -25,7 +25,7 @@ impl Rebound {
     }
 
     /// The flight after theta of a step, given the coefficients of the deformation; `None` far from the stop. `size`: of the motion.
-    pub fn after(self, deformation: &Polynomial, theta: f64, size: f64) -> Option<Rebound> {
+    pub(crate) fn after(self, deformation: &Polynomial, theta: f64, size: f64) -> Option<Rebound> {
         let mut course = *deformation;
         course[0] = 0.0;
         let moved = self.direction.sign() * evaluate(&course, theta).0;
@@ -34,7 +34,7 @@ impl Rebound {
     }
 
     /// First x in [0, 1] at which the deformation, in powers of x, is back at the stop. `least`: change of it that is nothing.
-    pub fn ends(self, deformation: &Polynomial, least: f64) -> Option<f64> {
+    pub(crate) fn ends(self, deformation: &Polynomial, least: f64) -> Option<f64> {
         if self.gap == 0.0 {
             // The level is taken out: the rate along the way.
             let next = |k: usize| deformation.get(k + 1).copied().unwrap_or(0.0);

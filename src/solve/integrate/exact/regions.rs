@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 
 /// The first crossing on a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Crossing {
+pub(crate) struct Crossing {
     pub theta: f64,
     pub part: usize,
     pub watched: Watched,
@@ -53,7 +53,7 @@ pub(super) fn size(series: &Series, state: &[f64]) -> f64 {
 
 impl Regions {
     /// Every part in the lowest region of its law.
-    pub fn new(laws: Vec<LawPart>, series: &Series) -> Regions {
+    pub(crate) fn new(laws: Vec<LawPart>, series: &Series) -> Regions {
         let part = |part: LawPart| {
             let sizes = series.sizes(part.connection);
             Part::new(part, sizes)
@@ -68,7 +68,7 @@ impl Regions {
     }
 
     /// All parts.
-    pub fn parts(&self) -> &[Part] {
+    pub(crate) fn parts(&self) -> &[Part] {
         &self.parts
     }
 
@@ -91,7 +91,7 @@ impl Regions {
 
     /// The force of a part in its region.
     #[inline]
-    pub fn piece(&self, part: usize) -> &Piece {
+    pub(crate) fn piece(&self, part: usize) -> &Piece {
         self.parts[part].piece()
     }
 
@@ -110,14 +110,14 @@ impl Regions {
     }
 
     /// Action where a part passes a guard.
-    pub fn reset(&self, crossing: &Crossing) -> Reset {
+    pub(crate) fn reset(&self, crossing: &Crossing) -> Reset {
         let part = &self.parts[crossing.part];
         part.guard(crossing.watched, crossing.direction)
             .map_or(Reset::None, |g| g.reset)
     }
 
     /// Moves a part over a guard into the next region.
-    pub fn pass(&mut self, crossing: &Crossing, deformation: f64) -> Passage {
+    pub(crate) fn pass(&mut self, crossing: &Crossing, deformation: f64) -> Passage {
         let part = &mut self.parts[crossing.part];
         let before = part.region;
         let flank = |law: &Law, region: usize| law.flanks[region];
@@ -164,12 +164,12 @@ impl Regions {
     }
 
     /// Notes that a part on the level of a stop moves away from it.
-    pub fn rebound(&mut self, part: usize, direction: Direction) {
+    pub(crate) fn rebound(&mut self, part: usize, direction: Direction) {
         self.parts[part].rebounds = Some(Rebound::new(direction));
     }
 
     /// Follows flights from stops up to theta, where the state is; those that have gone far are over.
-    pub fn fly(&mut self, series: &Series, theta: f64, state: &[f64]) {
+    pub(crate) fn fly(&mut self, series: &Series, theta: f64, state: &[f64]) {
         let size = size(series, state);
         for part in &mut self.parts {
             let course = series.deformation(part.connection);
@@ -249,7 +249,7 @@ impl Regions {
 
     /// Puts every part into the region of its deformation, on a breakpoint into the one below. Returns whether one of
     /// them is where it may leave: [`Regions::leave`] decides there.
-    pub fn place(
+    pub(crate) fn place(
         &mut self,
         series: &Series,
         (tau, state): (f64, &[f64]),
@@ -279,7 +279,7 @@ impl Regions {
     }
 
     /// Moves parts on the border of their region that are about to leave it, if nothing else happens there.
-    pub fn leave(&mut self, series: &Series, (tau, state): (f64, &[f64])) {
+    pub(crate) fn leave(&mut self, series: &Series, (tau, state): (f64, &[f64])) {
         let size = size(series, state);
         for part in &mut self.parts {
             let polynomial = series.deformation(part.connection);
@@ -322,7 +322,7 @@ impl Regions {
     }
 
     /// The breakpoint on which a part is and the flank of its region, if it is in contact.
-    pub fn begun(
+    pub(crate) fn begun(
         &self,
         series: &Series,
         (tau, state): (f64, &[f64]),
@@ -342,13 +342,13 @@ impl Regions {
     }
 
     /// Copies the region of every part.
-    pub fn save(&self, list: &mut [usize]) {
+    pub(crate) fn save(&self, list: &mut [usize]) {
         let regions = self.parts.iter().map(|p| p.region);
         list.iter_mut().zip(regions).for_each(|(l, r)| *l = r);
     }
 
     /// Takes back the region of every part; `list` becomes the ones that were left.
-    pub fn swap(&mut self, list: &mut [usize]) {
+    pub(crate) fn swap(&mut self, list: &mut [usize]) {
         for (l, part) in list.iter_mut().zip(&mut self.parts) {
             let here = part.region;
             if here != *l {
@@ -359,7 +359,7 @@ impl Regions {
     }
 
     /// Direction in which a part between breakpoints enters a region.
-    pub fn towards(&self, part: usize, region: usize) -> Option<Direction> {
+    pub(crate) fn towards(&self, part: usize, region: usize) -> Option<Direction> {
         let part = &self.parts[part];
         if part.law.automaton.is_some() || part.evolves() {
             return None;
@@ -390,13 +390,13 @@ impl Regions {
     }
 
     /// Parts that are held, with their connection and level.
-    pub fn held(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+    pub(crate) fn held(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let parts = self.parts.iter().enumerate();
         parts.filter_map(|(k, p)| Some((k, p.connection, p.held_level()?)))
     }
 
     /// Offset of the memory from the deformation, of a part that follows it.
-    pub fn follows(&self, part: usize) -> Option<f64> {
+    pub(crate) fn follows(&self, part: usize) -> Option<f64> {
         match self.parts[part].memory_rate()? {
             MemoryRate::Follows { offset } => Some(offset),
             MemoryRate::Kept => None,
