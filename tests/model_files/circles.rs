@@ -17,6 +17,7 @@ const KNOWN: [&[&str]; 7] = [
     &["model::geometry", "model::teeth"],
     &["output::legend", "output::look", "output::series"],
     &[
+        "output::beside",
         "output::groups",
         "output::legend",
         "output::panel",
