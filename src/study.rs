@@ -109,22 +109,22 @@ pub struct Outcome {
 }
 
 /// A report whose files are on disk.
-struct Written {
+struct WrittenReport {
     report: Report,
     files: Vec<PathBuf>,
 }
 
-impl Written {
-    fn new(report: Report, settings: &RunSettings) -> Result<Written, Error> {
+impl WrittenReport {
+    fn new(report: Report, settings: &RunSettings) -> Result<WrittenReport, Error> {
         let files = output::write_report(&settings.out, &report, &settings.figures)?;
-        Ok(Written { report, files })
+        Ok(WrittenReport { report, files })
     }
 }
 
 impl Outcome {
     /// Writes the page and the manifest.
     fn summarised(
-        written: Vec<Written>,
+        written: Vec<WrittenReport>,
         settings: &RunSettings,
         options: &RunOptions,
         interrupted: bool,

@@ -4,7 +4,7 @@ mod sweep;
 
 use super::cost::{Cost, Period};
 use super::flow::{self, LabelKeys};
-use super::map_table::{Rows, dots};
+use super::map_table::{MapRows, dots};
 use super::parameter::Parameter;
 use super::poincare_map::defaults;
 use super::{Analysis, Fault, Initial, Link, Setting, columns, limits};
@@ -17,7 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
-use sweep::{Plan, Point, Work, exponents, integrations};
+use sweep::{Point, SweepPlan, Work, exponents, integrations};
 
 /// Settings of `bifurcation_diagram`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -285,7 +285,7 @@ impl BifurcationDiagram {
         faults
     }
 
-    fn plan(&self, setting: &Setting<'_>) -> Result<Plan, Fault> {
+    fn plan(&self, setting: &Setting<'_>) -> Result<SweepPlan, Fault> {
         let fault = |key: &'static str| move |message: String| Fault::new(key, message);
         let parameter = Parameter::alone(setting, &self.parameter, &self.link);
         let parameter = parameter.map_err(fault("parameter"))?;
@@ -308,7 +308,7 @@ impl BifurcationDiagram {
         let seeds = self.seeds.as_ref().map(|seeds| seeds.states(setting));
         let seeds = seeds.transpose()?;
         let (unit, factor) = parameter.reported(setting, &self.from);
-        Ok(Plan {
+        Ok(SweepPlan {
             parameter,
             at,
             sweeps,
@@ -322,8 +322,8 @@ impl BifurcationDiagram {
         })
     }
 
-    fn report(&self, setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Report {
-        let mut rows = Rows::new(setting);
+    fn report(&self, setting: &Setting<'_>, plan: &SweepPlan, points: &[Point]) -> Report {
+        let mut rows = MapRows::new(setting);
         let mut values = Vec::new();
         for point in points {
             let count = rows.append(point.run, plan.size.transient, &point.attractor.record);
@@ -358,7 +358,7 @@ impl BifurcationDiagram {
     }
 
     /// One text a run.
-    fn run_names(&self, plan: &Plan) -> Vec<String> {
+    fn run_names(&self, plan: &SweepPlan) -> Vec<String> {
         match &plan.seeds {
             Some(seeds) => (0..seeds.count).map(|k| format!("seed {k}")).collect(),
             None => (plan.sweeps.iter())
@@ -378,7 +378,7 @@ impl BifurcationDiagram {
     fn figure(
         &self,
         setting: &Setting<'_>,
-        plan: &Plan,
+        plan: &SweepPlan,
         labels: &[String],
         points: &[Point],
     ) -> Figure {
@@ -424,7 +424,7 @@ impl BifurcationDiagram {
 }
 
 /// `parameter, speed_rpm, run, label, lyapunov_1..`, exponents in units of omega_c.
-fn summary_table(setting: &Setting<'_>, plan: &Plan, points: &[Point]) -> Table {
+fn summary_table(setting: &Setting<'_>, plan: &SweepPlan, points: &[Point]) -> Table {
     let values: Vec<f64> = points.iter().map(|p| p.value).collect();
     let mut list = plan.columns(setting, &values);
     list.extend([

@@ -1,6 +1,6 @@
 //! Branches as figures: r.m.s. deformations with the backbone.
 
-use super::branch_table::Traced;
+use super::branch_table::TracedMethod;
 use super::columns::{frequency_axis, frequency_label};
 use super::response::{Method, ResponseTable, Swept};
 use crate::postprocess::connection::is_clearance;
@@ -26,7 +26,7 @@ pub fn drawn(swept: &Swept<'_>) -> Vec<usize> {
 
 /// R.m.s. deformation of each connection against the parameter, stable solid and unstable dashed, attractors as dots, one
 /// curve a method; with the backbone: the response-variant natural frequencies at the same deformation.
-pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
+pub fn figure(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Figure {
     let names = &swept.setting.assembly.connections;
     let panels = drawn(swept).into_iter();
     Figure {
@@ -35,7 +35,7 @@ pub fn figure(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Figure {
     }
 }
 
-fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -> Panel {
+fn panel(swept: &Swept<'_>, traced: &[TracedMethod<'_>], e: usize, connection: &str) -> Panel {
     let setting = swept.setting;
     let (abscissa, x_label) = match (swept.written(), setting.is_si()) {
         (None, true) => (
@@ -129,8 +129,8 @@ fn panel(swept: &Swept<'_>, traced: &[Traced<'_>], e: usize, connection: &str) -
 }
 
 /// Sweeps of one attractor up and down, where these are all that is drawn: direction and branch.
-fn directions(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<(&'static str, usize)> {
-    let direction = |(branch, t): (usize, &Traced<'_>)| {
+fn directions(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Vec<(&'static str, usize)> {
+    let direction = |(branch, t): (usize, &TracedMethod<'_>)| {
         let (first, last) = (t.points.first()?, t.points.last()?);
         let rise = swept.value(last.lambda) - swept.value(first.lambda);
         let is_swept = t.method == Method::Integration && rise != 0.0;

@@ -90,7 +90,7 @@ pub(super) fn rms(swept: &Swept<'_>) -> Vec<(usize, Heading)> {
 }
 
 /// Results of one method.
-pub struct Traced<'a> {
+pub struct TracedMethod<'a> {
     /// Points in their order.
     pub points: &'a [BranchPoint],
     /// Events in their order.
@@ -104,9 +104,9 @@ pub struct Traced<'a> {
 }
 
 /// The main table: one row per point.
-pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+pub fn points(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Table {
     let setting = swept.setting;
-    let rows: Vec<(usize, usize, &Traced<'_>, &BranchPoint)> = traced
+    let rows: Vec<(usize, usize, &TracedMethod<'_>, &BranchPoint)> = traced
         .iter()
         .enumerate()
         .flat_map(|(b, t)| {
@@ -167,7 +167,7 @@ pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
         columns.push(heading.clone().column(values));
     }
     if traced.iter().any(|t| t.method == Method::Integration) {
-        let label = |(_, p, t, _): &(usize, usize, &Traced<'_>, &BranchPoint)| {
+        let label = |(_, p, t, _): &(usize, usize, &TracedMethod<'_>, &BranchPoint)| {
             t.labels.get(*p).map_or(String::new(), Label::to_string)
         };
         columns.push(text("label", rows.iter().map(label).collect()));
@@ -179,7 +179,7 @@ pub fn points(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
 }
 
 /// Rattle metrics, one row per point. What the columns mean is written in docs/rattle.md.
-pub fn rattle(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Option<Table> {
+pub fn rattle(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Option<Table> {
     if !swept.computes(ResponseTable::Rattle) {
         return None;
     }

@@ -1,19 +1,19 @@
 //! Events of branches as a table.
 
 use super::Setting;
-use super::branch_table::{Traced, rms};
+use super::branch_table::{TracedMethod, rms};
 use super::columns::{float, integer, speed_rpm, text};
 use super::response::Swept;
 use crate::report::{Column, Table};
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
 
 /// Events of all branches, with the r.m.s. deformation of every connection for the plots.
-pub fn events(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+pub fn events(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Table {
     table(swept, "events", traced.iter().map(|t| t.events))
 }
 
 /// Events of the series that do not exist; the columns are those of the events.
-pub fn refuted(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Table {
+pub fn refuted(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Table {
     table(swept, "refuted", traced.iter().map(|t| t.refuted))
 }
 

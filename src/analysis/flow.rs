@@ -81,7 +81,7 @@ pub fn check_tolerance(options: IntegratorOptions) -> Option<Fault> {
 }
 
 /// A motion about to start: a system at its excitation frequency, its integrator and a state at phase 0.
-pub struct Motion {
+pub struct PreparedMotion {
     /// The system.
     pub system: System,
     /// Integrator.
@@ -92,7 +92,7 @@ pub struct Motion {
     pub warning: Option<String>,
 }
 
-impl Motion {
+impl PreparedMotion {
     /// At a frequency, from an initial state with its key.
     ///
     /// # Errors
@@ -102,12 +102,12 @@ impl Motion {
         at: &Quantity,
         (key, initial): (&str, &Initial),
         options: impl Into<IntegratorOptions>,
-    ) -> Result<Motion, Fault> {
+    ) -> Result<PreparedMotion, Fault> {
         let mut system = setting.assembly.system.clone();
         system.set_reference_frequency(frequency(setting, "at", at)?);
         let integrator = integrator(setting, &system, options)?;
         let (state, warning) = initial.state(setting, &system, key)?;
-        Ok(Motion {
+        Ok(PreparedMotion {
             system,
             integrator,
             state,

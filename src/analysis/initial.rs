@@ -37,7 +37,7 @@ pub struct Initial {
 
 /// Positions or rates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum InitialKind {
     Position,
     Rate,
     Memory,
@@ -51,9 +51,9 @@ impl Initial {
             faults.push(Fault::new(format!("{key}.results"), message));
         }
         for (name, list, kind) in [
-            ("q", &self.q, Kind::Position),
-            ("v", &self.v, Kind::Rate),
-            ("memory", &self.memory, Kind::Memory),
+            ("q", &self.q, InitialKind::Position),
+            ("v", &self.v, InitialKind::Rate),
+            ("memory", &self.memory, InitialKind::Memory),
         ] {
             if let Some(Err(list)) = list.as_ref().map(|l| numbers(setting, l, kind)) {
                 let full = |(at, message): (String, String)| {
@@ -83,14 +83,24 @@ impl Initial {
             Some(Ok(state)) => (state, None),
             _ => flow::rest(system),
         };
-        if let Some(Ok(q)) = self.q.as_ref().map(|l| numbers(setting, l, Kind::Position)) {
+        if let Some(Ok(q)) = self
+            .q
+            .as_ref()
+            .map(|l| numbers(setting, l, InitialKind::Position))
+        {
             state[..n].copy_from_slice(&q);
             warning = None;
         }
-        if let Some(Ok(v)) = self.v.as_ref().map(|l| numbers(setting, l, Kind::Rate)) {
+        if let Some(Ok(v)) = self
+            .v
+            .as_ref()
+            .map(|l| numbers(setting, l, InitialKind::Rate))
+        {
             state[n..2 * n].copy_from_slice(&v);
         }
-        if let Some(Ok(z)) = (self.memory.as_ref()).map(|l| numbers(setting, l, Kind::Memory)) {
+        if let Some(Ok(z)) =
+            (self.memory.as_ref()).map(|l| numbers(setting, l, InitialKind::Memory))
+        {
             state[2 * n..].copy_from_slice(&z);
         }
         Ok((state, warning))
@@ -127,10 +137,10 @@ impl Initial {
             let found = list.as_ref().and_then(|l| numbers(setting, l, kind).ok());
             found.unwrap_or_else(|| vec![0.0; count])
         };
-        let mut all = part(&self.q, Kind::Position, n);
-        all.extend(part(&self.v, Kind::Rate, n));
+        let mut all = part(&self.q, InitialKind::Position, n);
+        all.extend(part(&self.v, InitialKind::Rate, n));
         let memories = setting.assembly.system.memory_count();
-        all.extend(part(&self.memory, Kind::Memory, memories));
+        all.extend(part(&self.memory, InitialKind::Memory, memories));
         Ok(all)
     }
 }
@@ -139,10 +149,10 @@ impl Initial {
 fn numbers(
     setting: &Setting<'_>,
     list: &[Quantity],
-    kind: Kind,
+    kind: InitialKind,
 ) -> Result<Vec<f64>, Vec<(String, String)>> {
     let (what, names) = match kind {
-        Kind::Memory => {
+        InitialKind::Memory => {
             let list = columns::memories(setting).into_iter();
             (
                 "numbers that connections remember",
@@ -182,10 +192,10 @@ pub(super) fn number(
     setting: &Setting<'_>,
     coordinate: usize,
     quantity: &Quantity,
-    kind: Kind,
+    kind: InitialKind,
 ) -> Result<f64, String> {
     let connection = match kind {
-        Kind::Memory => memory_owner(setting, coordinate),
+        InitialKind::Memory => memory_owner(setting, coordinate),
         _ => columns::connection_of(setting, coordinate),
     };
     let Some(connection) = connection else {
@@ -201,10 +211,10 @@ pub(super) fn number(
     let l = scales.displacement[connection];
     let is_angle = setting.model.units_of(connection).0 == "rad";
     let (wanted, scale) = match kind {
-        Kind::Position | Kind::Memory if is_angle => (UnitDimension::ANGLE, l),
-        Kind::Position | Kind::Memory => (UnitDimension::LENGTH, l),
-        Kind::Rate if is_angle => (UnitDimension::FREQUENCY, l * scales.frequency),
-        Kind::Rate => (UnitDimension::VELOCITY, l * scales.frequency),
+        InitialKind::Position | InitialKind::Memory if is_angle => (UnitDimension::ANGLE, l),
+        InitialKind::Position | InitialKind::Memory => (UnitDimension::LENGTH, l),
+        InitialKind::Rate if is_angle => (UnitDimension::FREQUENCY, l * scales.frequency),
+        InitialKind::Rate => (UnitDimension::VELOCITY, l * scales.frequency),
     };
     if quantity.dimension.is_none() && !setting.is_si() {
         return Ok(quantity.value);

@@ -8,16 +8,16 @@ use crate::solve::attractor::MapRecord;
 const MAX_COLOURS: usize = 6;
 
 /// Rows `run, period, q.., v..`.
-pub(super) struct Rows<'a> {
+pub(super) struct MapRows<'a> {
     setting: &'a Setting<'a>,
     run: Vec<i64>,
     period: Vec<i64>,
     state: Vec<Vec<f64>>,
 }
 
-impl<'a> Rows<'a> {
-    pub fn new(setting: &'a Setting<'a>) -> Rows<'a> {
-        Rows {
+impl<'a> MapRows<'a> {
+    pub fn new(setting: &'a Setting<'a>) -> MapRows<'a> {
+        MapRows {
             setting,
             run: Vec::new(),
             period: Vec::new(),

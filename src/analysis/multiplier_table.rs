@@ -1,6 +1,6 @@
 //! Floquet multipliers as a table, and their estimate from the averaged system as another with the same rows.
 
-use super::branch_table::Traced;
+use super::branch_table::TracedMethod;
 use super::columns::{float, integer};
 use super::response::{ResponseTable, Swept};
 use crate::report::{Column, Table};
@@ -9,7 +9,7 @@ use crate::solve::floquet::by_falling_modulus;
 use num_complex::Complex;
 
 /// `multipliers` and `multiplier_estimates` (19)-(22), each by falling modulus, as far as they are computed.
-pub(super) fn multipliers(swept: &Swept<'_>, traced: &[Traced<'_>]) -> Vec<Table> {
+pub(super) fn multipliers(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Vec<Table> {
     let rows: Vec<Row<'_>> = (traced.iter().enumerate())
         .flat_map(|(b, t)| {
             let points = t.points.iter().enumerate();

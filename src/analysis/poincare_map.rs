@@ -1,8 +1,8 @@
 //! States at phase 0 of the excitation, period after period, from one or several initial states (figures 5 and 6).
 
 use super::cost::{Cost, Period};
-use super::flow::{self, LabelKeys, Motion};
-use super::map_table::{Rows, dots};
+use super::flow::{self, LabelKeys, PreparedMotion};
+use super::map_table::{MapRows, dots};
 use super::{Analysis, Fault, Initial, Setting, columns};
 use crate::error::Error;
 use crate::interrupt;
@@ -117,7 +117,7 @@ impl Analysis for PoincareMap {
         let begun: Result<Vec<Vec<Begun>>, Fault> = (states.par_chunks(TOGETHER))
             .map(|states| flag.scope(|| self.begin(setting, states, &count)))
             .collect();
-        let runs: Result<Vec<Run>, Fault> = begun.map(|begun| {
+        let runs: Result<Vec<MapRun>, Fault> = begun.map(|begun| {
             let begun: Vec<Begun> = begun.into_iter().flatten().collect();
             let one = |begun| flag.scope(|| self.one(setting, begun, &count));
             begun.into_par_iter().map(one).collect()
@@ -135,10 +135,10 @@ impl Analysis for PoincareMap {
 }
 
 /// A motion, and what it has behind it.
-type Begun = (Motion, HeadStart);
+type Begun = (PreparedMotion, HeadStart);
 
 /// What became of one initial state.
-struct Run {
+struct MapRun {
     attractor: Attractor,
     integrator: &'static str,
     warnings: Vec<String>,
@@ -181,8 +181,10 @@ impl PoincareMap {
         states: &[(String, Initial)],
         count: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Begun>, Fault> {
-        let motions: Result<Vec<Motion>, Fault> = (states.iter())
-            .map(|(key, initial)| Motion::new(setting, &self.at, (key, initial), self.flow()))
+        let motions: Result<Vec<PreparedMotion>, Fault> = (states.iter())
+            .map(|(key, initial)| {
+                PreparedMotion::new(setting, &self.at, (key, initial), self.flow())
+            })
             .collect();
         let mut motions = motions?;
         let ensemble = motions.first().filter(|_| motions.len() > 1);
@@ -212,7 +214,7 @@ impl PoincareMap {
         setting: &Setting<'_>,
         (mut motion, head): Begun,
         count: &(dyn Fn() -> bool + Sync),
-    ) -> Run {
+    ) -> MapRun {
         let mut keep_going = |_: usize| count();
         let mut map = Stroboscopic {
             system: &motion.system,
@@ -226,7 +228,7 @@ impl PoincareMap {
         let attractor = attractor_from(&mut map, begin, self.size(), options, &mut keep_going);
         let integrator = motion.integrator.as_ref();
         let (name, strain) = (integrator.name(), integrator.strain());
-        Run {
+        MapRun {
             attractor,
             integrator: name,
             warnings: (motion.warning.into_iter())
@@ -235,8 +237,8 @@ impl PoincareMap {
         }
     }
 
-    fn report(&self, setting: &Setting<'_>, runs: &[Run]) -> Report {
-        let mut rows = Rows::new(setting);
+    fn report(&self, setting: &Setting<'_>, runs: &[MapRun]) -> Report {
+        let mut rows = MapRows::new(setting);
         let mut list = Vec::new();
         for (number, run) in runs.iter().enumerate() {
             let count = rows.append(number, self.transient, &run.attractor.record);
@@ -282,8 +284,8 @@ impl PoincareMap {
     }
 
     /// `run, label, lyapunov_1..`, exponents in units of omega_c.
-    fn summary(&self, setting: &Setting<'_>, runs: &[Run]) -> Table {
-        let label = |run: &Run| run.attractor.label.to_string();
+    fn summary(&self, setting: &Setting<'_>, runs: &[MapRun]) -> Table {
+        let label = |run: &MapRun| run.attractor.label.to_string();
         let mut list = vec![
             columns::integer("run", (0..runs.len() as i64).collect()),
             columns::text("label", runs.iter().map(label).collect()),
@@ -321,7 +323,7 @@ fn figure(setting: &Setting<'_>, labels: &[String]) -> Figure {
 }
 
 /// Lyapunov exponents of every run.
-fn of_runs(runs: &[Run]) -> Vec<Option<&Exponents>> {
+fn of_runs(runs: &[MapRun]) -> Vec<Option<&Exponents>> {
     let list = runs.iter();
     list.map(|r| r.attractor.record.exponents.as_ref())
         .collect()

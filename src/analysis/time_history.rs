@@ -5,7 +5,7 @@ mod loops;
 mod selection;
 
 use super::cost::{Cost, Period};
-use super::flow::{self, Motion};
+use super::flow::{self, PreparedMotion};
 use super::poincare_map::REPORTED;
 use super::transient::{self, History, Impacts, Rows, SpeedProfile, switch_table};
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
@@ -261,14 +261,14 @@ impl TimeHistory {
             text: "1".into(),
         });
         let start = ("initial", &self.initial);
-        let motion = Motion::new(setting, &at, start, self.flow());
-        let Motion {
+        let motion = PreparedMotion::new(setting, &at, start, self.flow());
+        let PreparedMotion {
             system,
             mut integrator,
             mut state,
             warning,
         } = motion.map_err(|fault| columns::refused(setting, fault))?;
-        let mut record = Record::new(setting, &system, self.samples_per_period);
+        let mut record = HistoryRecord::new(setting, &system, self.samples_per_period);
         let mut stop = None;
         let total = self.transient + self.periods();
         for period in 0..total {
@@ -333,7 +333,7 @@ impl TimeHistory {
 }
 
 /// Collects rows and switches while the integrator runs.
-struct Record<'a> {
+struct HistoryRecord<'a> {
     rows: Rows<'a>,
     system: &'a System,
     samples: usize,
@@ -348,9 +348,9 @@ struct Record<'a> {
     span: (f64, f64),
 }
 
-impl<'a> Record<'a> {
-    fn new(setting: &'a Setting<'a>, system: &'a System, samples: usize) -> Record<'a> {
-        Record {
+impl<'a> HistoryRecord<'a> {
+    fn new(setting: &'a Setting<'a>, system: &'a System, samples: usize) -> HistoryRecord<'a> {
+        HistoryRecord {
             rows: Rows::new(setting, system),
             system,
             samples,
@@ -401,7 +401,7 @@ impl<'a> Record<'a> {
     }
 }
 
-impl Observer for Record<'_> {
+impl Observer for HistoryRecord<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let end = segment.tau + segment.width;
         while self.next < self.samples {

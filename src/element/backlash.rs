@@ -31,7 +31,7 @@ pub enum ImpactDampingLaw {
 ///
 /// Rook & Singh (1995), eq. (1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "Written")]
+#[serde(try_from = "BacklashKeys", into = "BacklashKeys")]
 pub struct Backlash {
     /// Half of the total gap b \[displacement\], >= 0; 0 means always in contact.
     pub half_gap: f64,
@@ -67,7 +67,7 @@ impl Backlash {
 /// The parameters as a user writes them: the half gap or the whole gap.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct BacklashKeys {
     #[serde(skip_serializing_if = "Option::is_none")]
     half_gap: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -84,10 +84,10 @@ pub(super) fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
 
-impl TryFrom<Written> for Backlash {
+impl TryFrom<BacklashKeys> for Backlash {
     type Error = String;
 
-    fn try_from(written: Written) -> Result<Self, String> {
+    fn try_from(written: BacklashKeys) -> Result<Self, String> {
         let half_gap = match (written.half_gap, written.gap) {
             (Some(half), None) => half,
             (None, Some(gap)) => 0.5 * gap,
@@ -100,7 +100,7 @@ impl TryFrom<Written> for Backlash {
                 return Err("half_gap and gap exclude each other (gap = 2 half_gap)".into());
             }
         };
-        let Written {
+        let BacklashKeys {
             impact_damping,
             impact_damping_law,
             contact_damping,
@@ -115,15 +115,15 @@ impl TryFrom<Written> for Backlash {
     }
 }
 
-impl From<Backlash> for Written {
-    fn from(law: Backlash) -> Written {
+impl From<Backlash> for BacklashKeys {
+    fn from(law: Backlash) -> BacklashKeys {
         let Backlash {
             half_gap,
             impact_damping,
             impact_damping_law,
             contact_damping,
         } = law;
-        Written {
+        BacklashKeys {
             half_gap: Some(half_gap),
             gap: None,
             impact_damping,

@@ -10,7 +10,7 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 use slider::Slider;
-use written::Written;
+use written::ClutchKeys;
 
 /// A broken line with a slider for every stage.
 ///
@@ -24,7 +24,7 @@ use written::Written;
 /// main stage makes no loop at idle; the force that it has when the deformation leaves the stage stays. With `everywhere` every
 /// slider acts on the whole deformation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "Written")]
+#[serde(try_from = "ClutchKeys", into = "ClutchKeys")]
 pub struct Clutch {
     /// Stages from the middle outwards, q > 0.
     pub drive: Vec<Stage>,

@@ -12,7 +12,7 @@ use super::tape::Symbol;
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response, Scale};
 pub use relation::Relation;
 
-use formula::{Formula, Node, Variable, is_reserved};
+use formula::{Formula, FormulaNode, Variable, is_reserved};
 use indexmap::IndexMap;
 use kinks::Kinks;
 use program::{Point, run};
@@ -42,7 +42,7 @@ const MAX_STACK: usize = 64;
 /// Breakpoints are found where abs, sign, min, max and conditions switch on something affine in q alone; other switches
 /// give a caution, and no solver locates them. Regions where the force vanishes altogether count as open (no contact).
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(from = "Written", into = "Written")]
+#[serde(from = "ExpressionKeys", into = "ExpressionKeys")]
 pub struct Expression {
     force: String,
     parameters: IndexMap<String, f64>,
@@ -60,7 +60,7 @@ pub struct Expression {
 /// The law as a user writes it.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct ExpressionKeys {
     force: String,
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     parameters: IndexMap<String, f64>,
@@ -96,9 +96,9 @@ crate::register_element! {
     example: "{type: expression, force: \"k*max(q - b, 0) + c*v\", parameters: {k: 2.0, b: 0.3, c: 0.1}}",
 }
 
-impl From<Written> for Expression {
-    fn from(written: Written) -> Expression {
-        let Written { force, parameters } = written;
+impl From<ExpressionKeys> for Expression {
+    fn from(written: ExpressionKeys) -> Expression {
+        let ExpressionKeys { force, parameters } = written;
         let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
         let formula = reader::read(&force, &names);
         let mut law = Expression {
@@ -117,12 +117,12 @@ impl From<Written> for Expression {
     }
 }
 
-impl From<Expression> for Written {
-    fn from(law: Expression) -> Written {
+impl From<Expression> for ExpressionKeys {
+    fn from(law: Expression) -> ExpressionKeys {
         let Expression {
             force, parameters, ..
         } = law;
-        Written { force, parameters }
+        ExpressionKeys { force, parameters }
     }
 }
 
@@ -133,7 +133,7 @@ impl Expression {
     /// The error in the formula and its position. [`Element::validate`] reports errors in the parameters.
     pub fn new(force: &str, parameters: &[(&str, f64)]) -> Result<Expression, Fault> {
         let parameters = parameters.iter().map(|(name, x)| ((*name).to_owned(), *x));
-        let law = Expression::from(Written {
+        let law = Expression::from(ExpressionKeys {
             force: force.to_owned(),
             parameters: parameters.collect(),
         });
@@ -259,7 +259,7 @@ impl Expression {
         let nodes = self.formula.iter().flat_map(|f| &f.nodes);
         let used: Vec<usize> = nodes
             .filter_map(|node| match node {
-                formula::Node::Parameter(k) => Some(*k),
+                formula::FormulaNode::Parameter(k) => Some(*k),
                 _ => None,
             })
             .collect();
@@ -343,7 +343,8 @@ impl Element for Expression {
     }
 
     fn is_spring(&self) -> bool {
-        let is_displacement = |node: &Node| matches!(node, Node::Variable(Variable::Displacement));
+        let is_displacement =
+            |node: &FormulaNode| matches!(node, FormulaNode::Variable(Variable::Displacement));
         (self.formula.as_ref()).map_or(true, |f| f.nodes.iter().any(is_displacement))
     }
 

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// connection does not count, only the direction in which it acts. A motion that jumps in its velocity has no Fourier series that
 /// converges: shooting and integration are the methods.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "Written")]
+#[serde(try_from = "RigidStopKeys", into = "RigidStopKeys")]
 pub struct RigidStop {
     /// Distance b from q = 0 to the stop \[displacement\], >= 0.
     pub gap: f64,
@@ -33,7 +33,7 @@ pub struct RigidStop {
 /// The parameters as a user writes them.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct RigidStopKeys {
     #[serde(skip_serializing_if = "Option::is_none")]
     half_gap: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -49,10 +49,10 @@ fn least_impact() -> f64 {
     1e-9
 }
 
-impl TryFrom<Written> for RigidStop {
+impl TryFrom<RigidStopKeys> for RigidStop {
     type Error = String;
 
-    fn try_from(written: Written) -> Result<Self, String> {
+    fn try_from(written: RigidStopKeys) -> Result<Self, String> {
         let gap = match (written.half_gap, written.gap, written.side) {
             (Some(_), Some(_), _) => {
                 return Err(
@@ -81,10 +81,10 @@ impl TryFrom<Written> for RigidStop {
     }
 }
 
-impl From<RigidStop> for Written {
-    fn from(law: RigidStop) -> Written {
+impl From<RigidStop> for RigidStopKeys {
+    fn from(law: RigidStop) -> RigidStopKeys {
         let is_single = law.side.is_some();
-        Written {
+        RigidStopKeys {
             half_gap: (!is_single).then_some(law.gap),
             gap: is_single.then_some(law.gap),
             side: law.side,

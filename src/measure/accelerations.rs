@@ -130,7 +130,7 @@ impl Accelerometer {
             Orbit::Segments(_) => Vec::new(),
         };
         self.respond(system, &tracks);
-        let motion = Motion {
+        let motion = BodyForces {
             assembly,
             anchor,
             system,
@@ -268,7 +268,7 @@ impl Accelerometer {
 
     /// Modulus of the acceleration of one body at these instants; returns the sum of its parts at the
     /// first one.
-    fn accelerate(&mut self, motion: &Motion<'_>, body: usize) -> f64 {
+    fn accelerate(&mut self, motion: &BodyForces<'_>, body: usize) -> f64 {
         let (assembly, count) = (motion.assembly, self.phase.len());
         let list = |k: usize| k * count..(k + 1) * count;
         self.acceleration.clear();
@@ -344,7 +344,7 @@ fn peak(samples: &[f64], mut largest: f64, rounding: f64, f: impl Fn(f64) -> f64
 }
 
 /// What moves the bodies.
-struct Motion<'a> {
+struct BodyForces<'a> {
     assembly: &'a Assembly,
     anchor: &'a Anchor,
     system: &'a System,
@@ -353,7 +353,7 @@ struct Motion<'a> {
     tracks: Vec<Vec<Track>>,
 }
 
-impl Motion<'_> {
+impl BodyForces<'_> {
     /// Acceleration of one body.
     fn acceleration(&self, body: usize, tau: f64) -> f64 {
         let phase = self.system.subharmonic() as f64 * tau;

@@ -21,7 +21,7 @@ pub(super) struct Mistakes {
     /// What is allowed but looks like a slip.
     warnings: Vec<String>,
     /// Every number that is read, by path, where somebody wants to know.
-    numbers: Option<IndexMap<String, Found>>,
+    numbers: Option<IndexMap<String, FoundNumber>>,
     /// Tables beside the model file that were read.
     files: Vec<PathBuf>,
     /// Their columns by file and name, for what is read twice.
@@ -37,7 +37,7 @@ struct KnownTable {
 
 /// A number as the reader found it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct FoundNumber {
     /// SI, or nondimensional in a reduced model.
     pub value: f64,
     pub dimension: Option<UnitDimension>,
@@ -73,7 +73,7 @@ impl Mistakes {
     }
 
     /// The numbers read so far.
-    pub(super) fn take_numbers(&mut self) -> IndexMap<String, Found> {
+    pub(super) fn take_numbers(&mut self) -> IndexMap<String, FoundNumber> {
         self.numbers.take().unwrap_or_default()
     }
 
@@ -89,7 +89,7 @@ impl Mistakes {
         if let Some(numbers) = &mut self.numbers {
             let written = Quantity::from_node(node, path).ok();
             let unit = written.as_ref().and_then(|quantity| quantity.dimension);
-            let found = Found {
+            let found = FoundNumber {
                 value: value.or(written.map(|w| w.value)).unwrap_or(f64::NAN),
                 dimension: match measure {
                     Measure::Si(dimension) => Some(dimension),

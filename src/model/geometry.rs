@@ -1,7 +1,7 @@
 //! What a connection acts on: bodies with their lever arms.
 
 use super::fields::{Fields, Measure, Mistakes, Range, entries};
-use super::kinematics::Row;
+use super::kinematics::RigidRow;
 use super::teeth::{self, Teeth};
 use super::{Body, DeformationUnit, Motion};
 use crate::error::{Diagnostic, did_you_mean, nearest};
@@ -43,7 +43,7 @@ impl Geometry {
     }
 
     /// The connection in rigid motion: tooth numbers where there are any, else the arms as the simplest fractions.
-    pub(super) fn row(&self) -> Row {
+    pub(super) fn row(&self) -> RigidRow {
         let arms = match &self.teeth {
             Some(teeth) => teeth.row(),
             None => {
@@ -51,7 +51,7 @@ impl Geometry {
                 arms.map(|(b, arm)| (*b, fraction::nearest(*arm))).collect()
             }
         };
-        Row { arms }
+        RigidRow { arms }
     }
 }
 

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 /// One connection in rigid motion: the sum of arm times speed vanishes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct RigidRow {
     /// Bodies with their arms, in any common unit.
     pub arms: Vec<(usize, Fraction)>,
 }
@@ -43,10 +43,10 @@ const CLOSES: f64 = 1e-9;
 /// The first connection that contradicts the others, or a body whose speed does not follow.
 pub fn speeds(
     bodies: usize,
-    rows: &[Row],
+    rows: &[RigidRow],
     given: &[(usize, Fraction)],
 ) -> Result<Vec<Fraction>, Fault> {
-    let mut motion = Motion {
+    let mut motion = RigidMotion {
         rows,
         speeds: vec![None; bodies],
         rows_of: vec![Vec::new(); bodies],
@@ -71,8 +71,8 @@ pub fn speeds(
     }
 }
 
-struct Motion<'a> {
-    rows: &'a [Row],
+struct RigidMotion<'a> {
+    rows: &'a [RigidRow],
     speeds: Vec<Option<Fraction>>,
     rows_of: Vec<Vec<usize>>,
     /// Rows that have given a speed or have been found to close.
@@ -81,7 +81,7 @@ struct Motion<'a> {
     due: VecDeque<usize>,
 }
 
-impl Motion<'_> {
+impl RigidMotion<'_> {
     fn set(&mut self, body: usize, speed: Fraction) {
         self.speeds[body] = Some(speed);
         self.due.extend(&self.rows_of[body]);
@@ -242,8 +242,8 @@ mod tests {
     use super::*;
     use fraction::whole;
 
-    fn row(arms: &[(usize, i64)]) -> Row {
-        Row {
+    fn row(arms: &[(usize, i64)]) -> RigidRow {
+        RigidRow {
             arms: arms.iter().map(|(b, z)| (*b, whole(*z))).collect(),
         }
     }

@@ -8,7 +8,7 @@
 
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, word};
 use super::geometry::Bodies;
-use super::kinematics::Row;
+use super::kinematics::RigidRow;
 use super::{Body, Connection, DeformationUnit, Drag, MatrixPart, Motion};
 use crate::element::Linear;
 use crate::error::Diagnostic;
@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-13;
 const DENOMINATOR: f64 = 5040.0;
 
 /// A part as it is written, its coordinates among the bodies.
-pub(super) struct Part {
+pub(super) struct PlacedMatrices {
     name: String,
     unit: DeformationUnit,
     /// Numbers of its coordinates among the bodies.
@@ -50,7 +50,7 @@ pub(super) fn parts(
     root: &Fields<'_>,
     bodies: &mut Bodies,
     mistakes: &mut Mistakes,
-) -> Option<Vec<Part>> {
+) -> Option<Vec<PlacedMatrices>> {
     let Some(node) = root.get("matrices") else {
         return Some(Vec::new());
     };
@@ -70,7 +70,7 @@ fn part(
     path: &str,
     bodies: &mut Bodies,
     mistakes: &mut Mistakes,
-) -> Option<Part> {
+) -> Option<PlacedMatrices> {
     let keys = ["coordinates", "inertia", "damping", "stiffness"];
     let fields = Fields::known(node, path, &keys, mistakes)?;
     let coordinates = coordinates(&fields, mistakes);
@@ -119,7 +119,7 @@ fn part(
         _ => None,
     };
     let is_turning = coordinates.iter().all(|(_, m)| *m == Motion::Rotation);
-    Some(Part {
+    Some(PlacedMatrices {
         name: name.to_owned(),
         unit: DeformationUnit::of(if is_turning {
             Motion::Rotation
@@ -333,7 +333,7 @@ fn rates(
     Some(rates)
 }
 
-impl Part {
+impl PlacedMatrices {
     /// Coordinates that its stiffness holds.
     pub(super) fn held(&self) -> impl Iterator<Item = usize> + '_ {
         let acts = |k: &usize| self.arms.column(*k).amax() > 0.0;
@@ -341,11 +341,11 @@ impl Part {
     }
 
     /// Names of its connections with their rows in rigid motion.
-    pub(super) fn rigid_rows(&self) -> impl Iterator<Item = (&str, Row)> {
+    pub(super) fn rigid_rows(&self) -> impl Iterator<Item = (&str, RigidRow)> {
         let echelon = echelon(self.arms.clone());
         let row = move |k: usize| {
             let arms = (0..self.bodies.len()).filter(|j| echelon[(k, *j)] != 0.0);
-            Row {
+            RigidRow {
                 arms: arms
                     .map(|j| (self.bodies[j], ratio(echelon[(k, j)])))
                     .collect(),

@@ -2,7 +2,7 @@
 
 use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
 use super::geometry::Bodies;
-use super::kinematics::{Fault, Row, speeds};
+use super::kinematics::{Fault, RigidRow, speeds};
 use super::{Body, Drag, Load, LoadPart, Motion, Teeth};
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{self, Fraction, whole};
@@ -42,16 +42,16 @@ impl MeanMotion {
 }
 
 /// Rows of the connections with their names.
-pub(super) struct Rows<'n> {
+pub(super) struct ConnectionRows<'n> {
     pub names: Vec<&'n str>,
-    pub rows: Vec<Row>,
+    pub rows: Vec<RigidRow>,
 }
 
 /// The `reference` of a train.
 pub(super) fn reference(
     root: &Fields<'_>,
     bodies: &Bodies,
-    rows: Option<&Rows<'_>>,
+    rows: Option<&ConnectionRows<'_>>,
     mistakes: &mut Mistakes,
 ) -> Option<MeanMotion> {
     let node = root.get("reference")?;
@@ -146,7 +146,7 @@ fn explain(
     fault: Fault,
     (node, path): (&Node, &str),
     bodies: &Bodies,
-    rows: &Rows<'_>,
+    rows: &ConnectionRows<'_>,
 ) -> Diagnostic {
     let name = |body: usize| bodies.get_index(body).map_or("", |(name, _)| name.as_str());
     match fault {
@@ -276,7 +276,7 @@ fn add_viscous(loads: &mut IndexMap<String, Load>, body: &str, torque: f64, refe
 pub(super) fn balance(
     root: &Fields<'_>,
     bodies: &Bodies,
-    (rows, motion): (Option<&Rows<'_>>, Option<&MeanMotion>),
+    (rows, motion): (Option<&ConnectionRows<'_>>, Option<&MeanMotion>),
     loads: &mut IndexMap<String, Load>,
     mistakes: &mut Mistakes,
 ) -> Vec<(usize, f64)> {

@@ -1,7 +1,7 @@
 //! Names of numbers: dotted paths, their short forms, and what the reader knows about the number at each.
 
 use super::Model;
-use super::fields::{Found, Mistakes};
+use super::fields::{FoundNumber, Mistakes};
 use super::read::interpret;
 use crate::element::{ParameterKind, find};
 use crate::error::{did_you_mean, nearest};
@@ -66,14 +66,14 @@ impl Model {
     }
 
     /// What the reader knows of every written number, by path, in the order of reading.
-    pub(super) fn written_numbers(&self) -> IndexMap<String, Found> {
+    pub(super) fn written_numbers(&self) -> IndexMap<String, FoundNumber> {
         let mut numbers = recorded(&self.document);
         numbers.retain(|path, _| self.document.at(path).is_some());
         numbers
     }
 
     /// Numbers that have a default and are not written: damping and parameters of laws.
-    pub(super) fn default_numbers(&self) -> IndexMap<String, Found> {
+    pub(super) fn default_numbers(&self) -> IndexMap<String, FoundNumber> {
         let mut document = self.document.as_ref().clone();
         let mut added = Vec::new();
         for (path, value) in self.defaults() {
@@ -87,7 +87,7 @@ impl Model {
     }
 
     /// What the reader knows of one number, written or not.
-    pub(super) fn number_at(&self, path: &str) -> Option<Found> {
+    pub(super) fn number_at(&self, path: &str) -> Option<FoundNumber> {
         if self.document.at(path).is_some() {
             return recorded(&self.document).swap_remove(path);
         }
@@ -139,7 +139,7 @@ impl Model {
 }
 
 /// The numbers that the reader meets in a document, right or wrong.
-fn recorded(document: &Node) -> IndexMap<String, Found> {
+fn recorded(document: &Node) -> IndexMap<String, FoundNumber> {
     let mut mistakes = Mistakes::with_numbers();
     interpret(document, &mut mistakes);
     let mut numbers = IndexMap::new();

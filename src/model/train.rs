@@ -5,8 +5,8 @@ use super::drawing::centre_distances;
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar};
 use super::geometry::{Bodies, unknown_body};
 use super::load::load;
-use super::matrices::{self, Part};
-use super::mean_motion::{Rows, add_drag, balance, drag, reference};
+use super::matrices::{self, PlacedMatrices};
+use super::mean_motion::{ConnectionRows, add_drag, balance, drag, reference};
 use super::motion::{motions, refuse_loads};
 use super::orders::{Orders, on_common_base};
 use super::planets::refuse_mass;
@@ -44,7 +44,8 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
     let parts = matrices::parts(root, &mut bodies, mistakes);
     let mut held = vec![false; bodies.len()];
     let own = parts.iter().flatten();
-    own.flat_map(Part::held).for_each(|k| held[k] = true);
+    own.flat_map(PlacedMatrices::held)
+        .for_each(|k| held[k] = true);
     let placed = places(root, &bodies, &mut held, mistakes);
     refuse_unheld(root, &bodies, &held, mistakes);
     let rows = placed
@@ -85,7 +86,7 @@ pub(super) fn train(root: &Fields<'_>, mistakes: &mut Mistakes) -> Option<(Train
     }
     let motion = mean_motion.as_ref();
     let balanced = balance(root, &bodies, (rows.as_ref(), motion), &mut loads, mistakes);
-    let mut join = |part: &Part| part.join(connections.as_mut()?, (root.node, mistakes));
+    let mut join = |part: &PlacedMatrices| part.join(connections.as_mut()?, (root.node, mistakes));
     let parts: Option<Vec<_>> = parts?.iter().map(&mut join).collect();
     let train = Train {
         bodies: whole?,
@@ -207,15 +208,18 @@ fn places<'n>(
 }
 
 /// What the connections make of rigid motion, where all of them are right.
-fn rows<'n>(placed: &[(&'n str, Option<Placed<'_>>)], parts: &'n [Part]) -> Option<Rows<'n>> {
+fn rows<'n>(
+    placed: &[(&'n str, Option<Placed<'_>>)],
+    parts: &'n [PlacedMatrices],
+) -> Option<ConnectionRows<'n>> {
     let row = |(name, placed): &(&'n str, Option<Placed<'_>>)| {
         let geometry = placed.as_ref()?.geometry.as_ref()?;
         Some((*name, geometry.row()))
     };
     let own: Vec<_> = placed.iter().map(row).collect::<Option<_>>()?;
-    let of_parts = parts.iter().flat_map(Part::rigid_rows);
+    let of_parts = parts.iter().flat_map(PlacedMatrices::rigid_rows);
     let (names, rows) = own.into_iter().chain(of_parts).unzip();
-    Some(Rows { names, rows })
+    Some(ConnectionRows { names, rows })
 }
 
 fn connections(

@@ -1,6 +1,6 @@
 //! Models as values: read from a text, a file or a tree, with numbers that have names.
 
-use super::fields::Found;
+use super::fields::FoundNumber;
 use super::slot::{Reach, Slot};
 use super::{Model, matrices, measured, read};
 use crate::element::{ParameterRange, Relation};
@@ -107,7 +107,7 @@ pub struct NamedNumber {
 }
 
 impl NamedNumber {
-    fn new((name, found): (String, Found), is_written: bool) -> NamedNumber {
+    fn new((name, found): (String, FoundNumber), is_written: bool) -> NamedNumber {
         NamedNumber {
             name,
             value: found.value,

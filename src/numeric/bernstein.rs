@@ -88,7 +88,7 @@ pub(crate) fn first_passage<const N: usize>(
     let start = (beyond[0] - sign * level).min(0.0);
     beyond[0] = start - tolerance;
     let mut first = None;
-    let mut search = Search {
+    let mut search = SignChanges {
         sign: -1.0,
         found: |bracket| {
             first = Some(bracket);
@@ -105,7 +105,7 @@ pub(crate) fn first_passage<const N: usize>(
 /// touch; a root at 0 does not count.
 pub(crate) fn sign_changes<const N: usize>(coefficients: &[f64; N]) -> Vec<f64> {
     let mut brackets = Vec::new();
-    let mut search = Search {
+    let mut search = SignChanges {
         sign: 0.0,
         found: |bracket| {
             brackets.push(bracket);
@@ -220,14 +220,14 @@ impl Bracket {
 }
 
 /// Walks through the sign changes of a polynomial from left to right.
-struct Search<F> {
+struct SignChanges<F> {
     /// Sign before the stretch at hand; 0: not known.
     sign: f64,
     /// Sees every change; `true` ends the search.
     found: F,
 }
 
-impl<F: FnMut(Bracket) -> bool> Search<F> {
+impl<F: FnMut(Bracket) -> bool> SignChanges<F> {
     /// `true` when the search has ended.
     fn walk<const N: usize>(&mut self, b: &[f64; N], low: f64, width: f64) -> bool {
         let (mut changes, mut at, mut last) = (0, 0, self.sign);

@@ -49,29 +49,29 @@ struct Front {
     /// Places of the later coordinates.
     later: Vec<usize>,
     /// Position of S_qp, q fastest.
-    targets: Vec<Target>,
+    targets: Vec<BlockTarget>,
 }
 
 /// Place of a block: on the diagonal of a front, right of it or below it.
 #[derive(Debug, Clone, Copy)]
-enum Target {
+enum BlockTarget {
     Pivot(usize),
     Right(usize, usize),
     Below(usize, usize),
 }
 
-impl Target {
+impl BlockTarget {
     /// Place of block (q, p) of the ordered matrix.
-    fn of(later: &[Vec<usize>], q: usize, p: usize) -> Target {
+    fn of(later: &[Vec<usize>], q: usize, p: usize) -> BlockTarget {
         let within = |front: usize, other: usize| {
             later[front]
                 .binary_search(&other)
                 .expect("elimination fills the blocks between later neighbours")
         };
         match q.cmp(&p) {
-            std::cmp::Ordering::Equal => Target::Pivot(q),
-            std::cmp::Ordering::Less => Target::Right(q, within(q, p)),
-            std::cmp::Ordering::Greater => Target::Below(p, within(p, q)),
+            std::cmp::Ordering::Equal => BlockTarget::Pivot(q),
+            std::cmp::Ordering::Less => BlockTarget::Right(q, within(q, p)),
+            std::cmp::Ordering::Greater => BlockTarget::Below(p, within(p, q)),
         }
     }
 }
@@ -86,7 +86,7 @@ impl Front {
             right: DMatrix::zeros(size, columns),
             below: vec![DMatrix::zeros(size, size); own.len()],
             row: DVector::zeros(size),
-            targets: pairs.map(|(q, p)| Target::of(later, q, p)).collect(),
+            targets: pairs.map(|(q, p)| BlockTarget::of(later, q, p)).collect(),
             later: own.clone(),
         }
     }
@@ -110,15 +110,15 @@ impl Front {
 }
 
 /// The block at a place of the fronts from number `first` on.
-fn block_mut(fronts: &mut [Front], first: usize, target: Target) -> &mut [f64] {
+fn block_mut(fronts: &mut [Front], first: usize, target: BlockTarget) -> &mut [f64] {
     match target {
-        Target::Pivot(k) => fronts[k - first].pivot.matrix_mut().as_mut_slice(),
-        Target::Right(k, p) => {
+        BlockTarget::Pivot(k) => fronts[k - first].pivot.matrix_mut().as_mut_slice(),
+        BlockTarget::Right(k, p) => {
             let front = &mut fronts[k - first];
             let area = front.right.nrows().pow(2);
             &mut front.right.as_mut_slice()[p * area..(p + 1) * area]
         }
-        Target::Below(k, q) => fronts[k - first].below[q].as_mut_slice(),
+        BlockTarget::Below(k, q) => fronts[k - first].below[q].as_mut_slice(),
     }
 }
 

@@ -21,7 +21,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(super) struct Condensation {
     whole: Arc<Pattern>,
-    steps: Vec<Step>,
+    steps: Vec<CondensationStep>,
     /// Remaining coordinates, ascending; positions of their blocks in the whole matrix.
     kept: Vec<usize>,
     sources: Vec<Option<usize>>,
@@ -34,7 +34,7 @@ pub(super) struct Condensation {
 
 /// One condensed coordinate.
 #[derive(Debug)]
-struct Step {
+struct CondensationStep {
     coordinate: usize,
     /// S_kk, then its inverse; its position in the matrix.
     pivot: Pairs,
@@ -53,11 +53,11 @@ struct Step {
     /// Block of the border's row.
     row: Vec<f64>,
     /// Position of S_qp, q fastest.
-    targets: Vec<Target>,
+    targets: Vec<EntryTarget>,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Target {
+enum EntryTarget {
     Pivot(usize),
     Below(usize, usize),
     Right(usize, usize),
@@ -108,7 +108,7 @@ impl Condensation {
     /// Multiplications in units of size^3.
     pub fn cost(&self) -> f64 {
         let size = self.whole.size() as f64;
-        let one = |step: &Step| {
+        let one = |step: &CondensationStep| {
             let (a, b) = (step.later.len() as f64, step.kept.len() as f64);
             (1.0 + a + b) * (2.0 * b / size + 4.0 * a / (size * size))
         };
@@ -182,18 +182,20 @@ impl Condensation {
         for (t, target) in step.targets.iter().enumerate() {
             let (below, p) = (&step.below[t % all], t / all);
             match *target {
-                Target::Pivot(s) => (rest[s - k - 1].pivot).subtract_product(below, &step.right[p]),
-                Target::Below(s, i) => {
+                EntryTarget::Pivot(s) => {
+                    (rest[s - k - 1].pivot).subtract_product(below, &step.right[p])
+                }
+                EntryTarget::Below(s, i) => {
                     rest[s - k - 1].below[i].subtract_product(below, &step.right[p]);
                 }
-                Target::Right(s, i) => {
+                EntryTarget::Right(s, i) => {
                     rest[s - k - 1].right[i].subtract_product(below, &step.right[p]);
                 }
-                Target::RightFull(s, i) => {
+                EntryTarget::RightFull(s, i) => {
                     let block = rest[s - k - 1].full_mut(i);
                     subtract(below, step.full(p - paired), block, size);
                 }
-                Target::Left(position) => {
+                EntryTarget::Left(position) => {
                     let block = self.left.block_mut(position);
                     subtract(below, step.full(p - paired), block, size);
                 }
@@ -262,7 +264,7 @@ impl Condensation {
     }
 }
 
-impl Step {
+impl CondensationStep {
     /// S_kp or X_kp of a kept coordinate.
     fn full(&self, p: usize) -> &[f64] {
         let area = self.row.len().pow(2);
@@ -286,7 +288,12 @@ impl Step {
 }
 
 /// The border's share of the elimination of step k.
-fn condense_border(step: &Step, rest: &mut [Step], k: usize, left: &mut Blocks) {
+fn condense_border(
+    step: &CondensationStep,
+    rest: &mut [CondensationStep],
+    k: usize,
+    left: &mut Blocks,
+) {
     let Some(border) = &mut left.border else {
         return;
     };
@@ -315,7 +322,7 @@ fn steps(
     eliminated: &Eliminated,
     place: &[usize],
     is_paired: &[bool],
-) -> Vec<Step> {
+) -> Vec<CondensationStep> {
     let size = whole.size();
     let one = |(j, sharing): (&usize, &Vec<usize>)| {
         let part = |paired: bool| -> Vec<usize> {
@@ -329,7 +336,7 @@ fn steps(
         let others: Vec<usize> = numbers
             .chain(sharing.iter().copied().filter(|i| !is_paired[*i]))
             .collect();
-        Step {
+        CondensationStep {
             coordinate: *j,
             pivot: Pairs::new(size),
             position: whole.position(*j, *j).expect(DIAGONAL),
@@ -354,7 +361,7 @@ fn steps(
 }
 
 /// Where the products of step k go.
-fn targets(steps: &[Step], left: &Pattern, k: usize) -> Vec<Target> {
+fn targets(steps: &[CondensationStep], left: &Pattern, k: usize) -> Vec<EntryTarget> {
     let step = &steps[k];
     let find = |list: &[usize], x: usize| list.binary_search(&x).expect(FILLED);
     let (a, all) = (step.later.len(), step.below.len());
@@ -362,23 +369,23 @@ fn targets(steps: &[Step], left: &Pattern, k: usize) -> Vec<Target> {
         (true, true) => {
             let (q, p) = (step.later[q], step.later[p]);
             match q.cmp(&p) {
-                std::cmp::Ordering::Equal => Target::Pivot(q),
-                std::cmp::Ordering::Less => Target::Right(q, find(&steps[q].later, p)),
-                std::cmp::Ordering::Greater => Target::Below(p, find(&steps[p].later, q)),
+                std::cmp::Ordering::Equal => EntryTarget::Pivot(q),
+                std::cmp::Ordering::Less => EntryTarget::Right(q, find(&steps[q].later, p)),
+                std::cmp::Ordering::Greater => EntryTarget::Below(p, find(&steps[p].later, q)),
             }
         }
         (true, false) => {
             let q = step.later[q];
-            Target::RightFull(q, find(&steps[q].kept, step.kept[p - a]))
+            EntryTarget::RightFull(q, find(&steps[q].kept, step.kept[p - a]))
         }
         (false, true) => {
             let p = step.later[p];
             let within = find(&steps[p].kept, step.kept[q - a]);
-            Target::Below(p, steps[p].later.len() + within)
+            EntryTarget::Below(p, steps[p].later.len() + within)
         }
         (false, false) => {
             let position = left.position(step.kept[q - a], step.kept[p - a]);
-            Target::Left(position.expect(FILLED))
+            EntryTarget::Left(position.expect(FILLED))
         }
     };
     (0..all)

@@ -20,7 +20,7 @@ use std::sync::Arc;
 pub struct Factors {
     rest: Rest,
     condensation: Option<Box<Condensation>>,
-    watch: Watch,
+    watch: Condensable,
     /// The whole matrix with row exchanges, if that was necessary or requested.
     dense: Option<Lu>,
     is_dense: bool,
@@ -41,7 +41,7 @@ enum Rest {
 
 /// Coordinates that can be condensed.
 #[derive(Debug, Default)]
-struct Watch {
+struct Condensable {
     pattern: Option<Arc<Pattern>>,
     is_paired: Vec<bool>,
     /// Matrices seen since a coordinate's column had other entries, or the coordinate was needed in the rest.
@@ -74,7 +74,7 @@ impl Factors {
         Factors {
             rest: Rest::Unknown,
             condensation: None,
-            watch: Watch::default(),
+            watch: Condensable::default(),
             dense,
             is_dense: true,
             exchanges: 0,
@@ -240,7 +240,7 @@ fn solve_blocks(
     }
 }
 
-impl Watch {
+impl Condensable {
     /// Looks at a matrix; whether the coordinates to condense are others than before.
     fn update(&mut self, matrix: &Blocks) -> bool {
         let (pattern, count) = (&matrix.pattern, matrix.pattern.blocks());

@@ -116,7 +116,7 @@ impl<const L: usize> Outline<L> {
     ///
     /// Where the polynomial rises, is convex or is concave throughout, what is at the ends decides.
     #[inline(always)]
-    pub fn look(&self, l: usize, gate: Gate) -> Look {
+    pub fn look(&self, l: usize, gate: Gate) -> Outlook {
         let sign = gate.direction.sign();
         let mut f: [f64; HEAD] = std::array::from_fn(|j| sign * (self.head[j][l] - gate.level));
         // What starts beyond the level does so by rounding.
@@ -128,7 +128,7 @@ impl<const L: usize> Outline<L> {
             stays &= (f[j] - f[0]) * SPREAD[j] + rest <= 0.0;
         }
         if stays {
-            return Look::Never;
+            return Outlook::Never;
         }
         let rise: [f64; HEAD - 1] = std::array::from_fn(|j| f[j + 1] - f[j]);
         let (mut rises, mut is_convex, mut is_concave) = (true, true, true);
@@ -143,16 +143,16 @@ impl<const L: usize> Outline<L> {
         let end = sign * (self.end[l] - gate.level) - over;
         let passes = end > gate.tolerance;
         match (rises || is_convex, is_concave) {
-            (true, _) if !passes => return Look::Never,
+            (true, _) if !passes => return Outlook::Never,
             (true, _) => {}
             (false, true) if passes => {}
-            _ => return Look::Unclear,
+            _ => return Outlook::Unclear,
         }
         let beyond = |j: &usize| f[*j] > gate.tolerance;
         let at = (1..HEAD).find(beyond).unwrap_or(HEAD - 1);
         let (below, above) = (f[at - 1] - gate.tolerance, f[at] - gate.tolerance);
         let guess = (at as f64 - above / (above - below)) / (HEAD - 1) as f64;
-        Look::Once {
+        Outlook::Once {
             guess: guess.clamp(0.0, 1.0),
             start: f[0],
         }
@@ -171,14 +171,14 @@ pub(crate) struct Survey<const L: usize> {
 impl<const L: usize> Survey<L> {
     /// Of polynomial l.
     #[inline(always)]
-    pub(crate) fn look(&self, l: usize) -> Look {
+    pub(crate) fn look(&self, l: usize) -> Outlook {
         match self.kind[l] {
-            0.0 => Look::Never,
-            1.0 => Look::Once {
+            0.0 => Outlook::Never,
+            1.0 => Outlook::Once {
                 guess: self.guess[l],
                 start: self.start[l],
             },
-            _ => Look::Unclear,
+            _ => Outlook::Unclear,
         }
     }
 }
@@ -284,7 +284,7 @@ impl<const L: usize> Outline<L> {
 
 /// What an outline says about a passage.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Look {
+pub(crate) enum Outlook {
     /// There is none.
     Never,
     /// There is exactly one.
@@ -298,7 +298,7 @@ pub(crate) enum Look {
     Unclear,
 }
 
-impl Look {
+impl Outlook {
     /// The abscissa of the passage, from the coefficients of the polynomial.
     pub fn resolve<const N: usize>(
         self,
@@ -306,15 +306,15 @@ impl Look {
         coefficients: impl FnOnce() -> [f64; N],
     ) -> Option<f64> {
         match self {
-            Look::Never => None,
-            Look::Once { guess, start } => {
+            Outlook::Never => None,
+            Outlook::Once { guess, start } => {
                 let sign = gate.direction.sign();
                 let mut beyond = coefficients().map(|c| sign * c);
                 beyond[0] = start;
                 let value = |x: f64| evaluate(&beyond, x);
                 Some(newton_from(value, guess, (0.0, -1.0), 1.0))
             }
-            Look::Unclear => {
+            Outlook::Unclear => {
                 let (level, direction) = (gate.level, gate.direction);
                 first_passage(&coefficients(), level, direction, gate.tolerance)
             }
@@ -342,8 +342,8 @@ mod tests {
     const LANES: usize = 8;
 
     /// Looks at several polynomials at once are those at one of them; half of the batch is passed in each direction.
-    fn agree(batch: &[([f64; 24], f64, Look); LANES]) {
-        struct All<'a>(&'a [([f64; 24], f64, Look); LANES], Direction);
+    fn agree(batch: &[([f64; 24], f64, Outlook); LANES]) {
+        struct All<'a>(&'a [([f64; 24], f64, Outlook); LANES], Direction);
         impl pulp::WithSimd for All<'_> {
             type Output = Survey<LANES>;
 
@@ -369,7 +369,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let mut draw = || random.random_range(-1.0..1.0);
         let mut decided = [0; 3];
-        let mut batch = [([0.0; 24], 0.0, Look::Never); LANES];
+        let mut batch = [([0.0; 24], 0.0, Outlook::Never); LANES];
         for case in 0..20_000 {
             let theta: f64 = 3.0 + 2.9 * draw();
             let mut power = 1.0;
@@ -406,9 +406,9 @@ mod tests {
                 agree(&batch);
             }
             decided[match outline.look(0, gate) {
-                Look::Never => 0,
-                Look::Once { .. } => 1,
-                Look::Unclear => 2,
+                Outlook::Never => 0,
+                Outlook::Once { .. } => 1,
+                Outlook::Unclear => 2,
             }] += 1;
             // Sums of so many terms round relative to their sizes.
             let rounding = 1e-15 * c.iter().map(|c| c.abs()).sum::<f64>();

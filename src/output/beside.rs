@@ -40,7 +40,7 @@ pub(super) struct Taken {
 
 /// Place of a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct TextPlace {
     pub middle: (f64, f64),
     /// Whether a line has to lead to the marker.
     pub is_far: bool,
@@ -57,7 +57,7 @@ impl Taken {
 
     /// The nearest free place for a text of half these sizes beside the marker at `at`, which is taken from then on. None in a
     /// crowd that leaves no room inside the frame.
-    pub fn beside(&mut self, at: (f64, f64), half: (f64, f64), frame: &Frame) -> Option<Place> {
+    pub fn beside(&mut self, at: (f64, f64), half: (f64, f64), frame: &Frame) -> Option<TextPlace> {
         let candidates = RINGS.iter().flat_map(|ring| {
             DIRECTIONS.iter().map(move |(x, y)| {
                 let reach = (MARKER + half.0 + ring, MARKER + half.1 + ring);
@@ -78,7 +78,7 @@ impl Taken {
         };
         let (patch, is_far) = { candidates }.find(|(patch, _)| is_free(patch))?;
         self.patches.push(patch);
-        Some(Place {
+        Some(TextPlace {
             middle: patch.middle,
             is_far,
         })
@@ -103,7 +103,7 @@ mod tests {
             .collect();
         let mut taken = Taken::by_markers(markers.iter().copied());
         let half = (6.0, 4.0);
-        let places: Vec<Place> = markers
+        let places: Vec<TextPlace> = markers
             .iter()
             .map(|at| taken.beside(*at, half, &frame).expect("room for all"))
             .collect();

@@ -125,17 +125,17 @@ impl Journal {
         let mut finished = Finished::default();
         let mut lines = Lines::new(&self.file);
         let (mut good, mut torn) = (0, 0);
-        if lines.next()? == Line::Whole && lines.text() == header.as_bytes() {
+        if lines.next()? == JournalLine::Whole && lines.text() == header.as_bytes() {
             good = lines.read;
             loop {
                 match lines.next()? {
-                    Line::Whole if !note(lines.text(), place, &mut finished) => break,
-                    Line::Whole => good = lines.read,
-                    Line::Torn => {
+                    JournalLine::Whole if !note(lines.text(), place, &mut finished) => break,
+                    JournalLine::Whole => good = lines.read,
+                    JournalLine::Torn => {
                         torn = lines.read - good;
                         break;
                     }
-                    Line::Damaged => break,
+                    JournalLine::Damaged => break,
                 }
             }
         }
@@ -188,7 +188,7 @@ impl Journal {
         let (mut next, mut waiting) = (0, BTreeMap::new());
         // The header.
         lines.next().map_err(failed)?;
-        while lines.next().map_err(failed)? == Line::Whole {
+        while lines.next().map_err(failed)? == JournalLine::Whole {
             let Some(place) = number(lines.text()).and_then(place) else {
                 break;
             };
@@ -230,7 +230,7 @@ pub fn header(path: &Path) -> Option<String> {
     options.read(true);
     let file = open_plain(options, path).ok()?;
     let mut lines = Lines::new(&file);
-    let is_whole = lines.next().ok()? == Line::Whole;
+    let is_whole = lines.next().ok()? == JournalLine::Whole;
     is_whole.then(|| String::from_utf8_lossy(lines.text()).into_owned())
 }
 
@@ -294,7 +294,7 @@ fn note(record: &[u8], place: &dyn Fn(u64) -> Option<u64>, finished: &mut Finish
 
 /// Kind of the next line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Line {
+enum JournalLine {
     /// Complete, with the right checksum.
     Whole,
     /// The end of the file, or the beginning of a line before it.
@@ -320,7 +320,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    fn next(&mut self) -> std::io::Result<Line> {
+    fn next(&mut self) -> std::io::Result<JournalLine> {
         self.line.clear();
         let count = (&mut self.reader)
             .take(LONGEST)
@@ -328,14 +328,22 @@ impl<'a> Lines<'a> {
         self.read += count as u64;
         if self.line.last() != Some(&b'\n') {
             let is_at_end = self.reader.fill_buf()?.is_empty();
-            return Ok(if is_at_end { Line::Torn } else { Line::Damaged });
+            return Ok(if is_at_end {
+                JournalLine::Torn
+            } else {
+                JournalLine::Damaged
+            });
         }
         let checksum = self.line.get(..FRONT - 1).map(std::str::from_utf8);
         let is_whole = self.line.len() > FRONT
             && checksum.is_some_and(|digits| {
                 digits.is_ok_and(|d| u32::from_str_radix(d, 16) == Ok(crc32fast::hash(self.text())))
             });
-        Ok(if is_whole { Line::Whole } else { Line::Damaged })
+        Ok(if is_whole {
+            JournalLine::Whole
+        } else {
+            JournalLine::Damaged
+        })
     }
 
     /// Text of the last line, without checksum and end.

@@ -5,7 +5,7 @@ use kuva::render::render::{Scene, TextAnchor};
 use super::draw::{TextStyle, crosses, dots, fill, marker, marks, put_text, stroke};
 use super::groups::{self, Group, SEVERAL};
 use super::look::{self, FAINT, NEUTRAL, Rank, tint};
-use super::series::{Drawing, Series, State};
+use super::series::{Drawing, Series, StabilityState};
 use super::shown::Shown;
 use super::svg::{Room, Sheet};
 use super::text::{cut, text_width};
@@ -17,7 +17,7 @@ enum Sample {
     /// A curve of this rank.
     Curve(Rank),
     /// What a stroke means.
-    State(State),
+    State(StabilityState),
     Cross,
     Dot,
     Halo,
@@ -26,7 +26,7 @@ enum Sample {
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Entry {
+struct LegendEntry {
     sample: Sample,
     color: &'static str,
     text: String,
@@ -36,7 +36,7 @@ struct Entry {
 const SAMPLE_WIDTH: f64 = 32.0;
 
 /// Entries in order of appearance: curves, then the meaning of the strokes, then the kinds of events.
-fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<Entry> {
+fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<LegendEntry> {
     let (mut list, mut states) = (Vec::new(), Vec::new());
     for panel in panels {
         for series in &panel.list {
@@ -63,9 +63,9 @@ fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<Entry> {
         }
     }
     for (state, text) in [
-        (State::Stable, "stable"),
-        (State::Unstable, "unstable"),
-        (State::Unknown, "stability unknown"),
+        (StabilityState::Stable, "stable"),
+        (StabilityState::Unstable, "unstable"),
+        (StabilityState::Unknown, "stability unknown"),
     ] {
         if states.contains(&state) {
             push(&mut list, Sample::State(state), NEUTRAL, text);
@@ -82,7 +82,7 @@ fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<Entry> {
     list
 }
 
-fn push_curve(list: &mut Vec<Entry>, panel: &Shown<'_>, series: &Series<'_>, label: &str) {
+fn push_curve(list: &mut Vec<LegendEntry>, panel: &Shown<'_>, series: &Series<'_>, label: &str) {
     let has_lines = || {
         panel
             .list
@@ -109,13 +109,13 @@ pub(super) fn kind_text(kind: &str) -> String {
 }
 
 /// Adds an entry; one that says the same in another colour, as panels do, becomes neutral instead.
-fn push(list: &mut Vec<Entry>, sample: Sample, color: &'static str, text: &str) {
-    let same = |e: &&mut Entry| e.sample == sample && e.text == text;
+fn push(list: &mut Vec<LegendEntry>, sample: Sample, color: &'static str, text: &str) {
+    let same = |e: &&mut LegendEntry| e.sample == sample && e.text == text;
     match list.iter_mut().find(same) {
         Some(entry) if entry.color != color => entry.color = NEUTRAL,
         Some(_) => {}
         None if text.is_empty() => {}
-        None => list.push(Entry {
+        None => list.push(LegendEntry {
             sample,
             color,
             text: text.to_string(),
@@ -156,7 +156,7 @@ pub(super) fn draw(
     room.top += entries.len().div_ceil(columns) as f64 * row + 3.0;
 }
 
-fn sample(scene: &mut Scene, entry: &Entry, (x, y): (f64, f64)) {
+fn sample(scene: &mut Scene, entry: &LegendEntry, (x, y): (f64, f64)) {
     let length = SAMPLE_WIDTH - 8.0;
     let middle = (x + length / 2.0, y);
     let line = format!("M{x:.2} {y:.2}h{length:.2}");

@@ -1,6 +1,6 @@
 //! Colours and strokes: one colour per connection, methods told apart in grey print too.
 
-use super::series::State;
+use super::series::StabilityState;
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white; then others, so that
 /// bodies, modes and orders beside many connections have colours of their own; then the same, darker and lighter.
@@ -99,11 +99,11 @@ pub(super) fn stroke(color: &str, rank: Rank) -> Stroke {
 }
 
 /// Width and dashes of a stroke for a state of stability.
-pub(super) fn state_stroke(width: f64, state: State) -> (f64, Option<&'static str>) {
+pub(super) fn state_stroke(width: f64, state: StabilityState) -> (f64, Option<&'static str>) {
     match state {
-        State::Stable | State::Plain => (width, None),
-        State::Unstable => (width, Some(DASHES)),
-        State::Unknown => (0.5 * width, None),
+        StabilityState::Stable | StabilityState::Plain => (width, None),
+        StabilityState::Unstable => (width, Some(DASHES)),
+        StabilityState::Unknown => (0.5 * width, None),
     }
 }
 

@@ -10,7 +10,7 @@ use kuva::render::render::{Primitive, Scene, TextAnchor};
 use super::axis::{Axis, power_of_ten};
 use super::draw::{TextStyle, crosses, dots, fill, marks, put_text, stroke};
 use super::look::{self, FAINT, Mark, NEUTRAL, tint};
-use super::series::{Drawing, Series, State};
+use super::series::{Drawing, Series, StabilityState};
 use super::shown::Shown;
 use super::sparse;
 use super::svg::{LINE_HEIGHT, Sheet};
@@ -294,7 +294,7 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
         return;
     };
     let look = look::stroke(series.color, series.rank);
-    if look.mark == Mark::None && runs.iter().all(|run| run.state == State::Plain) {
+    if look.mark == Mark::None && runs.iter().all(|run| run.state == StabilityState::Plain) {
         let points = series.points().count();
         if (1..=FEW_POINTS).contains(&points) {
             let places = series.points().map(|(x, y)| frame.at(panel, x, y));
@@ -306,7 +306,12 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
     let is_cells = |s: &Series<'_>| matches!(s.drawing, Drawing::Cells(_));
     let has_cells = panel.list.iter().any(is_cells);
     let mut places = Vec::new();
-    for state in [State::Unknown, State::Unstable, State::Stable, State::Plain] {
+    for state in [
+        StabilityState::Unknown,
+        StabilityState::Unstable,
+        StabilityState::Stable,
+        StabilityState::Plain,
+    ] {
         let mut d = String::new();
         for run in runs.iter().filter(|r| r.state == state) {
             trace(&mut d, frame, panel, series, run.rows.clone());

@@ -8,7 +8,7 @@ use super::arrange::arranged;
 use super::legend::kind_text;
 use super::look::{self, FAINT};
 use super::raster::Level;
-use super::series::{Drawing, Run, Series, State, floats};
+use super::series::{Drawing, Series, StabilityRun, StabilityState, floats};
 use super::shown::{Shown, is_shared, shown};
 use super::sparse;
 use crate::error::Error;
@@ -181,7 +181,7 @@ fn curve(
             } else {
                 &stretches
             };
-            let run = |r: &Run| json!([state(r.state), r.rows.start, r.rows.end]);
+            let run = |r: &StabilityRun| json!([state(r.state), r.rows.start, r.rows.end]);
             out["runs"] = runs.iter().map(run).collect();
             if series.is_count() {
                 out["shape"] = json!("hvh");
@@ -213,12 +213,12 @@ fn style(drawing: &Drawing) -> &'static str {
     }
 }
 
-fn state(state: State) -> &'static str {
+fn state(state: StabilityState) -> &'static str {
     match state {
-        State::Stable => "stable",
-        State::Unstable => "unstable",
-        State::Unknown => "unknown",
-        State::Plain => "plain",
+        StabilityState::Stable => "stable",
+        StabilityState::Unstable => "unstable",
+        StabilityState::Unknown => "unknown",
+        StabilityState::Plain => "plain",
     }
 }
 
@@ -247,7 +247,11 @@ fn on_screen(panel: &Shown<'_>, (x, y): (f64, f64)) -> (f64, f64) {
 }
 
 /// Rows that a screen tells apart of a curve with very many of them, and its runs among these rows; nothing of a shorter curve.
-fn long_line(panel: &Shown<'_>, series: &Series, runs: &[Run]) -> (Vec<usize>, Vec<Run>) {
+fn long_line(
+    panel: &Shown<'_>,
+    series: &Series,
+    runs: &[StabilityRun],
+) -> (Vec<usize>, Vec<StabilityRun>) {
     let (mut rows, mut list) = (Vec::new(), Vec::new());
     if series.x.len() <= MANY {
         return (rows, list);
@@ -257,7 +261,7 @@ fn long_line(panel: &Shown<'_>, series: &Series, runs: &[Run]) -> (Vec<usize>, V
         for stretch in sparse::line(run.rows.clone(), at) {
             let begin = rows.len();
             rows.extend(stretch);
-            list.push(Run {
+            list.push(StabilityRun {
                 state: run.state,
                 rows: begin..rows.len(),
             });

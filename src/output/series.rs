@@ -10,7 +10,7 @@ use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Val
 
 /// Stability of a run of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum StabilityState {
     Stable,
     Unstable,
     Unknown,
@@ -21,15 +21,15 @@ pub(super) enum State {
 /// Consecutive points drawn with one stroke. A run that follows another one of the same branch without a break starts at
 /// the last point of that one, so that no gap is left at a change of stability.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Run {
-    pub state: State,
+pub(super) struct StabilityRun {
+    pub state: StabilityState,
     pub rows: Range<usize>,
 }
 
 /// Content of a series.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Drawing {
-    Runs(Vec<Run>),
+    Runs(Vec<StabilityRun>),
     Crosses,
     Dots,
     /// One kind a point.
@@ -300,30 +300,30 @@ fn ordinates_on_branches(
 }
 
 /// Cuts a curve at empty values, changes of branch and changes of stability.
-fn runs(x: &[f64], y: &[f64], branch: &[f64], stable: Option<&[f64]>) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
+fn runs(x: &[f64], y: &[f64], branch: &[f64], stable: Option<&[f64]>) -> Vec<StabilityRun> {
+    let mut runs: Vec<StabilityRun> = Vec::new();
     for row in 0..x.len().min(y.len()) {
         if !(x[row].is_finite() && y[row].is_finite()) {
             continue;
         }
         let state = match stable {
-            None => State::Plain,
-            Some(s) if s[row] == 1.0 => State::Stable,
-            Some(s) if s[row] == 0.0 => State::Unstable,
-            Some(_) => State::Unknown,
+            None => StabilityState::Plain,
+            Some(s) if s[row] == 1.0 => StabilityState::Stable,
+            Some(s) if s[row] == 0.0 => StabilityState::Unstable,
+            Some(_) => StabilityState::Unknown,
         };
         match runs.last_mut() {
             Some(last) if last.rows.end == row && same_branch(branch, row) => {
                 if last.state == state {
                     last.rows.end = row + 1;
                 } else {
-                    runs.push(Run {
+                    runs.push(StabilityRun {
                         state,
                         rows: row - 1..row + 1,
                     });
                 }
             }
-            _ => runs.push(Run {
+            _ => runs.push(StabilityRun {
                 state,
                 rows: row..row + 1,
             }),
@@ -384,11 +384,11 @@ mod tests {
         let stable = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, f64::NAN];
         let list = runs(&x, &y, &branch, Some(&stable));
         let expected = [
-            (State::Stable, 0..2),
-            (State::Unstable, 1..3),
-            (State::Unstable, 4..5),
-            (State::Unstable, 5..6),
-            (State::Unknown, 5..7),
+            (StabilityState::Stable, 0..2),
+            (StabilityState::Unstable, 1..3),
+            (StabilityState::Unstable, 4..5),
+            (StabilityState::Unstable, 5..6),
+            (StabilityState::Unknown, 5..7),
         ];
         let found: Vec<_> = list.into_iter().map(|r| (r.state, r.rows)).collect();
         assert_eq!(found, expected);

@@ -43,7 +43,7 @@ impl Sums {
 }
 
 /// Deformation of one connection on one stretch, with its law.
-struct Piece<'a> {
+struct MeasuredPiece<'a> {
     deformation: StretchDeformation<'a>,
     mount: &'a Mount,
     /// Om / width: d/dT for one d/dx.
@@ -52,7 +52,7 @@ struct Piece<'a> {
     memory: Vec<&'a [f64]>,
 }
 
-impl Piece<'_> {
+impl MeasuredPiece<'_> {
     /// Deformation, rate, force and its partials, stiffness variation included.
     fn response(&self, x: f64) -> [f64; 5] {
         let (q, slope) = self.deformation.at(x);
@@ -69,7 +69,7 @@ impl Piece<'_> {
     }
 }
 
-impl Piece<'_> {
+impl MeasuredPiece<'_> {
     /// Extremes of a force whose stiffness varies, between the nodes: they need not lie at those of the deformation.
     fn refine_force(&self, sums: &mut Sums) {
         let mut nodes: Vec<(f64, f64)> = unit_nodes()
@@ -112,7 +112,7 @@ fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
         ..Sums::default()
     };
     for stretch in &orbit.stretches {
-        let piece = Piece {
+        let piece = MeasuredPiece {
             deformation: orbit.deformation(system, e, stretch),
             mount,
             rate: orbit.omega / stretch.width,

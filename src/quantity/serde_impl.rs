@@ -4,9 +4,9 @@ use super::Quantity;
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 use serde::ser::{Serialize, Serializer};
 
-struct Written;
+struct WrittenQuantity;
 
-impl Visitor<'_> for Written {
+impl Visitor<'_> for WrittenQuantity {
     type Value = Quantity;
 
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -32,7 +32,7 @@ impl Visitor<'_> for Written {
 
 impl<'de> Deserialize<'de> for Quantity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Written)
+        deserializer.deserialize_any(WrittenQuantity)
     }
 }
 

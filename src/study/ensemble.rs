@@ -4,7 +4,7 @@
 //! own for what an analysis does in parallel: in a common pool a thread that waits for its share of one run would begin
 //! another one, and the window could wait for a run that lies beneath it on the same stack.
 
-use super::record::{Head, Record, journals};
+use super::record::{Head, StudyRecord, journals};
 use super::shelf::Shelf;
 use super::{RunSettings, Shard};
 use crate::analysis::parameter_study::{Plan, Tally};
@@ -84,7 +84,7 @@ impl Ensemble<'_> {
         journal.in_order(&place, &mut |record| rows.write(record))?;
         rows.finish()?;
         let share = part.share(self.plan.runs());
-        let record = Record {
+        let record = StudyRecord {
             finished: finished.count(),
             ..record
         };
@@ -101,9 +101,9 @@ impl Ensemble<'_> {
         })
     }
 
-    fn record(&self) -> Record {
+    fn record(&self) -> StudyRecord {
         let identity = self.plan.identity().to_string();
-        Record {
+        StudyRecord {
             model: self.model.to_owned(),
             version: env!("CARGO_PKG_VERSION").into(),
             input: output::manifest::sha256(identity.as_bytes()),
@@ -190,7 +190,7 @@ pub(super) fn conclude(
     table: &Path,
     columns: &[Column],
     share: u64,
-    record: &Record,
+    record: &StudyRecord,
 ) -> Result<Report, Error> {
     // The table ends with `status, reason, warnings`.
     let [reason, warned] = [columns.len() - 2, columns.len() - 1];
@@ -230,12 +230,12 @@ struct Board<'a> {
     part: Shard,
     total: u64,
     control: &'a dyn Control,
-    state: Mutex<State>,
+    state: Mutex<EnsembleState>,
     /// The first unfinished run has moved, or everything stops.
     moved: Condvar,
 }
 
-struct State {
+struct EnsembleState {
     journal: Journal,
     finished: Finished,
     /// The next place to look at.
@@ -257,7 +257,7 @@ impl<'a> Board<'a> {
             part,
             total: part.share(ensemble.plan.runs()),
             control: ensemble.control,
-            state: Mutex::new(State {
+            state: Mutex::new(EnsembleState {
                 journal,
                 next: finished.first_open(),
                 finished,
@@ -269,7 +269,7 @@ impl<'a> Board<'a> {
         }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, EnsembleState> {
         // Whatever panicked has stopped the others; what is in the journal is sound.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

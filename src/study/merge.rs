@@ -1,8 +1,8 @@
 //! Joining the parts of a sharded study.
 
 use super::ensemble::conclude;
-use super::record::{Head, Record, journals};
-use super::{Outcome, RunSettings, Shard, Written, plotting};
+use super::record::{Head, StudyRecord, journals};
+use super::{Outcome, RunSettings, Shard, WrittenReport, plotting};
 use crate::analysis::ParameterStudy;
 use crate::error::{Diagnostic, Error};
 use crate::output::manifest::size_and_hash;
@@ -15,9 +15,9 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// One part of one study.
-struct Part {
+struct StudyPart {
     folder: PathBuf,
-    record: Record,
+    record: StudyRecord,
     json: Value,
 }
 
@@ -28,7 +28,7 @@ struct Part {
 /// cannot be written.
 pub fn merge(folders: &[PathBuf], settings: &RunSettings) -> Result<Outcome, Error> {
     let mut faults = Vec::new();
-    let mut studies: IndexMap<String, Vec<Part>> = IndexMap::new();
+    let mut studies: IndexMap<String, Vec<StudyPart>> = IndexMap::new();
     let mut manifests = Vec::new();
     for folder in folders {
         if same_folder(folder, &settings.out) {
@@ -71,7 +71,7 @@ pub fn merge(folders: &[PathBuf], settings: &RunSettings) -> Result<Outcome, Err
     for (name, parts) in &studies {
         let report = join(name, parts, settings)?;
         model.clone_from(&parts[0].record.model);
-        written.push(Written::new(report, settings)?);
+        written.push(WrittenReport::new(report, settings)?);
     }
     let options = RunOptions {
         model,
@@ -84,7 +84,7 @@ pub fn merge(folders: &[PathBuf], settings: &RunSettings) -> Result<Outcome, Err
     Outcome::summarised(written, settings, &options, false)
 }
 
-impl Part {
+impl StudyPart {
     /// Which part it is: `read` takes nothing else.
     fn shard(&self) -> Shard {
         self.record.shard.unwrap_or(Shard::WHOLE)
@@ -112,7 +112,7 @@ fn same_folder(a: &Path, b: &Path) -> bool {
 }
 
 /// A folder's manifest and its parts by the names of their studies.
-type Contents = (Manifest, Vec<(String, Part)>);
+type Contents = (Manifest, Vec<(String, StudyPart)>);
 
 /// What a folder of a part holds.
 fn read(folder: &Path) -> Result<Contents, Vec<Diagnostic>> {
@@ -133,7 +133,7 @@ fn read(folder: &Path) -> Result<Contents, Vec<Diagnostic>> {
         let name = file.name.trim_end_matches(".json");
         let text = std::fs::read(folder.join(&file.name)).unwrap_or_default();
         let json: Value = serde_json::from_slice(&text).unwrap_or(Value::Null);
-        let record = serde_json::from_value::<Record>(json["study"].clone());
+        let record = serde_json::from_value::<StudyRecord>(json["study"].clone());
         let Ok(record) = record else {
             continue;
         };
@@ -150,7 +150,7 @@ fn read(folder: &Path) -> Result<Contents, Vec<Diagnostic>> {
         faults.extend(damage(&folder, name, &record, &manifest));
         parts.push((
             name.to_string(),
-            Part {
+            StudyPart {
                 folder,
                 record,
                 json,
@@ -172,7 +172,12 @@ fn read(folder: &Path) -> Result<Contents, Vec<Diagnostic>> {
 }
 
 /// What is wrong with a part by itself: runs that are missing, a table that is not the one that was written.
-fn damage(folder: &Path, name: &str, record: &Record, manifest: &Manifest) -> Option<Diagnostic> {
+fn damage(
+    folder: &Path,
+    name: &str,
+    record: &StudyRecord,
+    manifest: &Manifest,
+) -> Option<Diagnostic> {
     let share = record.shard?.share(record.runs);
     if record.finished < share || !journals(folder, name).is_empty() {
         let message = format!(
@@ -199,7 +204,7 @@ fn damage(folder: &Path, name: &str, record: &Record, manifest: &Manifest) -> Op
 }
 
 /// The command that makes a part, as it made the first one: into the folder that is called after its number, where that one is.
-fn command(first: &Part, inputs: &[Input], index: u64) -> String {
+fn command(first: &StudyPart, inputs: &[Input], index: u64) -> String {
     let file = inputs.first().map_or("FILE", |input| input.name.as_str());
     let Shard { index: own, count } = first.shard();
     let folder = first.folder.display().to_string();
@@ -216,7 +221,7 @@ fn command(first: &Part, inputs: &[Input], index: u64) -> String {
 }
 
 /// What keeps the parts of one study apart.
-fn misfits(name: &str, parts: &[Part], inputs: &[Input]) -> Vec<Diagnostic> {
+fn misfits(name: &str, parts: &[StudyPart], inputs: &[Input]) -> Vec<Diagnostic> {
     let first = &parts[0];
     let mut faults = Vec::new();
     for part in &parts[1..] {
@@ -301,7 +306,7 @@ fn misfits(name: &str, parts: &[Part], inputs: &[Input]) -> Vec<Diagnostic> {
 }
 
 /// One study: its table, run by run from the part that holds it, then its report.
-fn join(name: &str, parts: &[Part], settings: &RunSettings) -> Result<Report, Error> {
+fn join(name: &str, parts: &[StudyPart], settings: &RunSettings) -> Result<Report, Error> {
     let first = &parts[0];
     let refused = |what: &str| {
         let path = first.folder.join(format!("{name}.json"));
@@ -343,7 +348,7 @@ fn join(name: &str, parts: &[Part], settings: &RunSettings) -> Result<Report, Er
         }
     }
     rows.finish()?;
-    let record = Record {
+    let record = StudyRecord {
         shard: None,
         finished: first.record.runs,
         ..first.record.clone()

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// The key `study` of `NAME.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Record {
+pub(super) struct StudyRecord {
     /// Name of the model.
     pub model: String,
     /// Version of the program.
@@ -59,10 +59,10 @@ impl Head {
     }
 }
 
-impl Record {
+impl StudyRecord {
     /// First line of a journal: whose lines these are.
     pub fn header(&self, study: &str) -> String {
-        let Record {
+        let StudyRecord {
             version,
             input,
             runs,
@@ -81,7 +81,7 @@ impl Record {
     }
 
     /// The record in the `NAME.json` of a folder; `None` where there is none.
-    pub fn read(folder: &Path, study: &str) -> Option<Record> {
+    pub fn read(folder: &Path, study: &str) -> Option<StudyRecord> {
         let text = std::fs::read(folder.join(format!("{study}.json"))).ok()?;
         let mut value: Value = serde_json::from_slice(&text).ok()?;
         serde_json::from_value(value.get_mut("study")?.take()).ok()
@@ -95,7 +95,7 @@ impl Record {
         let Some(own) = self.shard else {
             return Ok(());
         };
-        let written = Record::read(folder, study).and_then(|record| record.shard);
+        let written = StudyRecord::read(folder, study).and_then(|record| record.shard);
         let begun = journals(folder, study).into_iter().filter_map(|name| {
             let header = journal::header(&folder.join(name))?;
             let value: Value = serde_json::from_str(&header).ok()?;

@@ -101,7 +101,7 @@ impl ResponseCurves {
 /// A periodic response. Deformations are in m or rad, forces in N or N m; nondimensional for reduced models.
 #[derive(Debug, Clone, Copy)]
 pub struct ResponsePoint<'a> {
-    row: Row<'a>,
+    row: ResultRow<'a>,
 }
 
 impl ResponsePoint<'_> {
@@ -150,7 +150,7 @@ impl ResponsePoint<'_> {
 /// An event on a branch.
 #[derive(Debug, Clone, Copy)]
 pub struct ResponseEvent<'a> {
-    row: Row<'a>,
+    row: ResultRow<'a>,
 }
 
 impl<'a> ResponseEvent<'a> {
@@ -226,17 +226,17 @@ impl Iterates {
 
 /// A row of a table.
 #[derive(Debug, Clone, Copy)]
-struct Row<'a> {
+struct ResultRow<'a> {
     table: &'a Table,
     row: usize,
 }
 
-fn rows(table: Option<&Table>) -> impl Iterator<Item = Row<'_>> {
-    let rows = |table| (0..Table::rows(table)).map(move |row| Row { table, row });
+fn rows(table: Option<&Table>) -> impl Iterator<Item = ResultRow<'_>> {
+    let rows = |table| (0..Table::rows(table)).map(move |row| ResultRow { table, row });
     table.into_iter().flat_map(rows)
 }
 
-impl<'a> Row<'a> {
+impl<'a> ResultRow<'a> {
     fn number(&self, column: &str) -> Option<f64> {
         match &self.table.column(column)?.values {
             Values::Float(values) => values.get(self.row).copied().filter(|x| !x.is_nan()),

@@ -3,7 +3,7 @@
 use super::ensemble::{Delivered, Ensemble};
 use super::load::diagnostics;
 use super::shelf::Shelf;
-use super::{Outcome, Run, RunSettings, Shard, Study, Written};
+use super::{Outcome, Run, RunSettings, Shard, Study, WrittenReport};
 use crate::analysis::cost::Cost;
 use crate::analysis::parameter_study::Plan;
 use crate::analysis::{Control, panicked};
@@ -146,9 +146,10 @@ impl Study {
         let report = catch_unwind(AssertUnwindSafe(|| self.report(run, control)));
         let report = report.unwrap_or_else(|panic| Ok(failed(panicked(panic.as_ref()))))?;
         let write = || {
-            let write = AssertUnwindSafe(|| Written::new(report, settings));
-            catch_unwind(write)
-                .unwrap_or_else(|panic| Written::new(failed(panicked(panic.as_ref())), settings))
+            let write = AssertUnwindSafe(|| WrittenReport::new(report, settings));
+            catch_unwind(write).unwrap_or_else(|panic| {
+                WrittenReport::new(failed(panicked(panic.as_ref())), settings)
+            })
         };
         shelf.put(place, write)
     }
@@ -185,7 +186,7 @@ impl Study {
             let Delivered { report, journal } = ensemble.run()?;
             journals.extend(journal);
             shelf.put(place, || {
-                Written::new(self.finish(run, report, control), settings)
+                WrittenReport::new(self.finish(run, report, control), settings)
             })?;
         }
         Ok(journals)

@@ -91,7 +91,7 @@ pub(super) fn examine(report: &mut Report) {
         if report.is_streamed(table) || table.rows() == 0 {
             continue;
         }
-        let look = Look::at(table);
+        let look = TableFindings::at(table);
         let told = |column: &String| report.explains(&table.name, column);
         for (column, reason) in look.explained {
             reasons.push((table.name.clone(), column, reason));
@@ -151,7 +151,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// What a look at a table finds.
-struct Look {
+struct TableFindings {
     /// Empty columns with the reason.
     explained: Vec<(String, &'static str)>,
     unexplained: Vec<String>,
@@ -160,9 +160,9 @@ struct Look {
     is_hollow: bool,
 }
 
-impl Look {
-    fn at(table: &Table) -> Look {
-        let mut look = Look {
+impl TableFindings {
+    fn at(table: &Table) -> TableFindings {
+        let mut look = TableFindings {
             explained: Vec::new(),
             unexplained: Vec::new(),
             infinite: Vec::new(),

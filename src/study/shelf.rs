@@ -1,7 +1,7 @@
 //! Finished analyses on their way to the page and the manifest, where two may conclude: the run itself, or, when an analysis
 //! does not hear of an interruption in time, whoever ends the process.
 
-use super::{Outcome, RunSettings, Written};
+use super::{Outcome, RunSettings, WrittenReport};
 use crate::error::Error;
 use crate::output::RunOptions;
 use std::collections::BTreeMap;
@@ -17,12 +17,12 @@ struct Inner {
     options: RunOptions,
     /// Names of the analyses, by place.
     names: Vec<String>,
-    state: Mutex<State>,
+    state: Mutex<ShelfState>,
 }
 
 #[derive(Default)]
-struct State {
-    written: BTreeMap<usize, Written>,
+struct ShelfState {
+    written: BTreeMap<usize, WrittenReport>,
     /// Analyses whose files are being written.
     writers: usize,
     is_concluded: bool,
@@ -44,7 +44,7 @@ impl Shelf {
         }))
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, ShelfState> {
         let state = self.0.state.lock();
         state.unwrap_or_else(PoisonError::into_inner)
     }
@@ -62,7 +62,7 @@ impl Shelf {
     pub fn put(
         &self,
         place: usize,
-        write: impl FnOnce() -> Result<Written, Error>,
+        write: impl FnOnce() -> Result<WrittenReport, Error>,
     ) -> Result<(), Error> {
         let _writing = self.writing();
         let written = write()?;
@@ -100,7 +100,7 @@ impl Shelf {
         }))
     }
 
-    fn claim(&self) -> Option<BTreeMap<usize, Written>> {
+    fn claim(&self) -> Option<BTreeMap<usize, WrittenReport>> {
         let mut state = self.state();
         let is_first = !std::mem::replace(&mut state.is_concluded, true);
         is_first.then(|| std::mem::take(&mut state.written))
@@ -108,7 +108,7 @@ impl Shelf {
 
     fn summarise(
         &self,
-        written: BTreeMap<usize, Written>,
+        written: BTreeMap<usize, WrittenReport>,
         interrupted: bool,
     ) -> Result<Outcome, Error> {
         let Inner {

@@ -67,7 +67,7 @@ pub(super) fn compose(
     count: &mut usize,
 ) -> Result<Node, Vec<Diagnostic>> {
     let skipped = source.text[..start].chars().count();
-    let place = Place { source, skipped };
+    let place = SourceLocator { source, skipped };
     if source.text.len() > MAX_TEXT {
         return Err(vec![too_long(source, source.text.len() as u64)]);
     }
@@ -96,7 +96,7 @@ pub(super) fn compose(
 
 /// The error of a text longer than [`MAX_TEXT`].
 pub(super) fn too_long(source: &Arc<Source>, bytes: u64) -> Diagnostic {
-    let place = Place { source, skipped: 0 };
+    let place = SourceLocator { source, skipped: 0 };
     let message = format!(
         "the text has {bytes} bytes; at most {} MiB are read, files it extends included",
         MAX_TEXT >> 20
@@ -115,13 +115,13 @@ fn options() -> yaml::Options {
 }
 
 /// Turns positions of the parser into locations.
-struct Place<'a> {
+struct SourceLocator<'a> {
     source: &'a Arc<Source>,
     /// Characters of the first line before the parsed text.
     skipped: usize,
 }
 
-impl Place<'_> {
+impl SourceLocator<'_> {
     fn location(&self, mark: yaml::Marker) -> Location {
         let skipped = if mark.line() <= 1 { self.skipped } else { 0 };
         Location {
@@ -178,7 +178,7 @@ impl Place<'_> {
 /// Builds the tree; recursion is bounded by [`MAX_DEPTH`], which [`measure`] has checked.
 struct Composer<'a, 't> {
     parser: Parser<'t, yaml::StrInput<'t>>,
-    place: Place<'a>,
+    place: SourceLocator<'a>,
     /// Anchors that aliases refer to; copies of all others would cost memory for nothing.
     aliased: HashSet<usize>,
     anchors: HashMap<usize, Node>,

@@ -1,7 +1,7 @@
 //! The starts: a grid over some coordinates, all others fixed.
 
 use super::Axis;
-use crate::analysis::initial::{self, Kind};
+use crate::analysis::initial::{self, InitialKind};
 use crate::analysis::{Fault, Setting, columns, limits};
 use crate::error::did_you_mean;
 use crate::measure::Heading;
@@ -9,7 +9,7 @@ use crate::quantity::Quantity;
 use indexmap::IndexMap;
 
 /// A varied coordinate.
-pub(super) struct Line {
+pub(super) struct GridLine {
     /// Place in [q; v].
     pub place: usize,
     pub heading: Heading,
@@ -19,7 +19,7 @@ pub(super) struct Line {
 
 /// Starts in the order of rows: the first coordinate changes fastest.
 pub(super) struct Grid {
-    pub lines: Vec<Line>,
+    pub lines: Vec<GridLine>,
 }
 
 /// A part of the grid: lowest and highest value per line, nondimensional.
@@ -32,7 +32,7 @@ impl Grid {
     /// All that is wrong with them.
     pub fn new(setting: &Setting<'_>, axes: &IndexMap<String, Axis>) -> Result<Grid, Vec<Fault>> {
         let mut faults = Vec::new();
-        let mut lines: Vec<Line> = Vec::new();
+        let mut lines: Vec<GridLine> = Vec::new();
         if axes.is_empty() {
             let message = "empty grid: give values for at least one coordinate";
             faults.push(Fault::new("grid", message));
@@ -113,7 +113,7 @@ impl Grid {
 }
 
 /// A coordinate with its values.
-fn line(setting: &Setting<'_>, name: &str, axis: &Axis) -> Result<Line, Vec<Fault>> {
+fn line(setting: &Setting<'_>, name: &str, axis: &Axis) -> Result<GridLine, Vec<Fault>> {
     let headings = columns::coordinates(setting);
     let Some(place) = headings.iter().position(|heading| heading.name == name) else {
         let known = headings.iter().map(|heading| heading.name.as_str());
@@ -148,7 +148,7 @@ fn line(setting: &Setting<'_>, name: &str, axis: &Axis) -> Result<Line, Vec<Faul
         k if k == last => to,
         k => from + (to - from) * k as f64 / last as f64,
     };
-    Ok(Line {
+    Ok(GridLine {
         place,
         heading,
         values: (0..axis.points).map(at).collect(),
@@ -159,8 +159,8 @@ fn line(setting: &Setting<'_>, name: &str, axis: &Axis) -> Result<Line, Vec<Faul
 fn value(setting: &Setting<'_>, place: usize, written: &Quantity) -> Result<f64, String> {
     let n = setting.assembly.system.dof();
     let kind = match place < n {
-        true => Kind::Position,
-        false => Kind::Rate,
+        true => InitialKind::Position,
+        false => InitialKind::Rate,
     };
     initial::number(setting, place % n, written, kind)
 }

@@ -128,7 +128,7 @@ impl Analysis for Basins {
             .region(setting, self.region.as_ref())
             .map_err(refused)?;
         let start = ("initial", &self.initial.clone().unwrap_or_default());
-        let motion = flow::Motion::new(setting, &self.at, start, self.integrator);
+        let motion = flow::PreparedMotion::new(setting, &self.at, start, self.integrator);
         let motion = motion.map_err(refused)?;
         let mut sorting = Sorting::new(setting, (Start::of(&motion), &grid), self.patience());
         sorting.run();

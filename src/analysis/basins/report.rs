@@ -64,7 +64,7 @@ pub(super) fn empty(setting: &Setting<'_>, grid: &Grid, has_region: bool) -> Vec
     let lines = grid.lines.iter();
     let mut main: Vec<Column> = lines.map(|l| l.heading.clone().column([])).collect();
     main.push(integer("attractor", Vec::new()));
-    let rows = Rows::default();
+    let rows = AttractorColumns::default();
     vec![
         Table {
             name: String::new(),
@@ -151,7 +151,7 @@ fn warnings(setting: &Setting<'_>, ranking: &Ranking<'_>) -> Vec<String> {
 
 /// Columns of the attractors.
 #[derive(Default)]
-struct Rows {
+struct AttractorColumns {
     number: Vec<i64>,
     label: Vec<String>,
     share: Vec<f64>,
@@ -160,7 +160,7 @@ struct Rows {
     inside: Vec<f64>,
 }
 
-impl Rows {
+impl AttractorColumns {
     fn table(self, setting: &Setting<'_>, has_region: bool) -> Table {
         let mut columns = vec![
             integer("attractor", self.number),
@@ -186,8 +186,8 @@ impl Rows {
     }
 }
 
-fn rows(ranking: &Ranking<'_>, region: &Region) -> Rows {
-    let mut rows = Rows::default();
+fn rows(ranking: &Ranking<'_>, region: &Region) -> AttractorColumns {
+    let mut rows = AttractorColumns::default();
     let followed = ranking.followed().count() as f64;
     let inside = inside(ranking, region);
     let lost = ranking.labels.iter().filter(|n| **n == Some(0)).count();

@@ -3,7 +3,7 @@
 
 use super::grid::Grid;
 use crate::analysis::Setting;
-use crate::analysis::flow::Motion;
+use crate::analysis::flow::PreparedMotion;
 use crate::interrupt;
 use crate::solve::attractor::basins::{Fate, Patience, Settled, fate, trapped};
 use crate::solve::attractor::{Stop, Stroboscopic};
@@ -230,7 +230,7 @@ impl<'a> Sorting<'a> {
 
 impl<'a> Start<'a> {
     /// Initial state of a motion.
-    pub fn of(motion: &'a Motion) -> Start<'a> {
+    pub fn of(motion: &'a PreparedMotion) -> Start<'a> {
         Start {
             system: &motion.system,
             state: &motion.state,

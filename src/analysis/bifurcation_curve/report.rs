@@ -2,7 +2,7 @@
 
 use super::BifurcationCurve;
 use super::plane::{Axes, Axis};
-use super::trace::{Piece, Traced};
+use super::trace::{CurvePiece, TracedCurve};
 use crate::analysis::Setting;
 use crate::analysis::columns::{float, frequency_axis, integer, states, text};
 use crate::analysis::parameter::Parameter;
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
 /// Pieces with their numbers and kinds, in the order of the results.
-fn numbered(curves: &[Traced]) -> Vec<(usize, CurveKind, &Piece)> {
+fn numbered(curves: &[TracedCurve]) -> Vec<(usize, CurveKind, &CurvePiece)> {
     let pieces = curves.iter().filter_map(|c| Some((c.kind?, &c.pieces)));
     let pieces = pieces.flat_map(|(kind, list)| list.iter().map(move |piece| (kind, piece)));
     pieces
@@ -26,7 +26,7 @@ pub(super) fn assemble(
     keys: &BifurcationCurve,
     setting: &Setting<'_>,
     (axes, marks): (&Axes, &[f64]),
-    curves: &[Traced],
+    curves: &[TracedCurve],
 ) -> Report {
     let mut report = Report {
         tables: tables(setting, (axes, marks), curves),
@@ -39,7 +39,7 @@ pub(super) fn assemble(
         ..Report::default()
     };
     let options = serde_json::to_value(keys).unwrap_or(Value::Null);
-    let one = |curve: &Traced| {
+    let one = |curve: &TracedCurve| {
         json!({
             "kind": curve.kind.map(CurveKind::word),
             "pieces": curve.pieces.len(),
@@ -61,14 +61,14 @@ pub(super) fn assemble(
 }
 
 /// Points of a curve with a verdict.
-fn verdicts(curve: &Traced, verdict: bool) -> usize {
+fn verdicts(curve: &TracedCurve, verdict: bool) -> usize {
     let all = curve.pieces.iter().flat_map(|piece| &piece.confirmed);
     all.filter(|own| **own == Some(verdict)).count()
 }
 
 /// Curves with points that a branch in the first parameter does not meet.
-fn refuted(curves: &[Traced]) -> Vec<String> {
-    let one = |(k, curve): (usize, &Traced)| {
+fn refuted(curves: &[TracedCurve]) -> Vec<String> {
+    let one = |(k, curve): (usize, &TracedCurve)| {
         let (good, bad) = (verdicts(curve, true), verdicts(curve, false));
         (bad > 0).then(|| {
             format!(
@@ -81,7 +81,7 @@ fn refuted(curves: &[Traced]) -> Vec<String> {
 }
 
 /// Events whose place is not known.
-fn unlocated(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Vec<String> {
+fn unlocated(setting: &Setting<'_>, axes: &Axes, curves: &[TracedCurve]) -> Vec<String> {
     let names = &setting.assembly.connections;
     let told = |curve: usize, place: usize, event: &CurveEvent| {
         let what = match event.kind {
@@ -103,7 +103,7 @@ fn unlocated(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Vec<Strin
 }
 
 /// What is missing, if anything is.
-fn ended_early(curves: &[Traced]) -> Option<String> {
+fn ended_early(curves: &[TracedCurve]) -> Option<String> {
     let mut list: Vec<String> = Vec::new();
     for (k, curve) in curves.iter().enumerate() {
         list.extend(curve.failure.clone());
@@ -117,7 +117,7 @@ fn ended_early(curves: &[Traced]) -> Option<String> {
 pub(super) fn tables(
     setting: &Setting<'_>,
     (axes, marks): (&Axes, &[f64]),
-    curves: &[Traced],
+    curves: &[TracedCurve],
 ) -> Vec<Table> {
     let pieces = numbered(curves);
     vec![
@@ -134,7 +134,7 @@ fn reported(axis: &Axis, share: f64) -> f64 {
 fn points(
     setting: &Setting<'_>,
     (axes, marks): (&Axes, &[f64]),
-    pieces: &[(usize, CurveKind, &Piece)],
+    pieces: &[(usize, CurveKind, &CurvePiece)],
 ) -> Table {
     let rows: Vec<(usize, usize, CurveKind, &CurvePoint)> = (pieces.iter())
         .flat_map(|(k, kind, piece)| {
@@ -198,7 +198,7 @@ fn frequency(setting: &Setting<'_>, axes: &Axes, first: &[f64], second: &[f64]) 
     Some(float("frequency_hz", "Hz", values.collect()))
 }
 
-fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &Piece)]) -> Table {
+fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &CurvePiece)]) -> Table {
     let rows: Vec<(usize, usize, CurveKind, &CurveEvent)> = (pieces.iter())
         .flat_map(|(k, kind, piece)| {
             let list = piece.events.iter();
@@ -262,9 +262,9 @@ fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &Piec
 }
 
 /// The second parameter against the first.
-fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[Traced]) -> Figure {
+fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[TracedCurve]) -> Figure {
     let [first, second] = &axes.list;
-    let line = |(k, kind, _): (usize, CurveKind, &Piece)| Curve {
+    let line = |(k, kind, _): (usize, CurveKind, &CurvePiece)| Curve {
         table: String::new(),
         x: "parameter_1".into(),
         y: "parameter_2".into(),

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// A piece of a curve inside the ranges.
 #[derive(Debug, Clone)]
-pub(super) struct Piece {
+pub(super) struct CurvePiece {
     pub points: Vec<CurvePoint>,
     /// Of the points that were located again: whether that led to the same place.
     pub confirmed: Vec<Option<bool>>,
@@ -22,9 +22,9 @@ pub(super) struct Piece {
 }
 
 /// Outcome of a start.
-pub(super) struct Traced {
+pub(super) struct TracedCurve {
     pub kind: Option<CurveKind>,
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<CurvePiece>,
     /// Ends of the two arms: backwards and forwards.
     pub ends: Vec<CurveEnd>,
     /// Reason why there is no curve.
@@ -38,7 +38,7 @@ pub(super) fn all(
     setting: &Setting<'_>,
     axes: &Axes,
     marks: &[f64],
-) -> Result<Vec<Traced>, Error> {
+) -> Result<Vec<TracedCurve>, Error> {
     let flag = interrupt::current();
     let starts = keys.start.list();
     let one = |(key, begin): (String, &super::Begin)| {
@@ -56,8 +56,8 @@ pub(super) fn all(
     starts.into_par_iter().map(one).collect()
 }
 
-fn lost(reason: String) -> Traced {
-    Traced {
+fn lost(reason: String) -> TracedCurve {
+    TracedCurve {
         kind: None,
         pieces: Vec::new(),
         ends: Vec::new(),
@@ -71,7 +71,7 @@ fn both_ways(
     setting: &Setting<'_>,
     (axes, marks): (&Axes, &[f64]),
     (mut problem, spot): (Defining<'_>, Spot),
-) -> Result<Traced, Error> {
+) -> Result<TracedCurve, Error> {
     let options = CurveOptions {
         step: (keys.step, keys.max_step),
         min_step: keys.min_step,
@@ -115,7 +115,7 @@ fn both_ways(
         confirm(&mut problem, &mut pieces, stride, &mut keep_going)?;
     }
     let integrator = problem.into_shots().integrator();
-    Ok(Traced {
+    Ok(TracedCurve {
         kind,
         pieces,
         ends,
@@ -127,7 +127,7 @@ fn both_ways(
 /// Types of the points of a grazing curve.
 fn grazings(
     problem: &mut Defining<'_>,
-    pieces: &mut [Piece],
+    pieces: &mut [CurvePiece],
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Result<(), Error> {
     for piece in pieces {
@@ -151,7 +151,7 @@ const SAME: f64 = 1e-7;
 /// Locates every so many points again along a branch in the first parameter.
 fn confirm(
     problem: &mut Defining<'_>,
-    pieces: &mut [Piece],
+    pieces: &mut [CurvePiece],
     stride: usize,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Result<(), Error> {
@@ -172,7 +172,7 @@ fn confirm(
 }
 
 /// Both arms as one curve, cut where it leaves the ranges.
-fn pieces(mut arms: Vec<Arm>) -> Vec<Piece> {
+fn pieces(mut arms: Vec<Arm>) -> Vec<CurvePiece> {
     let forward = (arms.len() == 2).then(|| arms.pop()).flatten();
     let Some(mut backward) = arms.pop() else {
         return Vec::new();
@@ -186,7 +186,7 @@ fn pieces(mut arms: Vec<Arm>) -> Vec<Piece> {
         }
         backward.events.reverse();
     }
-    let mut whole = Piece {
+    let mut whole = CurvePiece {
         points: backward.points,
         confirmed: Vec::new(),
         events: backward.events,
@@ -202,15 +202,15 @@ fn pieces(mut arms: Vec<Arm>) -> Vec<Piece> {
     cut(whole)
 }
 
-fn cut(whole: Piece) -> Vec<Piece> {
-    let mut pieces: Vec<Piece> = Vec::new();
+fn cut(whole: CurvePiece) -> Vec<CurvePiece> {
+    let mut pieces: Vec<CurvePiece> = Vec::new();
     let mut events = whole.events.into_iter().peekable();
     let mut is_open = false;
     for (k, point) in whole.points.into_iter().enumerate() {
         // Events before this point belong to the piece that leads to it, or to the one that begins with it.
         let is_inside = point.is_inside();
         if is_inside && !is_open {
-            pieces.push(Piece {
+            pieces.push(CurvePiece {
                 points: Vec::new(),
                 confirmed: Vec::new(),
                 events: Vec::new(),
@@ -236,7 +236,7 @@ fn cut(whole: Piece) -> Vec<Piece> {
     pieces
 }
 
-fn keep(pieces: &mut [Piece], is_open: bool, event: CurveEvent) {
+fn keep(pieces: &mut [CurvePiece], is_open: bool, event: CurveEvent) {
     let is_inside = event.spot.p.iter().all(|x| (0.0..=1.0).contains(x));
     if let Some(piece) = pieces.last_mut().filter(|_| is_open && is_inside) {
         piece.events.push((piece.points.len(), event));

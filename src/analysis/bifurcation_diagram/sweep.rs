@@ -26,7 +26,7 @@ const TOGETHER: usize = 16;
 const SHOWN: usize = 4;
 
 /// What to run.
-pub(super) struct Plan {
+pub(super) struct SweepPlan {
     pub parameter: Parameter,
     /// Excitation frequency over omega_c, where it is not the parameter.
     pub at: f64,
@@ -42,7 +42,7 @@ pub(super) struct Plan {
     pub factor: f64,
 }
 
-impl Plan {
+impl SweepPlan {
     /// `parameter`, and `speed_rpm` where it is the frequency and there is a reference shaft.
     pub fn columns(&self, setting: &Setting<'_>, values: &[f64]) -> Vec<Column> {
         let reported = values.iter().map(|x| x * self.factor).collect();
@@ -130,7 +130,7 @@ impl Hints {
 /// The runs with their progress and the reasons why some ended early.
 pub(super) struct Work<'a> {
     setting: &'a Setting<'a>,
-    plan: &'a Plan,
+    plan: &'a SweepPlan,
     total: usize,
     done: AtomicUsize,
     /// Run, position in it, reason: in the order of the results, whichever thread was first.
@@ -138,7 +138,7 @@ pub(super) struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    pub fn new(setting: &'a Setting<'a>, plan: &'a Plan) -> Work<'a> {
+    pub fn new(setting: &'a Setting<'a>, plan: &'a SweepPlan) -> Work<'a> {
         let values: usize = plan.sweeps.iter().map(Vec::len).sum();
         Work {
             setting,

@@ -57,7 +57,7 @@ pub enum Mean {
 
 /// Response of a connection at one amplitude, nondimensional; `None`: it does not move, or no mean carries the force.
 #[derive(Debug, Clone, Copy, Default)]
-struct State {
+struct AmplitudeState {
     mean: Option<f64>,
     mean_force: Option<f64>,
     stiffness: Option<f64>,
@@ -91,9 +91,9 @@ impl Analysis for EffectiveFrequencies {
         })?;
         let shares = (0..self.points).map(|k| k as f64 / (self.points - 1) as f64);
         let goes_on = |_: &f64| !setting.control.is_interrupted();
-        let rows: Vec<Row> = shares
+        let rows: Vec<AmplitudeRow> = shares
             .take_while(goes_on)
-            .map(|share| Row::at(setting, &moving, share))
+            .map(|share| AmplitudeRow::at(setting, &moving, share))
             .collect();
         let mut report = Report {
             tables: vec![table(setting, &moving, &rows)],
@@ -119,20 +119,20 @@ impl Analysis for EffectiveFrequencies {
 }
 
 /// One point.
-struct Row {
+struct AmplitudeRow {
     /// Share of the way from the first to the last amplitude.
     share: f64,
     /// By connection.
-    states: Vec<State>,
+    states: Vec<AmplitudeState>,
     /// Natural frequencies over omega_c with these stiffnesses, ascending.
     frequencies: Vec<f64>,
 }
 
-impl Row {
-    fn at(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Row {
+impl AmplitudeRow {
+    fn at(setting: &Setting<'_>, moving: &[Moving], share: f64) -> AmplitudeRow {
         let states = states(setting, moving, share);
         let slopes: Vec<f64> = states.iter().map(|s| s.slope).collect();
-        Row {
+        AmplitudeRow {
             share,
             frequencies: natural_frequencies(&setting.assembly.system, &slopes),
             states,
@@ -141,7 +141,7 @@ impl Row {
 }
 
 /// `amplitude`, the columns of the connections, `effective_frequency.1..n`: one row per point.
-fn table(setting: &Setting<'_>, moving: &[Moving], rows: &[Row]) -> Table {
+fn table(setting: &Setting<'_>, moving: &[Moving], rows: &[AmplitudeRow]) -> Table {
     let [from, to] = moving.first().map_or([0.0; 2], |m| m.amplitude);
     let amplitude = rows.iter().map(|row| from + (to - from) * row.share);
     let mut columns = vec![amplitude_of(setting, moving).column(amplitude)];
@@ -159,13 +159,13 @@ fn table(setting: &Setting<'_>, moving: &[Moving], rows: &[Row]) -> Table {
 }
 
 /// States of all connections at a share of the way from the first to the last amplitude.
-fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<State> {
+fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<AmplitudeState> {
     let system = &setting.assembly.system;
-    let still = |slope| State {
+    let still = |slope| AmplitudeState {
         slope,
-        ..State::default()
+        ..AmplitudeState::default()
     };
-    let mut list: Vec<State> = system.contact_slopes().into_iter().map(still).collect();
+    let mut list: Vec<AmplitudeState> = system.contact_slopes().into_iter().map(still).collect();
     for m in moving {
         let element = system.mounts()[m.connection].element.as_ref();
         let amplitude = m.amplitude[0] + (m.amplitude[1] - m.amplitude[0]) * share;
@@ -174,7 +174,7 @@ fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<State> {
             Held::Force(force) => mean_for_force(element, amplitude, force),
         };
         let given = mean.map(|mean| describing_function(element, mean, amplitude));
-        list[m.connection] = State {
+        list[m.connection] = AmplitudeState {
             mean,
             mean_force: given.map(|d| d.mean_force),
             stiffness: given.and_then(|d| d.stiffness),
@@ -185,10 +185,10 @@ fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<State> {
 }
 
 /// `mean.c.., force_mean.c.., effective_stiffness.c..`.
-fn connection_columns(setting: &Setting<'_>, rows: &[Row]) -> Vec<Column> {
+fn connection_columns(setting: &Setting<'_>, rows: &[AmplitudeRow]) -> Vec<Column> {
     type Part<'p> = (
         &'p dyn Fn(usize, &str) -> Heading,
-        fn(&State) -> Option<f64>,
+        fn(&AmplitudeState) -> Option<f64>,
     );
     let units = setting.units();
     let parts: [Part<'_>; 3] = [
@@ -221,12 +221,12 @@ fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> Heading {
 }
 
 /// Amplitudes at which no mean displacement carries the mean force of a connection.
-fn lost(moving: &Moving, rows: &[Row]) -> usize {
-    let is_lost = |row: &&Row| row.states[moving.connection].mean.is_none();
+fn lost(moving: &Moving, rows: &[AmplitudeRow]) -> usize {
+    let is_lost = |row: &&AmplitudeRow| row.states[moving.connection].mean.is_none();
     rows.iter().filter(is_lost).count()
 }
 
-fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[Row]) -> Vec<String> {
+fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[AmplitudeRow]) -> Vec<String> {
     let mut list = Vec::new();
     for m in moving {
         let name = &setting.assembly.connections[m.connection];

@@ -80,7 +80,7 @@ impl EffectiveFrequencies {
         };
         let [from, to] = [0, 1].map(|k| {
             let (key, written) = (format!("amplitude.{k}"), &self.amplitude[k]);
-            number(key, written, Kind::Amplitude)
+            number(key, written, NumberKind::Amplitude)
         });
         let name = &setting.assembly.connections[connection];
         let held = match means {
@@ -91,8 +91,8 @@ impl EffectiveFrequencies {
                     Mean::Each(map) => (format!("{key}.{name}"), map.get(name)),
                 };
                 let (kind, held): (_, fn(f64) -> Held) = match key {
-                    "mean_force" => (Kind::Force, Held::Force),
-                    _ => (Kind::Displacement, Held::Displacement),
+                    "mean_force" => (NumberKind::Force, Held::Force),
+                    _ => (NumberKind::Displacement, Held::Displacement),
                 };
                 match written {
                     Some(quantity) => number(path, quantity, kind).map(held),
@@ -126,7 +126,7 @@ fn unknown(names: &[String], key: &str, name: &String) -> Option<Fault> {
 
 /// Dimension of a written number.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum NumberKind {
     Amplitude,
     Displacement,
     Force,
@@ -137,7 +137,7 @@ fn nondimensional(
     setting: &Setting<'_>,
     connection: usize,
     quantity: &Quantity,
-    kind: Kind,
+    kind: NumberKind,
 ) -> Result<f64, String> {
     let scales = &setting.assembly.scales;
     let (l, k) = (
@@ -146,8 +146,8 @@ fn nondimensional(
     );
     let (unit, force) = setting.model.units_of(connection);
     let (wanted, scale) = match (kind, unit) {
-        (Kind::Force, _) if force == "N m" => (UnitDimension::MOMENT, k * l),
-        (Kind::Force, _) => (UnitDimension::FORCE, k * l),
+        (NumberKind::Force, _) if force == "N m" => (UnitDimension::MOMENT, k * l),
+        (NumberKind::Force, _) => (UnitDimension::FORCE, k * l),
         (_, "rad") => (UnitDimension::ANGLE, l),
         _ => (UnitDimension::LENGTH, l),
     };
@@ -165,7 +165,7 @@ fn nondimensional(
             value / scale
         }
     };
-    if kind == Kind::Amplitude && value < 0.0 {
+    if kind == NumberKind::Amplitude && value < 0.0 {
         return Err(format!("{} must be >= 0", quantity.text));
     }
     Ok(value)

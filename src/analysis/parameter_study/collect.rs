@@ -166,7 +166,7 @@ impl Collector {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let found = Found { column, by };
+        let found = CollectedColumns { column, by };
         let (reduce, unit, values) = found
             .rule(written, setting)
             .map_err(|(key, message)| vec![fault(key, message)])?;
@@ -239,12 +239,12 @@ impl Collector {
 }
 
 /// The columns that a quantity is about.
-struct Found<'a> {
+struct CollectedColumns<'a> {
     column: Option<&'a Column>,
     by: Option<&'a Column>,
 }
 
-impl Found<'_> {
+impl CollectedColumns<'_> {
     /// The rule, and unit and kind of its results.
     fn rule(
         &self,

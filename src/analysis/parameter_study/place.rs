@@ -12,7 +12,7 @@ use crate::yaml::{Node, Value};
 
 /// Destination of a value.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum Destination {
     /// A number of the model, by its full path.
     Model(String),
     /// A key of the analysis that runs.
@@ -117,7 +117,7 @@ impl Target {
     ///
     /// # Errors
     /// A path that leads nowhere, or a short form of several.
-    pub fn place(&self, setting: &Setting<'_>, written: &str) -> Result<Place, String> {
+    pub fn place(&self, setting: &Setting<'_>, written: &str) -> Result<Destination, String> {
         let in_place = format!("analyses.{}.analysis.", setting.name);
         let by_name = self.name.as_ref().map(|name| format!("analyses.{name}."));
         let fronts = [Some("analysis.".to_string()), Some(in_place), by_name];
@@ -128,19 +128,19 @@ impl Target {
                 key if COMMON_KEYS.contains(&key) || key.starts_with("set.") => Err(format!(
                     "`{key}` is not a setting of the analysis; name the path itself"
                 )),
-                key => Ok(Place::Analysis(key.into())),
+                key => Ok(Destination::Analysis(key.into())),
             };
         }
         if written.starts_with("analyses.") {
             return Err("only settings of the analysis that the study runs can vary".into());
         }
         match written {
-            "frequency" if self.own.get("at").is_some() => Ok(Place::Analysis("at".into())),
+            "frequency" if self.own.get("at").is_some() => Ok(Destination::Analysis("at".into())),
             "frequency" => Err(format!(
                 "`{}` does not run at one frequency; vary its own keys, such as `analysis.from`",
                 self.kind
             )),
-            _ => setting.model.path_of(written).map(Place::Model),
+            _ => setting.model.path_of(written).map(Destination::Model),
         }
     }
 }
@@ -159,8 +159,8 @@ pub(super) fn link(
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     for direction in directions {
         let path = match &direction.place {
-            Place::Model(path) => path,
-            Place::Analysis(_) => &direction.column.name,
+            Destination::Model(path) => path,
+            Destination::Analysis(_) => &direction.column.name,
         };
         let twins = setting.model.resolve(path);
         let twins = twins.map_or(Vec::new(), |knob| knob.followers().to_vec());

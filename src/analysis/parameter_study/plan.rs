@@ -2,9 +2,9 @@
 
 use super::ParameterStudy;
 use super::collect::Collector;
-use super::place::{Place, Target};
+use super::place::{Destination, Target};
 use super::space::{Coordinate, Direction, Space};
-use super::watch::Watch;
+use super::watch::RunWatch;
 use crate::analysis::cost::Cost;
 use crate::analysis::parameter::{rebuild, said};
 use crate::analysis::{Analysis, Control, Fault, Setting, panicked};
@@ -107,7 +107,7 @@ impl<'a> Plan<'a> {
             return Err(faults);
         }
         let identity = identity(study, &target, &columns);
-        let is_varied = |d: &Direction| d.place == Place::Analysis(MAX_POINTS.into());
+        let is_varied = |d: &Direction| d.place == Destination::Analysis(MAX_POINTS.into());
         let limits_points =
             target.own.get(MAX_POINTS).is_some() && !space.directions.iter().any(is_varied);
         Ok(Plan {
@@ -218,7 +218,7 @@ impl Worker<'_> {
     /// A run by its number; `None` when it was interrupted.
     pub fn run(&mut self, run: u64) -> Option<Row> {
         let plan = self.plan;
-        let watch = Watch::new(plan.setting.control);
+        let watch = RunWatch::new(plan.setting.control);
         if watch.is_interrupted() {
             return None;
         }
@@ -254,7 +254,7 @@ impl Worker<'_> {
     }
 
     /// The report of a run, or why there is none.
-    fn outcome(&mut self, values: &[Coordinate], watch: &Watch<'_>) -> Result<Report, String> {
+    fn outcome(&mut self, values: &[Coordinate], watch: &RunWatch<'_>) -> Result<Report, String> {
         let prepared = self.prepare(values)?;
         let setting = self.setting(&prepared, watch);
         let analysis = self.analysis(&prepared);
@@ -280,11 +280,11 @@ impl Worker<'_> {
         for (direction, value) in self.plan.space.directions.iter().zip(values) {
             let node = direction.node(value);
             let set = match &direction.place {
-                Place::Model(path) => {
+                Destination::Model(path) => {
                     changes_model = true;
                     self.root.set(path, node)
                 }
-                Place::Analysis(path) => {
+                Destination::Analysis(path) => {
                     changes_analysis = true;
                     self.own.set(path, node)
                 }

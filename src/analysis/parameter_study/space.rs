@@ -1,6 +1,6 @@
 //! From the number of a run to the values of its parameters.
 
-use super::place::{Place, Target, link};
+use super::place::{Destination, Target, link};
 use super::sample::{Draw, Inverse};
 use super::settings::{Axis, Given, Range, Spacing};
 use super::{ParameterStudy, Sample};
@@ -15,7 +15,7 @@ use indexmap::IndexMap;
 #[derive(Debug, Clone)]
 pub(super) struct Direction {
     /// Destinations of its values.
-    pub place: Place,
+    pub place: Destination,
     /// Its column: name as written, SI unit, no values.
     pub column: Column,
     /// Unit that its values are written with; `None`: bare numbers.
@@ -41,14 +41,14 @@ pub(super) struct Space {
 
 #[derive(Debug)]
 enum Layout {
-    Grid(Vec<Line>),
+    Grid(Vec<GridValues>),
     List(Vec<Vec<Coordinate>>),
     Sample(Draw, Vec<Inverse>),
 }
 
 /// Values along one direction of a grid.
 #[derive(Debug)]
-enum Line {
+enum GridValues {
     Listed(Vec<Coordinate>),
     Even(Range),
 }
@@ -66,7 +66,7 @@ impl Space {
         setting: &Setting<'_>,
         target: &Target,
     ) -> Result<Space, Vec<Fault>> {
-        let mut reader = Reader {
+        let mut reader = DirectionReader {
             setting,
             target,
             directions: Vec::new(),
@@ -83,7 +83,7 @@ impl Space {
         };
         let linked = link(&mut reader.directions, setting, &study.link);
         reader.faults.extend(linked.err());
-        let Reader {
+        let DirectionReader {
             directions, faults, ..
         } = reader;
         match layout {
@@ -143,13 +143,13 @@ impl Space {
                 for (k, line) in lines.iter().enumerate() {
                     let key = format!("grid.{}", name(k));
                     match line {
-                        Line::Listed(values) => list.extend(
+                        GridValues::Listed(values) => list.extend(
                             values
                                 .iter()
                                 .enumerate()
                                 .map(|(i, value)| (format!("{key}.{i}"), at(k, value.clone()))),
                         ),
-                        Line::Even(range) => {
+                        GridValues::Even(range) => {
                             list.push((format!("{key}.from"), at(k, line.value(0))));
                             list.push((format!("{key}.to"), at(k, line.value(range.points - 1))));
                         }
@@ -171,18 +171,18 @@ impl Space {
     }
 }
 
-impl Line {
+impl GridValues {
     fn length(&self) -> u64 {
         match self {
-            Line::Listed(list) => list.len() as u64,
-            Line::Even(range) => range.points,
+            GridValues::Listed(list) => list.len() as u64,
+            GridValues::Even(range) => range.points,
         }
     }
 
     fn value(&self, k: u64) -> Coordinate {
         let range = match self {
-            Line::Listed(list) => return list[k as usize].clone(),
-            Line::Even(range) => range,
+            GridValues::Listed(list) => return list[k as usize].clone(),
+            GridValues::Even(range) => range,
         };
         let (from, to, last) = (range.from.value, range.to.value, range.points - 1);
         let share = k as f64 / last as f64;
@@ -227,14 +227,14 @@ impl Direction {
 }
 
 /// Reads the directions one after another.
-struct Reader<'a> {
+struct DirectionReader<'a> {
     setting: &'a Setting<'a>,
     target: &'a Target,
     directions: Vec<Direction>,
     faults: Vec<Fault>,
 }
 
-impl Reader<'_> {
+impl DirectionReader<'_> {
     fn refuse<T>(&mut self, key: impl Into<String>, message: impl Into<String>) -> Option<T> {
         self.faults.push(Fault::new(key, message));
         None
@@ -253,7 +253,7 @@ impl Reader<'_> {
             };
             lines.extend(line);
         }
-        let product = |n: Option<u64>, line: &Line| n?.checked_mul(line.length());
+        let product = |n: Option<u64>, line: &GridValues| n?.checked_mul(line.length());
         match lines.iter().fold(Some(1), product) {
             Some(runs) if runs <= MOST_RUNS => Some((Layout::Grid(lines), runs)),
             _ => self.refuse(
@@ -268,7 +268,7 @@ impl Reader<'_> {
         path: &str,
         key: &str,
         list: impl Iterator<Item = (usize, &'g Given)> + Clone,
-    ) -> Option<Line> {
+    ) -> Option<GridValues> {
         let texts = list.clone().map(|(_, given)| given);
         let has_words = texts.clone().any(|g| matches!(g, Given::Word(_)));
         if texts.clone().next().is_none() {
@@ -289,10 +289,10 @@ impl Reader<'_> {
             Given::Quantity(quantity) if !has_words => Coordinate::Number(quantity.value),
             given => Coordinate::Word(given.text().to_owned()),
         };
-        Some(Line::Listed(texts.map(coordinate).collect()))
+        Some(GridValues::Listed(texts.map(coordinate).collect()))
     }
 
-    fn even(&mut self, path: &str, key: &str, range: &Range) -> Option<Line> {
+    fn even(&mut self, path: &str, key: &str, range: &Range) -> Option<GridValues> {
         let ends = [
             (format!("{key}.from"), &range.from),
             (format!("{key}.to"), &range.to),
@@ -311,7 +311,7 @@ impl Reader<'_> {
             let message = "logarithmic spacing needs two ends of one sign, neither of them 0";
             return self.refuse(format!("{key}.spacing"), message);
         }
-        Some(Line::Even(range.clone()))
+        Some(GridValues::Even(range.clone()))
     }
 
     fn list(&mut self, rows: &[IndexMap<String, Given>]) -> Option<(Layout, u64)> {
@@ -333,7 +333,7 @@ impl Reader<'_> {
         let mut columns = Vec::new();
         for path in first.keys() {
             let column = rows.iter().enumerate().map(|(k, row)| (k, &row[path]));
-            if let Some(Line::Listed(values)) = self.listed(path, "list", column) {
+            if let Some(GridValues::Listed(values)) = self.listed(path, "list", column) {
                 columns.push(values);
             }
         }
@@ -411,10 +411,10 @@ impl Reader<'_> {
 /// setting of an analysis may mean something else by it.
 fn common_dimension(
     quantities: &[(String, &Quantity)],
-    place: &Place,
+    place: &Destination,
 ) -> (Option<UnitDimension>, Option<Fault>) {
     let dimension = quantities.iter().find_map(|(_, q)| q.dimension);
-    let takes_bare = dimension.is_none() || matches!(place, Place::Model(_));
+    let takes_bare = dimension.is_none() || matches!(place, Destination::Model(_));
     let agrees = |q: &Quantity| match q.dimension {
         None => takes_bare,
         found => found == dimension,

@@ -5,15 +5,15 @@ use crate::interrupt::Interrupt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Hands the interruption on to a run, and remembers whether the run has heard of it: one that has not is complete.
-pub(super) struct Watch<'a> {
+pub(super) struct RunWatch<'a> {
     control: &'a dyn Control,
     spoke: AtomicBool,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> RunWatch<'a> {
     /// Of a run that is about to start.
-    pub fn new(control: &'a dyn Control) -> Watch<'a> {
-        Watch {
+    pub fn new(control: &'a dyn Control) -> RunWatch<'a> {
+        RunWatch {
             control,
             spoke: AtomicBool::new(false),
         }
@@ -25,7 +25,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-impl Control for Watch<'_> {
+impl Control for RunWatch<'_> {
     fn interrupt(&self) -> Interrupt {
         self.control.interrupt()
     }

@@ -41,7 +41,7 @@ impl Judged {
 }
 
 /// What is known of one point.
-struct Row {
+struct PointErrors {
     branch: usize,
     point: usize,
     lambda: f64,
@@ -55,7 +55,7 @@ struct Row {
 
 /// The errors of all points.
 #[derive(Default)]
-pub(super) struct Accuracies(Vec<Row>);
+pub(super) struct Accuracies(Vec<PointErrors>);
 
 /// Whether a run judges its points.
 pub(super) fn is_asked_for(settings: &BranchSettings) -> bool {
@@ -72,7 +72,7 @@ struct Judge<'a> {
 
 impl Judge<'_> {
     /// Against the flow's orbit.
-    fn by_flow(&self, point: &BranchPoint, row: &verify::Row) -> Judged {
+    fn by_flow(&self, point: &BranchPoint, row: &verify::FlowRow) -> Judged {
         let of = |measure| recorded(self.swept, point, measure);
         let pairs = of("rms").into_iter().zip(of("rms_velocity"));
         let rms: Vec<Rms> = pairs
@@ -181,7 +181,7 @@ impl Accuracies {
                 Some(row) => judge.by_flow(accepted, row),
                 None => judge.by_series(accepted, &estimate, larger.orbit(u, lambda)?),
             };
-            self.0.push(Row {
+            self.0.push(PointErrors {
                 branch,
                 point,
                 lambda,
@@ -200,8 +200,9 @@ impl Accuracies {
 
     /// One row per point.
     pub fn table(&self, settings: &BranchSettings, swept: &Swept<'_>) -> Table {
-        let of = |f: &dyn Fn(&Row) -> f64| self.0.iter().map(f).collect::<Vec<f64>>();
-        let count = |f: &dyn Fn(&Row) -> usize| self.0.iter().map(|r| f(r) as i64).collect();
+        let of = |f: &dyn Fn(&PointErrors) -> f64| self.0.iter().map(f).collect::<Vec<f64>>();
+        let count =
+            |f: &dyn Fn(&PointErrors) -> usize| self.0.iter().map(|r| f(r) as i64).collect();
         let mut columns = vec![
             integer("branch", count(&|r| r.branch)),
             integer("point", count(&|r| r.point)),
@@ -214,16 +215,17 @@ impl Accuracies {
             float("truncation", "", of(&|r| r.estimate.truncation)),
         ];
         for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
-            let error = |r: &Row| r.judged.errors[k].displacement.abs();
+            let error = |r: &PointErrors| r.judged.errors[k].displacement.abs();
             columns.push(heading.prefixed("error_").column(of(&error)));
         }
         for (k, name) in swept.setting.assembly.connections.iter().enumerate() {
-            let error = |r: &Row| (r.judged.errors[k].velocity / r.judged.rms[k].velocity).abs();
+            let error =
+                |r: &PointErrors| (r.judged.errors[k].velocity / r.judged.rms[k].velocity).abs();
             let name = format!("error_rms_velocity.{name}");
             columns.push(float(name, "", of(&error)));
         }
         for (k, (_, heading)) in main(swept, "force_max").into_iter().enumerate() {
-            let error = |r: &Row| r.judged.force[k].1.abs();
+            let error = |r: &PointErrors| r.judged.force[k].1.abs();
             columns.push(heading.prefixed("error_").column(of(&error)));
         }
         columns.push(float(
@@ -244,17 +246,18 @@ impl Accuracies {
 
     /// What the convergence check says.
     fn check_columns(&self, swept: &Swept<'_>) -> Vec<Column> {
-        let of = |f: &dyn Fn(&Row) -> f64| self.0.iter().map(f).collect::<Vec<f64>>();
-        let converged = |r: &Row| r.check.as_ref().is_some_and(|c| c.outcome.is_converged());
+        let of = |f: &dyn Fn(&PointErrors) -> f64| self.0.iter().map(f).collect::<Vec<f64>>();
+        let converged =
+            |r: &PointErrors| r.check.as_ref().is_some_and(|c| c.outcome.is_converged());
         let converged = self.0.iter().map(|r| converged(r).into()).collect();
         let mut columns = vec![integer("check_converged", converged)];
         for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
-            let first = |r: &Row| r.checked(k).map_or(f64::NAN, |c| c.first);
+            let first = |r: &PointErrors| r.checked(k).map_or(f64::NAN, |c| c.first);
             columns.push(heading.prefixed("check_").column(of(&first)));
         }
         for (k, name) in swept.setting.assembly.connections.iter().enumerate() {
-            let difference = |r: &Row| r.checked(k).map_or(f64::NAN, |c| c.difference);
-            let truncation = |r: &Row| r.checked(k).map_or(f64::NAN, |c| c.truncation);
+            let difference = |r: &PointErrors| r.checked(k).map_or(f64::NAN, |c| c.difference);
+            let truncation = |r: &PointErrors| r.checked(k).map_or(f64::NAN, |c| c.truncation);
             columns.push(float(
                 format!("check_difference.{name}"),
                 "",
@@ -301,7 +304,7 @@ impl Accuracies {
             (few, many) if few == many => format!("{few} harmonics"),
             (few, many) => format!("{few} to {many} harmonics"),
         };
-        let checked: Vec<&Row> = self.0.iter().filter(|r| r.check.is_some()).collect();
+        let checked: Vec<&PointErrors> = self.0.iter().filter(|r| r.check.is_some()).collect();
         let check = match largest(checked.iter().flat_map(|r| r.differences())) {
             Some(difference) => format!(
                 "; with twice the harmonics, reported from the first half, they change by {difference:.1e} at most"
@@ -318,7 +321,7 @@ impl Accuracies {
     /// Warning if the largest number of harmonics is insufficient: number of points and range of values.
     pub fn complaint(&self, settings: &BranchSettings, swept: &Swept<'_>) -> Option<String> {
         let resolution = settings.resolution()?;
-        let fails = |r: &&Row| r.along > resolution.tolerance;
+        let fails = |r: &&PointErrors| r.along > resolution.tolerance;
         let failing: Vec<f64> = self.0.iter().filter(fails).map(|r| r.lambda).collect();
         let low = failing.iter().copied().reduce(f64::min)?;
         let high = failing.iter().copied().reduce(f64::max)?;
@@ -346,7 +349,7 @@ impl Accuracies {
         list
     }
 
-    fn worst(&self) -> Option<&Row> {
+    fn worst(&self) -> Option<&PointErrors> {
         let known = self.0.iter().filter(|r| r.judged.largest().is_finite());
         known.max_by(|a, b| a.judged.largest().total_cmp(&b.judged.largest()))
     }
@@ -397,7 +400,7 @@ struct Checked {
     truncation: f64,
 }
 
-impl Row {
+impl PointErrors {
     fn checked(&self, connection: usize) -> Option<Checked> {
         let check = self.check.as_ref().filter(|c| c.outcome.is_converged())?;
         let all = check.rms[connection].displacement;

@@ -102,7 +102,7 @@ pub(super) struct Origin {
 }
 
 /// A place at which another branch begins.
-pub(super) struct Crossing {
+pub(super) struct BranchCrossing {
     branch: usize,
     event: usize,
     place: Place,
@@ -112,7 +112,7 @@ pub(super) struct Crossing {
 
 /// The crossings of the branches of one method.
 #[derive(Default)]
-pub(super) struct Crossings(Vec<Crossing>);
+pub(super) struct Crossings(Vec<BranchCrossing>);
 
 impl Crossings {
     /// Their places.
@@ -153,7 +153,7 @@ impl Crossings {
             if let Some(twin) = twin {
                 self.0[twin].is_taken = true;
             }
-            self.0.push(Crossing {
+            self.0.push(BranchCrossing {
                 branch,
                 event,
                 place,
@@ -164,7 +164,7 @@ impl Crossings {
     }
 
     fn is_open(&self, branch: usize, event: usize) -> bool {
-        let here = |c: &&Crossing| c.branch == branch && c.event == event;
+        let here = |c: &&BranchCrossing| c.branch == branch && c.event == event;
         self.0.iter().find(here).is_some_and(|c| !c.is_taken)
     }
 }

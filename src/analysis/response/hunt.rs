@@ -4,7 +4,7 @@
 //! periods, which finds what attracts. Solutions are told apart by the exact flow, so that truncation makes no two of one.
 
 use super::report::Delivered;
-use super::starts::{Search, Starts};
+use super::starts::{StartSearch, Starts};
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::flow;
 use crate::error::{Error, SolveError};
@@ -39,7 +39,7 @@ const PATIENCE: usize = 300;
 const FEWEST: usize = 200;
 
 /// A solution that a start led to.
-pub(super) struct Found {
+pub(super) struct FoundSolution {
     /// Description of the start.
     pub origin: String,
     state: DVector<f64>,
@@ -90,9 +90,9 @@ impl<'a> Hunt<'a> {
         &mut self,
         starts: &Starts,
         (method, value): (Method, usize),
-    ) -> Result<(Search, Vec<Found>), Error> {
-        let mut search = Search::new(method, self.lambda);
-        let (mut found, mut shorter) = (Vec::<Found>::new(), Vec::<Place>::new());
+    ) -> Result<(StartSearch, Vec<FoundSolution>), Error> {
+        let mut search = StartSearch::new(method, self.lambda);
+        let (mut found, mut shorter) = (Vec::<FoundSolution>::new(), Vec::<Place>::new());
         let place = self.swept.place(self.lambda);
         for start in 0..starts.count {
             if self.swept.setting.control.is_interrupted() {
@@ -120,7 +120,7 @@ impl<'a> Hunt<'a> {
                     1 => format!("{origin}, after 1 period"),
                     _ => format!("{origin}, after {periods} periods"),
                 };
-                found.push(Found {
+                found.push(FoundSolution {
                     origin,
                     state,
                     place: orbit,
@@ -146,9 +146,12 @@ impl<'a> Hunt<'a> {
     }
 
     /// The solution near a state.
-    pub(super) fn near(&mut self, state: DVector<f64>) -> Result<Option<Found>, SolveError> {
+    pub(super) fn near(
+        &mut self,
+        state: DVector<f64>,
+    ) -> Result<Option<FoundSolution>, SolveError> {
         let refined = self.refined(state)?;
-        Ok(refined.map(|(state, place)| Found {
+        Ok(refined.map(|(state, place)| FoundSolution {
             origin: String::new(),
             state,
             place,
@@ -160,17 +163,17 @@ impl<'a> Hunt<'a> {
         &mut self,
         method: Method,
         unknowns: &DVector<f64>,
-    ) -> Result<Vec<Found>, Error> {
+    ) -> Result<Vec<FoundSolution>, Error> {
         let state = self.state(method, unknowns)?;
         let mut guesses = self.guesses(state.as_slice().to_vec())?;
         guesses.reverse();
-        let mut list = Vec::<Found>::new();
+        let mut list = Vec::<FoundSolution>::new();
         for guess in guesses {
             let Some((state, place)) = self.refined(guess)? else {
                 continue;
             };
             if list.iter().all(|f| f.place.gap(&place) >= SAME_ORBIT) {
-                list.push(Found {
+                list.push(FoundSolution {
                     origin: String::new(),
                     state,
                     place,
@@ -251,7 +254,7 @@ impl<'a> Hunt<'a> {
     pub(super) fn is_known(
         &mut self,
         delivered: &[Delivered],
-        found: &Found,
+        found: &FoundSolution,
     ) -> Result<bool, SolveError> {
         let fresh = &delivered[self.seen..];
         self.seen = delivered.len();
@@ -272,7 +275,7 @@ impl<'a> Hunt<'a> {
     pub(super) fn unknowns(
         &mut self,
         method: Method,
-        found: &Found,
+        found: &FoundSolution,
     ) -> Result<Option<DVector<f64>>, Error> {
         if method == Method::Shooting {
             return Ok(Some(found.state.clone()));

@@ -6,7 +6,7 @@ use super::orbits::OrbitTable;
 use super::verify::Verification;
 use super::{BranchSettings, Method, ResponseTable, Swept};
 use crate::analysis::branch_figure;
-use crate::analysis::branch_table::{self, Traced};
+use crate::analysis::branch_table::{self, TracedMethod};
 use crate::analysis::columns::{float, integer, text};
 use crate::analysis::event_table;
 use crate::analysis::multiplier_table;
@@ -172,9 +172,9 @@ pub(super) fn assemble(
     accuracies: Option<(&BranchSettings, &Accuracies)>,
 ) -> Report {
     let setting = swept.setting;
-    let traced: Vec<Traced<'_>> = delivered
+    let traced: Vec<TracedMethod<'_>> = delivered
         .iter()
-        .map(|d| Traced {
+        .map(|d| TracedMethod {
             points: &d.points,
             events: &d.events,
             refuted: &d.refuted,

@@ -109,7 +109,7 @@ impl BranchSettings {
 }
 
 /// What the starts at one value led to.
-pub(super) struct Search {
+pub(super) struct StartSearch {
     pub method: Method,
     pub lambda: f64,
     pub guesses: usize,
@@ -125,10 +125,10 @@ pub(super) struct Search {
     pub followed: usize,
 }
 
-impl Search {
+impl StartSearch {
     /// Nothing yet.
-    pub fn new(method: Method, lambda: f64) -> Search {
-        Search {
+    pub fn new(method: Method, lambda: f64) -> StartSearch {
+        StartSearch {
             method,
             lambda,
             guesses: 0,
@@ -155,7 +155,7 @@ impl Search {
     }
 
     fn message(&self, swept: &Swept<'_>) -> String {
-        let Search {
+        let StartSearch {
             guesses,
             converged,
             solutions,
@@ -182,7 +182,7 @@ impl Search {
 }
 
 /// Says what the starts led to.
-pub(super) fn report(searches: &[Search], swept: &Swept<'_>, report: &mut Report) {
+pub(super) fn report(searches: &[StartSearch], swept: &Swept<'_>, report: &mut Report) {
     let values = searches.iter().map(|s| s.as_value(swept));
     report.summary.insert("starts".into(), values.collect());
     for search in searches {

@@ -38,7 +38,7 @@ pub(in crate::analysis) struct Swept<'a> {
     pub orders: Vec<f64>,
     stability: bool,
     subharmonic: usize,
-    kind: Kind,
+    kind: SweptKind,
     /// Headings of the values recorded at every point, each with its table, as soon as they are asked for.
     headings: OnceLock<Vec<(ResponseTable, Heading)>>,
 }
@@ -48,7 +48,7 @@ const OUTSIDE: f64 = 1e-9;
 /// A share of the range that is not a special value.
 const INSIDE: f64 = 0.618_033_988_749_894_9;
 
-enum Kind {
+enum SweptKind {
     /// The factor makes rad/s of omega/omega_c in SI reports.
     Frequency {
         factor: f64,
@@ -111,7 +111,7 @@ impl<'a> Swept<'a> {
             self.system(lambda)
                 .is_ok_and(|s| s.mounts().iter().any(gap))
         };
-        let varies = !matches!(self.kind, Kind::Frequency { .. });
+        let varies = !matches!(self.kind, SweptKind::Frequency { .. });
         written.iter().any(gap) || (varies && (at(self.range.0) || at(self.range.1)))
     }
 
@@ -142,7 +142,7 @@ impl<'a> Swept<'a> {
             stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: match parameter {
-                Parameter::Frequency(followers) if !followers.is_empty() => Kind::Linked {
+                Parameter::Frequency(followers) if !followers.is_empty() => SweptKind::Linked {
                     factor,
                     ties: Ties {
                         followers,
@@ -150,7 +150,7 @@ impl<'a> Swept<'a> {
                         range,
                     },
                 },
-                _ => Kind::Frequency { factor },
+                _ => SweptKind::Frequency { factor },
             },
             headings: OnceLock::new(),
         })
@@ -192,7 +192,7 @@ impl<'a> Swept<'a> {
             orders: orders(setting, settings)?,
             stability: settings.stability,
             subharmonic: settings.subharmonic,
-            kind: Kind::Number(track),
+            kind: SweptKind::Number(track),
             headings: OnceLock::new(),
         })
     }
@@ -200,8 +200,8 @@ impl<'a> Swept<'a> {
     /// Width in lambda down to which changes of stability are looked for; `share`: relative to the parameter.
     pub fn resolution(&self, share: f64) -> Resolution {
         let zero = match &self.kind {
-            Kind::Frequency { .. } | Kind::Linked { .. } => 0.0,
-            Kind::Number(track) => -track.ends.0 / (track.ends.1 - track.ends.0),
+            SweptKind::Frequency { .. } | SweptKind::Linked { .. } => 0.0,
+            SweptKind::Number(track) => -track.ends.0 / (track.ends.1 - track.ends.0),
         };
         Resolution {
             share,
@@ -224,16 +224,16 @@ impl<'a> Swept<'a> {
     /// There is no system at its beginning.
     pub fn family_for(&self, subharmonic: usize) -> Result<Box<dyn Family + '_>, SolveError> {
         Ok(match &self.kind {
-            Kind::Frequency { .. } => {
+            SweptKind::Frequency { .. } => {
                 let mut system = self.setting.assembly.system.clone();
                 system.set_subharmonic(subharmonic);
                 Box::new(FrequencyFamily::new(system))
             }
-            Kind::Linked { ties, .. } => {
+            SweptKind::Linked { ties, .. } => {
                 let from = self.range.0;
                 Box::new(ModelFamily::new(self.setting, ties, (from, subharmonic))?)
             }
-            Kind::Number(track) => {
+            SweptKind::Number(track) => {
                 Box::new(ModelFamily::new(self.setting, track, (0.0, subharmonic))?)
             }
         })
@@ -242,14 +242,14 @@ impl<'a> Swept<'a> {
     /// The model at lambda with its assembly.
     fn model(&self, lambda: f64) -> Result<(Cow<'a, Model>, Cow<'a, Assembly>), String> {
         let road: &dyn Road = match &self.kind {
-            Kind::Frequency { .. } => {
+            SweptKind::Frequency { .. } => {
                 let Setting {
                     model, assembly, ..
                 } = self.setting;
                 return Ok((Cow::Borrowed(model), Cow::Borrowed(assembly)));
             }
-            Kind::Linked { ties, .. } => ties,
-            Kind::Number(track) => track,
+            SweptKind::Linked { ties, .. } => ties,
+            SweptKind::Number(track) => track,
         };
         let found = Variation::new(self.setting, road.knobs()).at(&road.values(lambda));
         let (model, assembly) = found.map_err(|list| joined(&list))?;
@@ -301,8 +301,8 @@ impl<'a> Swept<'a> {
     /// Excitation frequency over omega_c.
     pub fn excitation(&self, lambda: f64) -> f64 {
         match &self.kind {
-            Kind::Frequency { .. } | Kind::Linked { .. } => lambda,
-            Kind::Number(track) => track.at,
+            SweptKind::Frequency { .. } | SweptKind::Linked { .. } => lambda,
+            SweptKind::Number(track) => track.at,
         }
     }
 
@@ -313,10 +313,10 @@ impl<'a> Swept<'a> {
     pub fn saved(&self, point: &SavedPoint) -> Result<(f64, Vec<f64>), String> {
         let row = point.read()?;
         let lambda = match &self.kind {
-            Kind::Frequency { .. } | Kind::Linked { .. } => {
+            SweptKind::Frequency { .. } | SweptKind::Linked { .. } => {
                 row.value(self.setting, &Parameter::Frequency(Vec::new()))?
             }
-            Kind::Number(track) => {
+            SweptKind::Number(track) => {
                 let parameter = Parameter::Number(Box::new(track.knob.clone()));
                 let value = row.value(self.setting, &parameter)?;
                 (value - track.ends.0) / (track.ends.1 - track.ends.0)
@@ -344,32 +344,34 @@ impl<'a> Swept<'a> {
     /// The reported value of the parameter.
     pub fn value(&self, lambda: f64) -> f64 {
         match &self.kind {
-            Kind::Frequency { factor } | Kind::Linked { factor, .. } => lambda * factor,
-            Kind::Number(track) => track.value(lambda),
+            SweptKind::Frequency { factor } | SweptKind::Linked { factor, .. } => lambda * factor,
+            SweptKind::Number(track) => track.value(lambda),
         }
     }
 
     /// The path of a varied number as the user wrote it; `None` for the frequency.
     pub fn written(&self) -> Option<&str> {
         match &self.kind {
-            Kind::Frequency { .. } | Kind::Linked { .. } => None,
-            Kind::Number(track) => Some(&track.written),
+            SweptKind::Frequency { .. } | SweptKind::Linked { .. } => None,
+            SweptKind::Number(track) => Some(&track.written),
         }
     }
 
     /// Full path of the number that is varied, and its value; `None` where that is the frequency.
     pub fn number_at(&self, lambda: f64) -> Option<(String, f64)> {
         match &self.kind {
-            Kind::Frequency { .. } | Kind::Linked { .. } => None,
-            Kind::Number(track) => Some((track.knob.name().to_owned(), track.value(lambda))),
+            SweptKind::Frequency { .. } | SweptKind::Linked { .. } => None,
+            SweptKind::Number(track) => Some((track.knob.name().to_owned(), track.value(lambda))),
         }
     }
 
     /// Place on a branch, in words.
     pub fn place(&self, lambda: f64) -> String {
         match &self.kind {
-            Kind::Frequency { .. } | Kind::Linked { .. } => format!("omega/omega_c = {lambda:.6}"),
-            Kind::Number(track) => {
+            SweptKind::Frequency { .. } | SweptKind::Linked { .. } => {
+                format!("omega/omega_c = {lambda:.6}")
+            }
+            SweptKind::Number(track) => {
                 let unit = match self.unit.as_str() {
                     "" => String::new(),
                     unit => format!(" {unit}"),

@@ -7,7 +7,7 @@ use super::integration;
 use super::orbits::OrbitTable;
 use super::report::{self, Delivered, Ending};
 use super::source::Source;
-use super::starts::{self, Search};
+use super::starts::{self, StartSearch};
 use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::branch_table::MeasureRecorder;
@@ -112,7 +112,7 @@ pub(super) struct Work<'a> {
     /// Deformation of every connection beyond which a branch is unbounded.
     pub(super) bounds: Vec<f64>,
     /// Results of random starts.
-    pub searches: Vec<Search>,
+    pub searches: Vec<StartSearch>,
     /// Of the branches of the present method.
     pub crossings: Crossings,
     /// Directions in which branches have left the present crossing.

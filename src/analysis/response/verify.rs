@@ -14,8 +14,8 @@ use crate::solve::branch::{Branch, Recorder};
 use crate::solve::events::{BifurcationEvent, Verdict};
 use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
-use row::{ALL_DIGITS, Check, Found};
-pub(super) use row::{Row, recorded};
+use row::{ALL_DIGITS, Check, FlowAnswer};
+pub(super) use row::{FlowRow, recorded};
 use serde_json::{Value, json};
 
 /// Fewer common digits than these are a warning.
@@ -43,7 +43,7 @@ pub(super) struct Taken {
 
 /// What the flow said of all branches.
 pub(super) struct Verification {
-    rows: Vec<Row>,
+    rows: Vec<FlowRow>,
     verdicts: Verdicts,
     integrator: &'static str,
     /// Why nothing was taken through the flow.
@@ -147,14 +147,14 @@ impl Verification {
     }
 
     /// The checked points of one branch.
-    pub fn of_branch(&self, branch: usize) -> impl Iterator<Item = &Row> {
+    pub fn of_branch(&self, branch: usize) -> impl Iterator<Item = &FlowRow> {
         self.rows.iter().filter(move |r| r.branch == branch)
     }
 
     /// One row per checked point.
     pub fn table(&self, swept: &Swept<'_>) -> Table {
-        let of = |f: &dyn Fn(&Row) -> f64| self.rows.iter().map(f).collect::<Vec<f64>>();
-        let count = |f: &dyn Fn(&Row) -> usize| self.rows.iter().map(|r| f(r) as i64).collect();
+        let of = |f: &dyn Fn(&FlowRow) -> f64| self.rows.iter().map(f).collect::<Vec<f64>>();
+        let count = |f: &dyn Fn(&FlowRow) -> usize| self.rows.iter().map(|r| f(r) as i64).collect();
         let mut columns = vec![
             integer("branch", count(&|r| r.branch)),
             integer("point", count(&|r| r.point)),
@@ -163,7 +163,7 @@ impl Verification {
             integer("converged", count(&|r| r.is_converged().into())),
             integer("iterations", count(&|r| r.iterations())),
             float("digits", "", of(&|r| r.digits)),
-            text("reason", self.rows.iter().map(Row::reason).collect()),
+            text("reason", self.rows.iter().map(FlowRow::reason).collect()),
             float(
                 "exact_fold",
                 &swept.unit,
@@ -171,7 +171,7 @@ impl Verification {
             ),
         ];
         for (k, (_, heading)) in rms(swept).into_iter().enumerate() {
-            let value = |r: &Row| r.exactly.get(k).map_or(f64::NAN, |x| x.rms);
+            let value = |r: &FlowRow| r.exactly.get(k).map_or(f64::NAN, |x| x.rms);
             columns.push(heading.column(of(&value)));
         }
         columns.push(float("multiplier_error", "", of(&|r| r.multiplier_error)));
@@ -276,7 +276,7 @@ fn unfinished(branch: &Branch) -> String {
 }
 
 /// What has to be said of one branch: few digits, no orbit, refuted events.
-fn warnings(swept: &Swept<'_>, rows: &[Row], branch: &Branch) -> Vec<String> {
+fn warnings(swept: &Swept<'_>, rows: &[FlowRow], branch: &Branch) -> Vec<String> {
     let mut list = Vec::new();
     let between = |lambdas: &[f64]| {
         let low = lambdas.iter().copied().fold(f64::INFINITY, f64::min);
@@ -298,7 +298,7 @@ fn warnings(swept: &Swept<'_>, rows: &[Row], branch: &Branch) -> Vec<String> {
             between(&few),
         ));
     }
-    let lost = rows.iter().filter(|r| r.found == Found::Nothing);
+    let lost = rows.iter().filter(|r| r.found == FlowAnswer::Nothing);
     let lost: Vec<f64> = lost.map(|r| r.lambda).collect();
     if !lost.is_empty() {
         list.push(format!(

@@ -1,6 +1,6 @@
 //! Levels over speed and order as pictures, with the natural frequencies over them (Campbell diagram).
 
-use super::plan::Plan;
+use super::plan::RunUpPlan;
 use super::record::Window;
 use super::tables::{Natural, speed};
 use crate::analysis::columns::{self, float, integer};
@@ -36,7 +36,7 @@ fn reference_in_words(unit: &str) -> String {
 /// The reference of every signal's level, by name.
 pub fn references(
     setting: &Setting<'_>,
-    plan: &Plan,
+    plan: &RunUpPlan,
 ) -> serde_json::Map<String, serde_json::Value> {
     let signals = plan.signals.iter().map(|signal| signal.heading(setting));
     signals
@@ -45,7 +45,12 @@ pub fn references(
 }
 
 /// Levels of a signal at every window and line, 20 lg(r.m.s. / reference), no further than [`RANGE`] below the largest.
-pub fn levels(setting: &Setting<'_>, plan: &Plan, windows: &[Window], signal: usize) -> Column {
+pub fn levels(
+    setting: &Setting<'_>,
+    plan: &RunUpPlan,
+    windows: &[Window],
+    signal: usize,
+) -> Column {
     let heading = plan.signals[signal].heading(setting);
     let size = heading.factor / reference(&heading.unit) * std::f64::consts::FRAC_1_SQRT_2;
     let amplitudes = windows.iter().flat_map(|w| &w.spectra[signal]);
@@ -62,7 +67,7 @@ pub fn levels(setting: &Setting<'_>, plan: &Plan, windows: &[Window], signal: us
 }
 
 /// `campbell`: natural frequencies as orders over the range of speed, as far as the spectra go.
-pub fn campbell(setting: &Setting<'_>, plan: &Plan, natural: &[Natural]) -> Table {
+pub fn campbell(setting: &Setting<'_>, plan: &RunUpPlan, natural: &[Natural]) -> Table {
     let (low, high) = plan.ramp.extent();
     let least = low.max(1e-3 * high);
     let speeds = (0..POINTS).map(|k| least + (high - least) * k as f64 / (POINTS - 1) as f64);
@@ -98,7 +103,7 @@ pub fn campbell(setting: &Setting<'_>, plan: &Plan, natural: &[Natural]) -> Tabl
 }
 
 /// One picture per signal: levels over speed and order, natural frequencies over them.
-pub fn figure(setting: &Setting<'_>, plan: &Plan, campbell: &Table) -> NamedFigure {
+pub fn figure(setting: &Setting<'_>, plan: &RunUpPlan, campbell: &Table) -> NamedFigure {
     let x: Heading = speed(setting);
     let x_label = columns::frequency_label(setting, &x.axis());
     let mut lines: Vec<String> = match campbell.column("line").map(|c| &c.values) {

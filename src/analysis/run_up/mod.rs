@@ -14,8 +14,8 @@ use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
 use crate::solve::integrate::{IntegratorChoice, IntegratorOptions};
-use plan::Plan;
-use record::Record;
+use plan::RunUpPlan;
+use record::RunUpRecord;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -143,7 +143,7 @@ impl Analysis for RunUp {
     fn check(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = self.initial.check(setting, "initial");
         faults.extend(flow::check_tolerance(self.flow()));
-        match Plan::new(self, setting) {
+        match RunUpPlan::new(self, setting) {
             Err(list) => faults.extend(list),
             Ok(plan) => {
                 let start = self.drive(&plan);
@@ -167,7 +167,7 @@ impl Analysis for RunUp {
     }
 
     fn cost(&self, setting: &Setting<'_>) -> Cost {
-        let Ok(plan) = Plan::new(self, setting) else {
+        let Ok(plan) = RunUpPlan::new(self, setting) else {
             return Cost::default();
         };
         let SpeedRamp { end, turns, .. } = plan.ramp;
@@ -184,7 +184,7 @@ impl Analysis for RunUp {
 
     fn run(&self, setting: &Setting<'_>) -> Result<Report, Error> {
         let began = Instant::now();
-        let plan = Plan::new(self, setting);
+        let plan = RunUpPlan::new(self, setting);
         let plan = plan.map_err(|mut list| columns::refused(setting, list.remove(0)))?;
         let start = self.drive(&plan);
         let motion = Transient::new(setting, start, &self.initial, self.flow());
@@ -195,7 +195,7 @@ impl Analysis for RunUp {
         };
         let (orders, layout) = plan.layout(self.window);
         let state = motion.state.clone();
-        let mut record = Record::new(
+        let mut record = RunUpRecord::new(
             setting,
             (&system, course),
             &plan.signals,
@@ -226,12 +226,12 @@ impl Analysis for RunUp {
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
-        Plan::new(self, setting).map_or(Vec::new(), |plan| tables::empty(setting, &plan))
+        RunUpPlan::new(self, setting).map_or(Vec::new(), |plan| tables::empty(setting, &plan))
     }
 }
 
 impl RunUp {
-    fn drive<'p>(&self, plan: &'p Plan) -> Drive<'p> {
+    fn drive<'p>(&self, plan: &'p RunUpPlan) -> Drive<'p> {
         Drive {
             speed: &plan.ramp.line,
             phase: plan.ramp.phase,

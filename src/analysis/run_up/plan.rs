@@ -13,7 +13,7 @@ use crate::quantity::UnitDimension;
 use crate::system::{LoadKind, System};
 
 /// The settings, nondimensional.
-pub struct Plan {
+pub struct RunUpPlan {
     /// Speed over time.
     pub ramp: SpeedRamp,
     /// Recorded quantities.
@@ -45,10 +45,10 @@ const MOST_ORDERS: usize = 24;
 /// Highest order tracked where a measured cycle gives them.
 const HIGHEST_OF_TABLES: usize = 12;
 
-impl Plan {
+impl RunUpPlan {
     /// # Errors
     /// Everything wrong with the settings.
-    pub fn new(run_up: &RunUp, setting: &Setting<'_>) -> Result<Plan, Vec<Fault>> {
+    pub fn new(run_up: &RunUp, setting: &Setting<'_>) -> Result<RunUpPlan, Vec<Fault>> {
         let mut faults = Vec::new();
         let ramp = transient::ramp(run_up.ramp_keys(), setting);
         let ramp = ramp.map_err(|list| faults.extend(list));
@@ -114,7 +114,7 @@ impl Plan {
         if !faults.is_empty() {
             return Err(faults);
         }
-        Ok(Plan {
+        Ok(RunUpPlan {
             ramp,
             signals,
             orders,

@@ -60,7 +60,7 @@ struct Revolution {
 }
 
 /// The observer of a run-up.
-pub struct Record<'a> {
+pub struct RunUpRecord<'a> {
     system: &'a System,
     course: &'a Course,
     signals: &'a [Signal],
@@ -93,7 +93,7 @@ pub struct Record<'a> {
     pub reached: f64,
 }
 
-impl<'a> Record<'a> {
+impl<'a> RunUpRecord<'a> {
     /// From a state at time 0.
     pub fn new(
         setting: &'a Setting<'a>,
@@ -101,14 +101,14 @@ impl<'a> Record<'a> {
         signals: &'a [Signal],
         (orders, layout): (Orders, Layout),
         state: &[f64],
-    ) -> Record<'a> {
+    ) -> RunUpRecord<'a> {
         let mut probe = Probe::new(setting, system, signals);
         let mut origin = vec![0.0; signals.len()];
         probe.read(0.0, state, &mut origin);
         let half = |k| 0.5 * effective_mass(system, k).unwrap_or(f64::NAN);
         let window = orders.window * orders.samples;
         let empty = Revolution::empty(&orders, signals.len(), system.element_count());
-        let mut record = Record {
+        let mut record = RunUpRecord {
             half_mass: (0..system.element_count()).map(half).collect(),
             least: (system.mounts().iter())
                 .map(|m| m.element.least_impact().unwrap_or(0.0))
@@ -370,7 +370,7 @@ impl Revolution {
     }
 }
 
-impl Observer for Record<'_> {
+impl Observer for RunUpRecord<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let end = segment.tau + segment.width;
         let last = self.layout.revolutions.1;

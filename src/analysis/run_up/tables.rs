@@ -1,8 +1,8 @@
 //! Tables and figure of a run-up.
 
 use super::heat;
-use super::plan::Plan;
-use super::record::{Record, Window};
+use super::plan::RunUpPlan;
+use super::record::{RunUpRecord, Window};
 use super::signals::Signal;
 use crate::analysis::columns::{float, integer};
 use crate::analysis::transient::switch_table;
@@ -37,7 +37,7 @@ fn gaps(setting: &Setting<'_>) -> Vec<usize> {
 }
 
 /// The report but for its options.
-pub fn report(setting: &Setting<'_>, plan: &Plan, record: Record<'_>) -> Report {
+pub fn report(setting: &Setting<'_>, plan: &RunUpPlan, record: RunUpRecord<'_>) -> Report {
     let length = record.orders.window;
     let windows = &record.windows;
     let natural = natural(setting);
@@ -78,7 +78,7 @@ pub fn report(setting: &Setting<'_>, plan: &Plan, record: Record<'_>) -> Report 
 }
 
 /// All tables without rows.
-pub fn empty(setting: &Setting<'_>, plan: &Plan) -> Vec<Table> {
+pub fn empty(setting: &Setting<'_>, plan: &RunUpPlan) -> Vec<Table> {
     vec![
         ranges(setting, plan, &[]),
         orders(setting, plan, &[]),
@@ -97,7 +97,7 @@ fn begins(windows: &[Window]) -> Vec<Column> {
 }
 
 /// The main table: ranges of the signals and rattle, window by window.
-fn ranges(setting: &Setting<'_>, plan: &Plan, windows: &[Window]) -> Table {
+fn ranges(setting: &Setting<'_>, plan: &RunUpPlan, windows: &[Window]) -> Table {
     let mut list = begins(windows);
     list.push(columns::time(setting).column(windows.iter().map(|w| w.middle.0)));
     list.push(speed(setting).column(windows.iter().map(|w| w.middle.1)));
@@ -151,7 +151,7 @@ fn level(window: &Window, signal: usize, (low, high): (f64, f64)) -> f64 {
 }
 
 /// `orders`: one row per order and window, order by order.
-fn orders(setting: &Setting<'_>, plan: &Plan, windows: &[Window]) -> Table {
+fn orders(setting: &Setting<'_>, plan: &RunUpPlan, windows: &[Window]) -> Table {
     let count = plan.orders.len();
     let rows = || {
         let windows = || windows.iter().enumerate();
@@ -190,7 +190,7 @@ fn orders(setting: &Setting<'_>, plan: &Plan, windows: &[Window]) -> Table {
 }
 
 /// `spectra`: one row per window and line.
-fn spectra(setting: &Setting<'_>, plan: &Plan, windows: &[Window], length: usize) -> Table {
+fn spectra(setting: &Setting<'_>, plan: &RunUpPlan, windows: &[Window], length: usize) -> Table {
     let lines = plan.spectrum * length;
     let rows = || {
         windows
@@ -258,7 +258,7 @@ fn natural(setting: &Setting<'_>) -> Vec<Natural> {
 }
 
 /// `resonances`: speeds of the range at which an order meets a natural frequency, in full contact and at rest.
-fn resonances(setting: &Setting<'_>, plan: &Plan, natural: &[Natural]) -> Table {
+fn resonances(setting: &Setting<'_>, plan: &RunUpPlan, natural: &[Natural]) -> Table {
     let (low, high) = plan.ramp.extent();
     let all = natural.iter();
     let rows: Vec<(&Natural, f64, f64)> = all
@@ -283,7 +283,7 @@ fn resonances(setting: &Setting<'_>, plan: &Plan, natural: &[Natural]) -> Table 
 }
 
 /// `series`: the signals at every sample.
-fn series(setting: &Setting<'_>, plan: &Plan, record: &Record<'_>) -> Table {
+fn series(setting: &Setting<'_>, plan: &RunUpPlan, record: &RunUpRecord<'_>) -> Table {
     let stride = 1 + plan.signals.len();
     let pick = |k: usize| record.series.iter().skip(k).step_by(stride).copied();
     let mut list = vec![columns::time(setting).column(pick(0))];
@@ -297,7 +297,7 @@ fn series(setting: &Setting<'_>, plan: &Plan, record: &Record<'_>) -> Table {
 }
 
 /// Order tracks of the signals, their r.m.s., and impacts per second, against the speed.
-fn figure(setting: &Setting<'_>, plan: &Plan) -> Figure {
+fn figure(setting: &Setting<'_>, plan: &RunUpPlan) -> Figure {
     let x = speed(setting);
     let x_label = columns::frequency_label(setting, &x.axis());
     let curve = |table: &str, y: String, label: String, only| Curve {

@@ -1,7 +1,7 @@
 //! Tori as tables and as a figure.
 
 use super::Torus;
-use super::trace::{Row, Traced};
+use super::trace::{TorusRow, TracedTorus};
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::Axis;
 use crate::analysis::columns::{coordinates, float, frequency_axis, integer};
@@ -20,7 +20,7 @@ pub(super) fn assemble(
     keys: &Torus,
     setting: &Setting<'_>,
     axis: &Axis,
-    traced: &Traced,
+    traced: &TracedTorus,
 ) -> Report {
     let mut tables = vec![main_table(setting, axis, &traced.rows)];
     if keys.curve {
@@ -64,12 +64,12 @@ fn told(axis: &Axis, end: &TorusEnd) -> String {
 }
 
 /// Largest transverse exponent per excitation period.
-fn exponent(row: &Row) -> f64 {
+fn exponent(row: &TorusRow) -> f64 {
     row.point.exponent.0 / row.nu as f64
 }
 
 /// 1 where nearby motions come nearer, 0 where they leave, empty where the exponent is within its uncertainty of 0.
-fn stable(row: &Row) -> f64 {
+fn stable(row: &TorusRow) -> f64 {
     let (exponent, uncertainty) = row.point.exponent;
     match exponent.abs() > UNSURE * uncertainty {
         true if exponent < 0.0 => 1.0,
@@ -79,11 +79,11 @@ fn stable(row: &Row) -> f64 {
 }
 
 /// Places between which the torus gains or loses stability.
-fn changes(axis: &Axis, rows: &[Row]) -> Value {
+fn changes(axis: &Axis, rows: &[TorusRow]) -> Value {
     let pairs = rows
         .windows(2)
         .filter(|w| exponent(&w[0]) * exponent(&w[1]) < 0.0);
-    let place = |w: &[Row]| {
+    let place = |w: &[TorusRow]| {
         let [a, b] = [&w[0], &w[1]].map(|row| (row.point.torus.lambda, exponent(row)));
         let share = a.0 + (b.0 - a.0) * a.1 / (a.1 - b.1);
         let [low, high, near] = [a.0, b.0, share].map(|x| axis.value(x) * axis.factor);
@@ -93,10 +93,11 @@ fn changes(axis: &Axis, rows: &[Row]) -> Value {
 }
 
 /// `point, parameter, mark, rotation, nu, rms.c.., exponent, invariance_error, points, switches_least, switches_most, stable`.
-pub(super) fn main_table(setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Table {
+pub(super) fn main_table(setting: &Setting<'_>, axis: &Axis, rows: &[TorusRow]) -> Table {
     let of =
         |f: &dyn Fn(&TorusPoint) -> f64| rows.iter().map(|r| f(&r.point)).collect::<Vec<f64>>();
-    let count = |f: &dyn Fn(&Row) -> usize| rows.iter().map(|r| f(r) as i64).collect::<Vec<i64>>();
+    let count =
+        |f: &dyn Fn(&TorusRow) -> usize| rows.iter().map(|r| f(r) as i64).collect::<Vec<i64>>();
     let size = 2 * setting.assembly.system.dof();
     let mut columns = vec![
         integer("point", (0..rows.len() as i64).collect()),
@@ -133,7 +134,7 @@ pub(super) fn main_table(setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Ta
 }
 
 /// `point, angle, q.., v..`: the curves at phase 0.
-fn curves(setting: &Setting<'_>, rows: &[Row]) -> Table {
+fn curves(setting: &Setting<'_>, rows: &[TorusRow]) -> Table {
     let size = 2 * setting.assembly.system.dof();
     let (mut numbers, mut angles) = (Vec::new(), Vec::new());
     let mut states: Vec<&[f64]> = Vec::new();
@@ -158,7 +159,7 @@ fn curves(setting: &Setting<'_>, rows: &[Row]) -> Table {
 }
 
 /// Rotation, r.m.s. deformations and exponent against the parameter; the curves where they are kept.
-fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[Row]) -> Figure {
+fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[TorusRow]) -> Figure {
     let x_frequency = match axis.parameter {
         Parameter::Frequency(_) => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
         Parameter::Number(_) => None,

@@ -17,7 +17,7 @@ use crate::system::System;
 use std::time::{Duration, Instant};
 
 /// A torus with its measures.
-pub(super) struct Row {
+pub(super) struct TorusRow {
     pub point: TorusPoint,
     /// R.m.s. of every deformation, without the mean.
     pub rms: Vec<f64>,
@@ -28,8 +28,8 @@ pub(super) struct Row {
 }
 
 /// What became of the start.
-pub(super) struct Traced {
-    pub rows: Vec<Row>,
+pub(super) struct TracedTorus {
+    pub rows: Vec<TorusRow>,
     pub ends: Vec<TorusEnd>,
     pub failure: Option<String>,
     pub integrator: &'static str,
@@ -41,7 +41,7 @@ pub(super) fn run(
     setting: &Setting<'_>,
     (axis, at): (&Axis, f64),
     marks: &[f64],
-) -> Result<Traced, Error> {
+) -> Result<TracedTorus, Error> {
     let options = TorusOptions {
         step: (keys.step, keys.max_step),
         min_step: keys.min_step,
@@ -106,7 +106,7 @@ pub(super) fn run(
         }
     }
     let rows = rows(setting, &mut problem, (points, nu), keys.curve);
-    Ok(Traced {
+    Ok(TracedTorus {
         rows: rows.map_err(Error::Solve)?,
         ends,
         failure: None,
@@ -132,8 +132,8 @@ fn explained(
     Ok(found.map_or(TorusEnd::BreakUp, TorusEnd::Folded))
 }
 
-fn lost(reason: String) -> Traced {
-    Traced {
+fn lost(reason: String) -> TracedTorus {
+    TracedTorus {
         rows: Vec::new(),
         ends: Vec::new(),
         failure: Some(reason),
@@ -150,7 +150,7 @@ fn rows(
     problem: &mut TorusProblem<'_>,
     (points, nu): (Vec<TorusPoint>, usize),
     keeps_curve: bool,
-) -> Result<Vec<Row>, SolveError> {
+) -> Result<Vec<TorusRow>, SolveError> {
     let (mut list, mut stopped) = (Vec::with_capacity(points.len()), None);
     let elements = setting.assembly.system.element_count();
     for point in points {
@@ -159,7 +159,7 @@ fn rows(
         }
         let is_late = stopped.is_some_and(|at| at.elapsed() > LAST);
         list.push(match is_late {
-            true => Row {
+            true => TorusRow {
                 rms: vec![f64::NAN; elements],
                 curve: Vec::new(),
                 nu,
@@ -176,7 +176,7 @@ fn row(
     problem: &mut TorusProblem<'_>,
     (point, nu): (TorusPoint, usize),
     keeps_curve: bool,
-) -> Result<Row, SolveError> {
+) -> Result<TorusRow, SolveError> {
     let torus = &point.torus;
     problem.refer_to(torus);
     let orbits = problem.orbits(torus)?;
@@ -199,7 +199,7 @@ fn row(
     let rms = sums
         .iter()
         .map(|(mean, square)| (square - mean * mean).max(0.0).sqrt());
-    Ok(Row {
+    Ok(TorusRow {
         rms: rms.collect(),
         curve,
         nu,

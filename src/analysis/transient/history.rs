@@ -35,13 +35,13 @@ pub struct History<'a> {
 }
 
 /// What the keys say, nondimensional.
-struct Plan {
+struct HistoryPlan {
     end: f64,
     speed: BrokenLine,
     times: Vec<f64>,
 }
 
-impl Plan {
+impl HistoryPlan {
     fn drive(&self, history: &History<'_>) -> Drive<'_> {
         Drive {
             speed: &self.speed,
@@ -71,7 +71,7 @@ pub fn check(history: &History<'_>, setting: &Setting<'_>) -> Vec<Fault> {
     faults
 }
 
-fn plan(history: &History<'_>, setting: &Setting<'_>) -> Result<Plan, Vec<Fault>> {
+fn plan(history: &History<'_>, setting: &Setting<'_>) -> Result<HistoryPlan, Vec<Fault>> {
     let mut faults = Vec::new();
     let end = positive_time(setting, "duration", history.duration);
     let end = end.map_err(|fault| faults.push(fault));
@@ -101,7 +101,9 @@ fn plan(history: &History<'_>, setting: &Setting<'_>) -> Result<Plan, Vec<Fault>
     let times =
         end.and_then(|end| times(history, setting, end).map_err(|list| faults.extend(list)));
     match (end, speed, times) {
-        (Ok(end), Ok(speed), Ok(times)) if faults.is_empty() => Ok(Plan { end, speed, times }),
+        (Ok(end), Ok(speed), Ok(times)) if faults.is_empty() => {
+            Ok(HistoryPlan { end, speed, times })
+        }
         _ => Err(faults),
     }
 }
@@ -204,7 +206,7 @@ pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error
     let motion = Transient::new(setting, start, history.initial, history.integrator);
     let mut motion = motion.map_err(|fault| columns::refused(setting, fault))?;
     let system = motion.system.clone();
-    let mut record = Record {
+    let mut record = TransientRecord {
         rows: Rows::new(setting, &system),
         impacts: Impacts::new(setting, &system, (0.0, 0.0), &motion.state),
         switches: Vec::new(),
@@ -242,7 +244,7 @@ pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error
 }
 
 /// Collects while the integrator runs.
-struct Record<'a> {
+struct TransientRecord<'a> {
     rows: Rows<'a>,
     impacts: Impacts<'a>,
     switches: Vec<(f64, Switch)>,
@@ -253,7 +255,7 @@ struct Record<'a> {
     reached: f64,
 }
 
-impl Observer for Record<'_> {
+impl Observer for TransientRecord<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let end = segment.tau + segment.width;
         while let Some(time) = self.times.get(self.next).filter(|t| **t <= end) {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Stages of both sides at once, or side by side.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Written {
+pub(super) struct ClutchKeys {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stages: Option<Vec<Stage>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -18,10 +18,10 @@ pub(super) struct Written {
     everywhere: bool,
 }
 
-impl TryFrom<Written> for Clutch {
+impl TryFrom<ClutchKeys> for Clutch {
     type Error = String;
 
-    fn try_from(written: Written) -> Result<Self, String> {
+    fn try_from(written: ClutchKeys) -> Result<Self, String> {
         let everywhere = written.everywhere;
         match (written.stages, written.drive, written.coast) {
             (Some(stages), None, None) => Ok(Clutch {
@@ -40,10 +40,10 @@ impl TryFrom<Written> for Clutch {
     }
 }
 
-impl From<Clutch> for Written {
-    fn from(law: Clutch) -> Written {
+impl From<Clutch> for ClutchKeys {
+    fn from(law: Clutch) -> ClutchKeys {
         let is_one = law.drive == law.coast;
-        Written {
+        ClutchKeys {
             stages: is_one.then(|| law.drive.clone()),
             drive: (!is_one).then_some(law.drive),
             coast: (!is_one).then_some(law.coast),

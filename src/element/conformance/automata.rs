@@ -105,13 +105,13 @@ fn projection(element: &dyn Element, found: &mut Vec<String>) {
 }
 
 /// An automaton along the march.
-struct March<'a> {
+struct AutomatonMarch<'a> {
     automaton: &'a Automaton,
     region: usize,
     z: f64,
 }
 
-impl March<'_> {
+impl AutomatonMarch<'_> {
     fn here(&self) -> &Region {
         &self.automaton.regions[self.region]
     }
@@ -177,12 +177,12 @@ impl March<'_> {
 
 /// A deformation that swings ever wider and then evenly: the law and its automata say the same all the way.
 fn march(element: &dyn Element, list: &[Automaton], found: &mut Vec<String>) {
-    let start = |automaton| March {
+    let start = |automaton| AutomatonMarch {
         automaton,
         region: 0,
         z: 0.0,
     };
-    let mut parts: Vec<March<'_>> = list.iter().map(start).collect();
+    let mut parts: Vec<AutomatonMarch<'_>> = list.iter().map(start).collect();
     let (mut work, mut last) = (0.0, (0.0, 0.0));
     for k in 0..=STEPS {
         let (q, v) = swing(k);
@@ -220,7 +220,7 @@ fn swing(k: usize) -> (f64, f64) {
 /// Where a law and its automata differ at a state.
 fn disagreement(
     element: &dyn Element,
-    parts: &[March<'_>],
+    parts: &[AutomatonMarch<'_>],
     (q, v): (f64, f64),
     memory: &[f64],
 ) -> Option<String> {

@@ -221,7 +221,7 @@ fn programs(law: &dyn Evolving, found: &mut Vec<String>) {
 }
 
 /// What a march gives: the last memory, its partials by the first one and by the amplitude, the work of the last turn.
-struct March {
+struct EvolvingMarch {
     memory: f64,
     by_first: f64,
     by_amplitude: f64,
@@ -229,7 +229,7 @@ struct March {
 }
 
 /// The memory and its partials along q = A sin t, by Runge and Kutta's rule.
-fn follow(law: &dyn Evolving, amplitude: f64, first: f64) -> March {
+fn follow(law: &dyn Evolving, amplitude: f64, first: f64) -> EvolvingMarch {
     let h = TAU / STEPS as f64;
     let rates = |t: f64, [z, by_first, by_amplitude]: [f64; 3]| {
         let (sin, cos) = t.sin_cos();
@@ -257,7 +257,7 @@ fn follow(law: &dyn Evolving, amplitude: f64, first: f64) -> March {
             work += 0.5 * h * (power + force(t + h, y[0]));
         }
     }
-    March {
+    EvolvingMarch {
         memory: y[0],
         by_first: y[1],
         by_amplitude: y[2],
@@ -269,7 +269,9 @@ fn follow(law: &dyn Evolving, amplitude: f64, first: f64) -> March {
 fn march(element: &dyn Element, law: &dyn Evolving, found: &mut Vec<String>) {
     for (amplitude, first) in [(0.4, 0.1), (1.6, -0.2)] {
         let own = follow(law, amplitude, first);
-        let by = |low: March, high: March| (high.memory - low.memory) / (2.0 * MARCH_STEP);
+        let by = |low: EvolvingMarch, high: EvolvingMarch| {
+            (high.memory - low.memory) / (2.0 * MARCH_STEP)
+        };
         let gaps = [
             (
                 "the first memory",

@@ -65,7 +65,7 @@ pub(super) enum Op {
 
 /// A node of the tree; arguments precede it in the list.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Node {
+pub(super) enum FormulaNode {
     Number(f64),
     Variable(Variable),
     Parameter(usize),
@@ -78,7 +78,7 @@ pub(super) enum Node {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Formula {
     /// The tree, arguments first: the last node is the value.
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<FormulaNode>,
     /// Bytes of the text before the sign or name of each node.
     pub(super) places: Vec<usize>,
     /// The same as instructions.
@@ -156,12 +156,12 @@ impl Binary {
     }
 }
 
-impl Node {
+impl FormulaNode {
     /// Whether it may have a kink or a jump of its own.
     pub(super) fn is_switch(&self) -> bool {
         match self {
-            Node::Unary(operator, _) => matches!(operator, Unary::Abs | Unary::Sign),
-            Node::Binary(operator, ..) => {
+            FormulaNode::Unary(operator, _) => matches!(operator, Unary::Abs | Unary::Sign),
+            FormulaNode::Binary(operator, ..) => {
                 matches!(operator, Binary::Min | Binary::Max) || operator.is_comparison()
             }
             _ => false,

@@ -4,7 +4,7 @@
 //! affine in q between the places found so far, and depends on nothing else, the place follows exactly. Other switches
 //! stay hidden.
 
-use super::formula::{Binary, Formula, Node, Unary, Variable};
+use super::formula::{Binary, Formula, FormulaNode, Unary, Variable};
 use super::program::{Point, values};
 use crate::element::derivatives::Dual;
 
@@ -46,7 +46,7 @@ const SAME: f64 = 1e-12;
 
 /// Finds the switches.
 pub(super) fn find(formula: &Formula, parameters: &[f64]) -> Kinks {
-    let mut search = Search {
+    let mut search = KinkSearch {
         formula,
         parameters,
         shapes: Vec::with_capacity(formula.nodes.len()),
@@ -56,7 +56,7 @@ pub(super) fn find(formula: &Formula, parameters: &[f64]) -> Kinks {
         let shape = search.shape(node);
         search.shapes.push(shape);
     }
-    let Search {
+    let KinkSearch {
         shapes, mut kinks, ..
     } = search;
     if let Some(value) = shapes.last() {
@@ -91,33 +91,33 @@ pub(super) fn insides(levels: &[f64]) -> impl Iterator<Item = f64> {
         .map(|(low, high)| 0.5 * (low + high))
 }
 
-struct Search<'f> {
+struct KinkSearch<'f> {
     formula: &'f Formula,
     parameters: &'f [f64],
     shapes: Vec<Shape>,
     kinks: Kinks,
 }
 
-impl Search<'_> {
+impl KinkSearch<'_> {
     fn shape(&mut self, node: usize) -> Shape {
         let place = self.formula.places[node];
         match self.formula.nodes[node] {
-            Node::Number(_) | Node::Parameter(_) => Shape::CONSTANT,
-            Node::Variable(variable) => Shape::of(variable),
-            Node::Unary(Unary::Negative, x) => self.shapes[x],
-            Node::Unary(Unary::Abs, x) => {
+            FormulaNode::Number(_) | FormulaNode::Parameter(_) => Shape::CONSTANT,
+            FormulaNode::Variable(variable) => Shape::of(variable),
+            FormulaNode::Unary(Unary::Negative, x) => self.shapes[x],
+            FormulaNode::Unary(Unary::Abs, x) => {
                 let shape = self.shapes[x];
                 let is_placed = self.place(shape, |all| all[x], place, false);
                 shape.if_placed(is_placed)
             }
-            Node::Unary(Unary::Sign, x) => {
+            FormulaNode::Unary(Unary::Sign, x) => {
                 let shape = self.shapes[x];
                 let is_placed = self.place(shape, |all| all[x], place, true);
                 Shape { degree: 0, ..shape }.if_placed(is_placed)
             }
-            Node::Unary(_, x) => self.shapes[x].smooth(),
-            Node::Binary(operator, a, b) => self.binary(operator, (a, b), place),
-            Node::If(condition, a, b) => {
+            FormulaNode::Unary(_, x) => self.shapes[x].smooth(),
+            FormulaNode::Binary(operator, a, b) => self.binary(operator, (a, b), place),
+            FormulaNode::If(condition, a, b) => {
                 let (condition, value) =
                     (self.shapes[condition], self.shapes[a].and(self.shapes[b]));
                 let degree = if condition.degree == 0 {
@@ -159,8 +159,8 @@ impl Search<'_> {
     /// Value of a node that is one number whatever q, v and phase.
     fn constant(&self, node: usize) -> Option<f64> {
         match self.formula.nodes[node] {
-            Node::Number(value) => Some(value),
-            Node::Parameter(k) => Some(self.parameters[k]),
+            FormulaNode::Number(value) => Some(value),
+            FormulaNode::Parameter(k) => Some(self.parameters[k]),
             _ => None,
         }
     }

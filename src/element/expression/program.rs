@@ -1,7 +1,7 @@
 //! Evaluation of a formula: instructions on a stack of numbers of any kind, without allocation.
 
 use super::MAX_STACK;
-use super::formula::{Binary, Formula, Node, Op, Unary, Variable};
+use super::formula::{Binary, Formula, FormulaNode, Op, Unary, Variable};
 use crate::element::derivatives::Dual;
 use crate::element::number::Number;
 
@@ -75,16 +75,18 @@ fn run_on<const SIZE: usize, N: Number>(code: &[Op], parameters: &[f64], at: Poi
 }
 
 /// Values of the first nodes, those of branches that do not count included.
-pub(super) fn values(nodes: &[Node], parameters: &[f64], at: Point<Dual>) -> Vec<Dual> {
+pub(super) fn values(nodes: &[FormulaNode], parameters: &[f64], at: Point<Dual>) -> Vec<Dual> {
     let mut list: Vec<Dual> = Vec::with_capacity(nodes.len());
     for node in nodes {
         list.push(match *node {
-            Node::Number(value) => Dual::constant(value),
-            Node::Variable(variable) => at.variable(variable),
-            Node::Parameter(k) => Dual::constant(parameters[k]),
-            Node::Unary(operator, x) => unary(operator, list[x]),
-            Node::Binary(operator, a, b) => binary(operator, list[a], list[b]),
-            Node::If(condition, a, b) => list[if list[condition].value == 0.0 { b } else { a }],
+            FormulaNode::Number(value) => Dual::constant(value),
+            FormulaNode::Variable(variable) => at.variable(variable),
+            FormulaNode::Parameter(k) => Dual::constant(parameters[k]),
+            FormulaNode::Unary(operator, x) => unary(operator, list[x]),
+            FormulaNode::Binary(operator, a, b) => binary(operator, list[a], list[b]),
+            FormulaNode::If(condition, a, b) => {
+                list[if list[condition].value == 0.0 { b } else { a }]
+            }
         });
     }
     list

@@ -5,9 +5,10 @@
 //! parsers would save the sixty lines that read operators, not the limits, the places and the words of the messages.
 
 use super::formula::{
-    Binary, COMPARISON, FUNCTIONS, Formula, NOT, Node, Op, SIGN, Unary, VARIABLES, WORDS, strength,
+    Binary, COMPARISON, FUNCTIONS, Formula, FormulaNode, NOT, Op, SIGN, Unary, VARIABLES, WORDS,
+    strength,
 };
-use super::token::{self, Kind, Token};
+use super::token::{self, Token, TokenKind};
 use super::{Fault, MAX_DEPTH, MAX_STACK, MAX_SWITCHES, MAX_TEXT};
 use crate::error::did_you_mean;
 
@@ -17,7 +18,7 @@ pub(super) fn read(text: &str, parameters: &[&str]) -> Result<Formula, Fault> {
         let message = format!("the formula has {} bytes, at most {MAX_TEXT}", text.len());
         return Err(Fault::new("", 0, message));
     }
-    let mut reader = Reader {
+    let mut reader = FormulaReader {
         text,
         parameters,
         token: token::next(text, 0)?,
@@ -27,8 +28,8 @@ pub(super) fn read(text: &str, parameters: &[&str]) -> Result<Formula, Fault> {
     };
     let value = reader.expression(0)?;
     match reader.token.kind {
-        Kind::End => {}
-        Kind::Sign(")") => return reader.fail("this bracket closes nothing"),
+        TokenKind::End => {}
+        TokenKind::Sign(")") => return reader.fail("this bracket closes nothing"),
         _ => return reader.fail(reader.no_operator()),
     }
     if value.sort == Sort::Condition {
@@ -62,7 +63,7 @@ struct Read {
     start: usize,
 }
 
-struct Reader<'t> {
+struct FormulaReader<'t> {
     text: &'t str,
     parameters: &'t [&'t str],
     token: Token<'t>,
@@ -72,7 +73,7 @@ struct Reader<'t> {
     waiting: usize,
 }
 
-impl<'t> Reader<'t> {
+impl<'t> FormulaReader<'t> {
     /// An expression whose operators hold more than `least`.
     fn expression(&mut self, least: u8) -> Result<Read, Fault> {
         self.depth += 1;
@@ -99,43 +100,43 @@ impl<'t> Reader<'t> {
     fn first(&mut self) -> Result<Read, Fault> {
         let token = self.token;
         match token.kind {
-            Kind::Number(value) => {
+            TokenKind::Number(value) => {
                 self.advance()?;
-                self.leaf(Node::Number(value), Op::Number(value), token)
+                self.leaf(FormulaNode::Number(value), Op::Number(value), token)
             }
-            Kind::Name("not") => {
+            TokenKind::Name("not") => {
                 self.advance()?;
                 let value = self.expression(NOT)?;
                 self.condition(value, "`not`")?;
                 self.formula.code.push(Op::Unary(Unary::Not));
                 Ok(self.node(
-                    Node::Unary(Unary::Not, value.node),
+                    FormulaNode::Unary(Unary::Not, value.node),
                     Sort::Condition,
                     token.start,
                 ))
             }
-            Kind::Name(name) => self.name(name, token),
-            Kind::Sign("-") => {
+            TokenKind::Name(name) => self.name(name, token),
+            TokenKind::Sign("-") => {
                 self.advance()?;
                 let value = self.expression(SIGN)?;
                 self.formula.code.push(Op::Unary(Unary::Negative));
-                let node = Node::Unary(Unary::Negative, value.node);
+                let node = FormulaNode::Unary(Unary::Negative, value.node);
                 Ok(self.node(node, Sort::Number, token.start))
             }
-            Kind::Sign("+") => {
+            TokenKind::Sign("+") => {
                 self.advance()?;
                 self.expression(SIGN)
             }
-            Kind::Sign("(") => {
+            TokenKind::Sign("(") => {
                 self.advance()?;
                 let value = self.expression(0)?;
                 self.close(token)?;
                 Ok(value)
             }
-            Kind::Sign(sign) => {
+            TokenKind::Sign(sign) => {
                 self.fail(format!("found `{sign}`, wanted a number, a name or `(`"))
             }
-            Kind::End => self.fail("the formula ends here, wanted a number, a name or `(`"),
+            TokenKind::End => self.fail("the formula ends here, wanted a number, a name or `(`"),
         }
     }
 
@@ -156,7 +157,7 @@ impl<'t> Reader<'t> {
         } else {
             Sort::Number
         };
-        let node = Node::Binary(operator, left.node, second.node);
+        let node = FormulaNode::Binary(operator, left.node, second.node);
         let read = self.node(node, sort, token.start);
         Ok(Read {
             start: left.start,
@@ -168,20 +169,24 @@ impl<'t> Reader<'t> {
     fn name(&mut self, name: &'t str, token: Token<'t>) -> Result<Read, Fault> {
         self.advance()?;
         if let Some(k) = self.parameters.iter().position(|known| *known == name) {
-            return self.leaf(Node::Parameter(k), Op::Parameter(k), token);
+            return self.leaf(FormulaNode::Parameter(k), Op::Parameter(k), token);
         }
         if let Some((_, variable)) = VARIABLES.iter().find(|(known, _)| *known == name) {
-            return self.leaf(Node::Variable(*variable), Op::Variable(*variable), token);
+            return self.leaf(
+                FormulaNode::Variable(*variable),
+                Op::Variable(*variable),
+                token,
+            );
         }
         if name == "pi" {
             let pi = std::f64::consts::PI;
-            return self.leaf(Node::Number(pi), Op::Number(pi), token);
+            return self.leaf(FormulaNode::Number(pi), Op::Number(pi), token);
         }
         let function = FUNCTIONS.iter().find(|(known, _)| *known == name);
         if function.is_none() && !["min", "max", "if"].contains(&name) {
             return Err(self.unknown(name, token));
         }
-        if self.token.kind != Kind::Sign("(") {
+        if self.token.kind != TokenKind::Sign("(") {
             return self.fail(format!("wanted `(` after the function `{name}`"));
         }
         let bracket = self.token;
@@ -194,7 +199,7 @@ impl<'t> Reader<'t> {
             self.close(bracket)?;
             self.formula.code.push(Op::Unary(*function));
             return Ok(self.node(
-                Node::Unary(*function, value.node),
+                FormulaNode::Unary(*function, value.node),
                 Sort::Number,
                 token.start,
             ));
@@ -209,9 +214,9 @@ impl<'t> Reader<'t> {
             self.comma(name, count - 1, 2)?;
             let next = self.argument(name, count, usize::MAX)?;
             self.combine(operator, next);
-            let node = Node::Binary(operator, value.node, next.node);
+            let node = FormulaNode::Binary(operator, value.node, next.node);
             value = self.node(node, Sort::Number, token.start);
-            if self.token.kind != Kind::Sign(",") {
+            if self.token.kind != TokenKind::Sign(",") {
                 break;
             }
         }
@@ -237,17 +242,17 @@ impl<'t> Reader<'t> {
         let end = self.formula.code.len();
         self.formula.code[leave] = Op::SkipUnless(skip + 1);
         self.formula.code[skip] = Op::Skip(end);
-        let node = Node::If(condition.node, then.node, otherwise.node);
+        let node = FormulaNode::If(condition.node, then.node, otherwise.node);
         Ok(self.node(node, Sort::Number, token.start))
     }
 
     /// An argument of a function that takes `most`, counted from 1.
     fn argument(&mut self, name: &str, count: usize, most: usize) -> Result<Read, Fault> {
-        if self.token.kind == Kind::Sign(")") {
+        if self.token.kind == TokenKind::Sign(")") {
             return self.fail(arity(name, count - 1));
         }
         let value = self.expression(0)?;
-        if count == most && self.token.kind == Kind::Sign(",") {
+        if count == most && self.token.kind == TokenKind::Sign(",") {
             return self.fail(format!("one argument too many: {}", arity(name, count + 1)));
         }
         Ok(value)
@@ -255,22 +260,22 @@ impl<'t> Reader<'t> {
 
     fn comma(&mut self, name: &str, given: usize, wanted: usize) -> Result<(), Fault> {
         match self.token.kind {
-            Kind::Sign(",") => self.advance(),
-            Kind::Sign(")") if given < wanted => self.fail(arity(name, given)),
-            Kind::End => self.fail(format!("the formula ends within `{name}(..)`")),
+            TokenKind::Sign(",") => self.advance(),
+            TokenKind::Sign(")") if given < wanted => self.fail(arity(name, given)),
+            TokenKind::End => self.fail(format!("the formula ends within `{name}(..)`")),
             _ => self.fail(self.no_operator()),
         }
     }
 
     fn close(&mut self, bracket: Token<'t>) -> Result<(), Fault> {
         match self.token.kind {
-            Kind::Sign(")") => self.advance(),
-            Kind::End => Err(self.fault(bracket.start, "this bracket is not closed")),
+            TokenKind::Sign(")") => self.advance(),
+            TokenKind::End => Err(self.fault(bracket.start, "this bracket is not closed")),
             _ => self.fail(self.no_operator()),
         }
     }
 
-    fn leaf(&mut self, node: Node, op: Op, token: Token<'t>) -> Result<Read, Fault> {
+    fn leaf(&mut self, node: FormulaNode, op: Op, token: Token<'t>) -> Result<Read, Fault> {
         self.formula.code.push(op);
         self.waiting += 1;
         self.formula.stack = self.formula.stack.max(self.waiting);
@@ -287,7 +292,7 @@ impl<'t> Reader<'t> {
         self.waiting -= 1;
         let code = &mut self.formula.code;
         match self.formula.nodes[second.node] {
-            Node::Number(n)
+            FormulaNode::Number(n)
                 if operator == Binary::Power && n.fract() == 0.0 && n.abs() <= LARGEST =>
             {
                 // The number is the last instruction.
@@ -298,7 +303,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    fn node(&mut self, node: Node, sort: Sort, start: usize) -> Read {
+    fn node(&mut self, node: FormulaNode, sort: Sort, start: usize) -> Read {
         self.formula.nodes.push(node);
         self.formula.places.push(start);
         let node = self.formula.nodes.len() - 1;
@@ -326,7 +331,7 @@ impl<'t> Reader<'t> {
     fn no_operator(&self) -> String {
         let found = self.token.text;
         match self.token.kind {
-            Kind::Name(_) | Kind::Number(_) | Kind::Sign("(") => {
+            TokenKind::Name(_) | TokenKind::Number(_) | TokenKind::Sign("(") => {
                 format!("wanted an operator before `{found}`; a product is written `*`")
             }
             _ => format!("found `{found}`, wanted an operator or `)`"),

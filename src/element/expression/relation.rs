@@ -1,6 +1,6 @@
 //! A number that follows another one by a formula.
 
-use super::formula::{Formula, Node};
+use super::formula::{Formula, FormulaNode};
 use super::program::{Point, run};
 use super::{Fault, reader};
 
@@ -34,7 +34,7 @@ impl Relation {
         let foreign = formula
             .nodes
             .iter()
-            .position(|node| matches!(node, Node::Variable(_)));
+            .position(|node| matches!(node, FormulaNode::Variable(_)));
         if let Some(node) = foreign {
             let message = "only x has a value here, the number that the others follow";
             return Err(Fault::new(text, formula.places[node], message));

@@ -5,7 +5,7 @@ use crate::yaml::scalar;
 
 /// Kind of a word.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Kind<'t> {
+pub(super) enum TokenKind<'t> {
     Number(f64),
     Name(&'t str),
     /// An operator, a bracket or a comma.
@@ -16,7 +16,7 @@ pub(super) enum Kind<'t> {
 /// A word with its place.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Token<'t> {
-    pub(super) kind: Kind<'t>,
+    pub(super) kind: TokenKind<'t>,
     /// Bytes before it.
     pub(super) start: usize,
     pub(super) text: &'t str,
@@ -52,26 +52,26 @@ pub(super) fn next(text: &str, from: usize) -> Result<Token<'_>, Fault> {
         })
     };
     let Some(first) = rest.chars().next() else {
-        return token(Kind::End, 0);
+        return token(TokenKind::End, 0);
     };
     if first.is_ascii_digit() || first == '.' {
         let length = scalar::decimal_length(rest)
             .ok_or_else(|| Fault::new(text, start, "a number has digits"))?;
         return match rest[..length].parse::<f64>() {
-            Ok(value) if value.is_finite() => token(Kind::Number(value), length),
+            Ok(value) if value.is_finite() => token(TokenKind::Number(value), length),
             _ => Err(Fault::new(text, start, "the number is not finite")),
         };
     }
     if is_letter(first) {
         let length = rest.find(|c| !is_letter(c) && !c.is_ascii_digit());
         let length = length.unwrap_or(rest.len());
-        return token(Kind::Name(&rest[..length]), length);
+        return token(TokenKind::Name(&rest[..length]), length);
     }
     let elsewhere = ELSEWHERE.iter().find(|(sign, _)| rest.starts_with(sign));
     let sign = SIGNS.iter().find(|sign| rest.starts_with(**sign));
     match (sign, elsewhere) {
-        (Some(sign), None) => token(Kind::Sign(&rest[..sign.len()]), sign.len()),
-        (Some(sign @ (&"==" | &"!=")), _) => token(Kind::Sign(sign), sign.len()),
+        (Some(sign), None) => token(TokenKind::Sign(&rest[..sign.len()]), sign.len()),
+        (Some(sign @ (&"==" | &"!=")), _) => token(TokenKind::Sign(sign), sign.len()),
         (_, Some((sign, help))) => {
             let message = format!("`{sign}` has no meaning here; {help}");
             Err(Fault::new(text, start, message))

@@ -10,7 +10,7 @@ use crate::report::Values;
 /// Sizes in a ZIP have 32 bits.
 const LARGEST: usize = u32::MAX as usize;
 
-struct Entry {
+struct ArchiveEntry {
     name: String,
     checksum: u32,
     size: u32,
@@ -91,7 +91,7 @@ fn header(kind: &str, shape: &str) -> Vec<u8> {
 struct Archive<'a> {
     out: &'a mut dyn Write,
     offset: usize,
-    entries: Vec<Entry>,
+    entries: Vec<ArchiveEntry>,
 }
 
 impl Archive<'_> {
@@ -102,7 +102,7 @@ impl Archive<'_> {
                 "more than 4 GB do not fit an .npz; export netcdf",
             ));
         }
-        let entry = Entry {
+        let entry = ArchiveEntry {
             checksum: crc32fast::hash(bytes),
             size: bytes.len() as u32,
             offset: self.offset as u32,
@@ -141,7 +141,7 @@ impl Archive<'_> {
 }
 
 /// What both heads of an entry have: version, UTF-8 names, no compression, 1 January 1980, checksum, sizes, lengths.
-fn fields(entry: &Entry) -> Vec<u8> {
+fn fields(entry: &ArchiveEntry) -> Vec<u8> {
     let mut bytes = vec![0x14, 0x00, 0x00, 0x08, 0x00, 0x00, 0x00, 0x00, 0x21, 0x00];
     bytes.extend(entry.checksum.to_le_bytes());
     bytes.extend(entry.size.to_le_bytes());

@@ -33,7 +33,7 @@ pub(super) struct Axis {
 
 /// Appearance of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Look {
+pub(super) enum Appearance {
     /// Teeth that touch.
     Mesh,
     /// A mesh of wheels that the drawing keeps apart.
@@ -49,7 +49,7 @@ pub(super) enum Look {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Link {
     pub name: String,
-    pub look: Look,
+    pub look: Appearance,
     pub from: (f64, f64),
     pub to: (f64, f64),
     /// Whether it has a gap.
@@ -321,8 +321,8 @@ mod tests {
         assert_eq!(wheel(0).slot, wheel(1).slot);
         assert_eq!(wheel(1).y, wheel(2).y);
         assert!((wheel(1).slot - wheel(2).slot).abs() >= 2.0);
-        let looks: Vec<Look> = drawn.links.iter().map(|l| l.look).collect();
-        assert_eq!(looks, [Look::Mesh, Look::Spring]);
+        let looks: Vec<Appearance> = drawn.links.iter().map(|l| l.look).collect();
+        assert_eq!(looks, [Appearance::Mesh, Appearance::Spring]);
     }
 
     #[test]
@@ -337,7 +337,7 @@ mod tests {
         let ring = drawn.wheels.iter().find(|w| w.is_ring).unwrap();
         assert!(ring.y.abs() < 1e-12 && ring.radius == 0.07);
         assert!(
-            drawn.links.iter().all(|l| l.look == Look::Mesh),
+            drawn.links.iter().all(|l| l.look == Appearance::Mesh),
             "{:?}",
             drawn.links
         );

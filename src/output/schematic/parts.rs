@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use kuva::render::render::{Scene, TextAnchor};
 
-use super::layout::{Axis, Layout, Link, Look, Wheel};
+use super::layout::{Appearance, Axis, Layout, Link, Wheel};
 use super::{FONT, Paper, link_name, short};
 use crate::output::draw::{TextStyle, fill, put_text, stroke};
 use crate::output::look::{NEUTRAL, PALETTE};
@@ -80,16 +80,16 @@ pub(super) fn link(scene: &mut Scene, paper: &Paper, link: &Link) {
     let (a, b) = (place(paper, link.from), place(paper, link.to));
     let half = HALF * paper.slot;
     match link.look {
-        Look::Mesh => {}
-        Look::FarMesh => {
+        Appearance::Mesh => {}
+        Appearance::FarMesh => {
             let d = format!("M{:.2} {:.2}L{:.2} {:.2}", a.0, a.1, b.0, b.1);
             stroke(scene, d, PALETTE[1], 1.2, Some("3 3"));
         }
-        Look::Carrier => {
+        Appearance::Carrier => {
             let d = format!("M{:.2} {:.2}V{:.2}H{:.2}", a.0, a.1, b.1, b.0);
             stroke(scene, d, NEUTRAL, 2.4, None);
         }
-        Look::Spring | Look::Clutch => {
+        Appearance::Spring | Appearance::Clutch => {
             let (left, right) = if a.0 <= b.0 { (a, b) } else { (b, a) };
             let (x, end) = (left.0 + half, right.0 - half);
             if (left.1 - right.1).abs() > 1.0 || end <= x {
@@ -97,15 +97,15 @@ pub(super) fn link(scene: &mut Scene, paper: &Paper, link: &Link) {
                 return stroke(scene, d, PALETTE[0], 1.2, Some("3 3"));
             }
             match link.look {
-                Look::Spring => spring(scene, (x, left.1), end),
+                Appearance::Spring => spring(scene, (x, left.1), end),
                 _ => clutch(scene, (x, left.1), end),
             }
         }
-        Look::Ground if b.0 < a.0 => {
+        Appearance::Ground if b.0 < a.0 => {
             spring(scene, (b.0 + 12.0, a.1), a.0 - half);
             ground(scene, (b.0 + 12.0, b.1), -6.0);
         }
-        Look::Ground => {
+        Appearance::Ground => {
             spring(scene, (a.0 + half, a.1), b.0 - 12.0);
             ground(scene, (b.0 - 12.0, b.1), 6.0);
         }
@@ -166,12 +166,12 @@ pub(super) fn labels(scene: &mut Scene, paper: &Paper, layout: &Layout) -> f64 {
         let (a, b) = (place(paper, link.from), place(paper, link.to));
         let half = HALF * paper.slot;
         let room = match link.look {
-            Look::Mesh => paper.slot - 2.0 * half - 12.0,
+            Appearance::Mesh => paper.slot - 2.0 * half - 12.0,
             _ => 0.95 * paper.slot,
         };
         let name = cut(&link_name(link), font - 1.0, room);
         let (at, anchor) = match link.look {
-            Look::Mesh => {
+            Appearance::Mesh => {
                 // The two pairs of teeth that touch; apart where there is a gap.
                 let gap = if link.has_gap { 1.6 } else { 0.0 };
                 let d = format!(

@@ -1,7 +1,7 @@
 //! Whether a record has arrived at an attracting orbit.
 
 use super::LEAST_POINTS;
-use super::cycle::{Cycle, Search};
+use super::cycle::{Cycle, OrbitSearch};
 use super::geometry::{Cloud, distance};
 use super::map::Map;
 use crate::solve::floquet;
@@ -31,7 +31,7 @@ pub fn settled(map: &mut dyn Map, cloud: &Cloud<'_>, longest: usize) -> Option<C
     let lags = recurrent_lags(cloud, longest);
     let budget = 2 * cloud.count() + 4 * lags.first().copied().unwrap_or(0) + 64;
     let error = map.error();
-    let mut search = Search::new(map, cloud, budget);
+    let mut search = OrbitSearch::new(map, cloud, budget);
     let start = cloud.count() - 1;
     lags.into_iter().find_map(|lag| {
         let mut lap = cloud.derivative(start - lag, lag);

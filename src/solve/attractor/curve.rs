@@ -55,8 +55,8 @@ pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<Curve> {
     if points.len() < LEAST {
         return None;
     }
-    let motion = Motion::new(&points, &cloud.scale);
-    let half = Motion::new(&points[..points.len() / 2], &cloud.scale);
+    let motion = CurvePoints::new(&points, &cloud.scale);
+    let half = CurvePoints::new(&points[..points.len() / 2], &cloud.scale);
     let rough = |rho: &f64| motion.prediction(*rho, 6);
     let candidates = candidates(&motion.widest());
     let found = candidates.iter().filter_map(rough);
@@ -105,20 +105,20 @@ fn divisor(a: usize, b: usize) -> usize {
 }
 
 /// Successive points of one curve, scaled, without their mean.
-struct Motion {
+struct CurvePoints {
     /// One row per point.
     points: DMatrix<f64>,
 }
 
-impl Motion {
-    fn new(points: &[&[f64]], scale: &[f64]) -> Motion {
+impl CurvePoints {
+    fn new(points: &[&[f64]], scale: &[f64]) -> CurvePoints {
         let mut matrix =
             DMatrix::from_fn(points.len(), scale.len(), |k, i| points[k][i] / scale[i]);
         for mut column in matrix.column_iter_mut() {
             let mean = column.mean();
             column.add_scalar_mut(-mean);
         }
-        Motion { points: matrix }
+        CurvePoints { points: matrix }
     }
 
     /// The coordinate that varies most.

@@ -163,7 +163,7 @@ struct Solution {
 }
 
 /// Looks for attracting orbits with a bounded number of iterates.
-pub(super) struct Search<'a> {
+pub(super) struct OrbitSearch<'a> {
     map: &'a mut dyn Map,
     scale: Vec<f64>,
     /// Iterates left.
@@ -174,9 +174,9 @@ pub(super) struct Search<'a> {
     seen: Vec<f64>,
 }
 
-impl<'a> Search<'a> {
-    pub fn new(map: &'a mut dyn Map, cloud: &Cloud<'_>, budget: usize) -> Search<'a> {
-        Search {
+impl<'a> OrbitSearch<'a> {
+    pub fn new(map: &'a mut dyn Map, cloud: &Cloud<'_>, budget: usize) -> OrbitSearch<'a> {
+        OrbitSearch {
             map,
             scale: cloud.scale.clone(),
             budget,

@@ -1,6 +1,6 @@
 //! Distances in a record of points.
 
-use super::record::Stretch;
+use super::record::RecordStretch;
 use nalgebra::{DMatrix, DMatrixView};
 
 /// The points of a record with what they are measured by.
@@ -15,7 +15,7 @@ pub(super) struct Cloud<'a> {
 }
 
 impl<'a> Cloud<'a> {
-    pub fn new(stretch: &'a Stretch, size: usize) -> Cloud<'a> {
+    pub fn new(stretch: &'a RecordStretch, size: usize) -> Cloud<'a> {
         let points = stretch.points.as_slice();
         let mut scale = vec![0.0_f64; size];
         for point in points.chunks_exact(size) {

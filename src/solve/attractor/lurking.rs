@@ -3,7 +3,7 @@
 //! A chaotic transient wanders around an attracting orbit before it is caught, and passes it closely time and again. Where a record nearly
 //! repeats for a while, Newton's iteration finds the orbit that it passes.
 
-use super::cycle::{Cycle, Search};
+use super::cycle::{Cycle, OrbitSearch};
 use super::geometry::{Cloud, distance};
 use super::map::Map;
 use crate::solve::floquet;
@@ -46,7 +46,7 @@ pub(super) fn orbit(
         .collect();
     // Short ones first, since they cost least, and the best of every lag before the others.
     guesses.sort_by_key(|g| (g.lag * (g.rank + 1), g.lag));
-    let mut search = Search::new(map, cloud, effort);
+    let mut search = OrbitSearch::new(map, cloud, effort);
     guesses.iter().find_map(|guess| {
         let cycle = search.attracting_beyond_saddle(&guess.state, guess.lag)?;
         is_within_reach(&cycle, cloud, reach).then_some(cycle)

@@ -171,7 +171,7 @@ pub fn attractor_from(
 
 /// The invariant curve on which the points of a record lie, `size` values each; `None` where they show no rotation.
 pub fn rotation(points: &[f64], size: usize) -> Option<Curve> {
-    let stretch = record::Stretch::of(points);
+    let stretch = record::RecordStretch::of(points);
     curve::invariant_curve(&Cloud::new(&stretch, size))
 }
 
@@ -191,11 +191,11 @@ pub(crate) fn reconsider(
     }
     let size = map.size();
     let periods = found.record.points.len() / size;
-    let stretch = record::Stretch::of(&found.record.points);
+    let stretch = record::RecordStretch::of(&found.record.points);
     let cloud = Cloud::new(&stretch, size);
     let reach = reach(found.label);
     let lurking = hints.iter().find_map(|hint| {
-        let mut search = cycle::Search::new(map, &cloud, HINTED * hint.period);
+        let mut search = cycle::OrbitSearch::new(map, &cloud, HINTED * hint.period);
         let cycle = search.attracting(&hint.points[..size], hint.period)?;
         lurking::is_within_reach(&cycle, &cloud, reach).then_some(cycle)
     });

@@ -94,16 +94,16 @@ const MAX_NUMBERS: usize = 2_000_000;
 
 /// Successive points with the derivatives of the map between the last of them.
 #[derive(Debug, Default)]
-pub(super) struct Stretch {
+pub(super) struct RecordStretch {
     pub points: Vec<f64>,
     /// DP, column by column, from each point to the next; the last one leads to the last point.
     pub derivatives: Vec<f64>,
 }
 
-impl Stretch {
+impl RecordStretch {
     /// Points alone.
-    pub fn of(points: &[f64]) -> Stretch {
-        Stretch {
+    pub fn of(points: &[f64]) -> RecordStretch {
+        RecordStretch {
             points: points.to_vec(),
             derivatives: Vec::new(),
         }
@@ -147,7 +147,7 @@ pub(super) struct Walk<'a> {
     /// Periods gone.
     period: usize,
     /// Last recorded state.
-    pub stretch: Stretch,
+    pub stretch: RecordStretch,
     frame: DMatrix<f64>,
 }
 
@@ -173,7 +173,7 @@ impl<'a> Walk<'a> {
             deviations: (exponents != Lengths::Ignored).then(|| Lyapunov::new(size)),
             keep_going,
             period: head.periods,
-            stretch: Stretch {
+            stretch: RecordStretch {
                 points: head.points,
                 derivatives: Vec::new(),
             },

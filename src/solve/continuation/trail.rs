@@ -58,7 +58,7 @@ impl Continuation {
     }
 
     /// Whether the last step passes the plane across the path at a point, near that point.
-    fn passes(&self, mark: &PathPoint) -> Option<Passage> {
+    fn passes(&self, mark: &PathPoint) -> Option<PlanePassage> {
         let near = 2.0 * self.stride;
         if (self.point.lambda - mark.lambda).abs() > near {
             return None;
@@ -79,7 +79,7 @@ impl Continuation {
         }
         let is_onwards = from < 0.0 && to >= 0.0;
         let is_backwards = from > 0.0 && to <= 0.0;
-        (is_onwards || is_backwards).then(|| Passage {
+        (is_onwards || is_backwards).then(|| PlanePassage {
             fraction: from / (from - to),
             is_onwards,
         })
@@ -87,7 +87,7 @@ impl Continuation {
 }
 
 /// A plane passed in a step.
-struct Passage {
+struct PlanePassage {
     fraction: f64,
     is_onwards: bool,
 }

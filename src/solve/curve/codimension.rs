@@ -124,7 +124,7 @@ pub(super) fn in_step(
         let known: Vec<(f64, f64)> = known.filter(|(_, test)| test.is_finite()).collect();
         for pair in known.windows(2).filter(|w| is_opposite(w[0].1, w[1].1)) {
             let found = locate(problem, path, (pair[0], pair[1]), &value)?;
-            list.extend(found.filter(Found::is_plain).map(|e| e.into(*kind)));
+            list.extend(found.filter(StepRoot::is_plain).map(|e| e.into(*kind)));
         }
     }
     list.extend(turnings(problem, path, &list)?);
@@ -183,7 +183,7 @@ fn turnings(
         }
         let value = |_: &mut Defining<'_>, point: &PathPoint| Ok(slope(point));
         let found = locate(problem, path, ((0.0, a), (1.0, b)), &value)?;
-        let Some(found) = found.filter(Found::is_plain) else {
+        let Some(found) = found.filter(StepRoot::is_plain) else {
             continue;
         };
         let parameter = usize::from(kind == Codimension::TurningSecond);
@@ -217,7 +217,7 @@ fn turnings(
 fn turns(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
-    found: &Found,
+    found: &StepRoot,
     parameter: usize,
 ) -> Result<bool, SolveError> {
     let mut rises = [0.0; 2];
@@ -241,14 +241,14 @@ fn is_opposite(a: f64, b: f64) -> bool {
 }
 
 /// A root in a step.
-struct Found {
+struct StepRoot {
     fraction: f64,
     spot: Spot,
     value: f64,
     largest: f64,
 }
 
-impl Found {
+impl StepRoot {
     /// Whether a sign change is a root: a pole, or a jump where a passage comes or goes, changes signs too.
     fn is_plain(&self) -> bool {
         self.value.abs() <= PLAIN * self.largest
@@ -272,7 +272,7 @@ fn locate(
     path: &mut Continuation,
     (a, b): ((f64, f64), (f64, f64)),
     value: Value<'_>,
-) -> Result<Option<Found>, SolveError> {
+) -> Result<Option<StepRoot>, SolveError> {
     let mut at = |x: f64| -> Result<f64, Option<SolveError>> {
         let point = path.at_fraction(problem, x).map_err(Some)?.ok_or(None)?;
         let value = value(problem, &point).map_err(Some)?;
@@ -293,7 +293,7 @@ fn locate(
     let Some(point) = path.at_fraction(problem, root)? else {
         return Ok(None);
     };
-    Ok(Some(Found {
+    Ok(Some(StepRoot {
         fraction: root,
         spot: problem.spot(&point.u, point.lambda),
         value: last,

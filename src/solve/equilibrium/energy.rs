@@ -11,7 +11,7 @@
 //! Madsen & Nielsen, BIT 30 (1990)). Both strictly lower the energy, so no set of regions occurs twice.
 
 use super::balance::Demand;
-use super::face::{Face, Step};
+use super::face::{Face, FaceStep};
 use super::graph::{Graph, middle};
 use super::{Equilibrium, NoEquilibrium};
 use crate::system::System;
@@ -256,7 +256,7 @@ impl<'a> Energy<'a> {
     }
 
     /// The equilibrium at the end of a full step, its balance checked; open connections take the middle of their gaps.
-    fn conclude(mut self, face: &Face, step: Step) -> Result<Equilibrium, NoEquilibrium> {
+    fn conclude(mut self, face: &Face, step: FaceStep) -> Result<Equilibrium, NoEquilibrium> {
         for (j, force) in step.forces {
             self.force[j] = force;
         }

@@ -18,7 +18,7 @@ pub(super) struct Face {
 }
 
 /// A linear solution for the closed connections.
-pub(super) struct Step {
+pub(super) struct FaceStep {
     pub(super) motion: DVector<f64>,
     /// Forces of the closed connections there, which balance the load.
     pub(super) forces: Vec<(usize, f64)>,
@@ -106,7 +106,7 @@ impl Face {
         &self,
         (force, stiffness): (&[f64], &[f64]),
         wanted: DVector<f64>,
-    ) -> Option<Step> {
+    ) -> Option<FaceStep> {
         let m = self.basis.len();
         let root: Vec<f64> = self.basis.iter().map(|j| stiffness[*j].sqrt()).collect();
         let mut missing = wanted.clone();
@@ -140,7 +140,7 @@ impl Face {
             motion.axpy(parts[i], &self.vectors[i], 1.0);
         }
         let is_finite = motion.iter().all(|x| x.is_finite());
-        is_finite.then_some(Step { motion, forces })
+        is_finite.then_some(FaceStep { motion, forces })
     }
 
     /// Orthonormal basis of the motions that deform no closed connection, n x (n - m).

@@ -1,6 +1,6 @@
 //! Extrema of deformations that touch a breakpoint between two places of a step.
 
-use super::locate::{Found, Target};
+use super::locate::{RootTarget, SearchResult};
 use super::passages::slope_near;
 use super::touch::{Extremum, Heights, Matched, turn};
 use super::{EventKind, Look, Step};
@@ -19,13 +19,13 @@ const TOUCHES: f64 = 1e-3;
 
 /// Extrema of one kind of one connection, and one breakpoint of its law.
 #[derive(Clone, Copy)]
-struct Watch {
+struct ExtremumWatch {
     connection: usize,
     breakpoint: usize,
     is_maximum: bool,
 }
 
-impl Watch {
+impl ExtremumWatch {
     fn heights(&self, fraction: f64, survey: &Survey) -> Heights {
         match survey.breakpoints[self.connection].get(self.breakpoint) {
             Some(level) => {
@@ -80,7 +80,7 @@ impl Step<'_> {
         let counts: Vec<usize> = a.survey.breakpoints.iter().map(Vec::len).collect();
         for (connection, count) in counts.into_iter().enumerate() {
             for (breakpoint, is_maximum) in (0..count).flat_map(|k| [(k, false), (k, true)]) {
-                let watch = Watch {
+                let watch = ExtremumWatch {
                     connection,
                     breakpoint,
                     is_maximum,
@@ -95,7 +95,7 @@ impl Step<'_> {
     /// Halves the stretch until every extremum is followed beyond doubt.
     fn scan_touches(
         &mut self,
-        watch: &Watch,
+        watch: &ExtremumWatch,
         (a, b): (&Look, &Look),
         third: Option<&Look>,
         depth: usize,
@@ -133,7 +133,7 @@ impl Step<'_> {
 
     fn locate_touch(
         &mut self,
-        watch: &Watch,
+        watch: &ExtremumWatch,
         (a, b): (&Look, &Look),
         (from, to): &(Extremum, Extremum),
         ends: (f64, f64),
@@ -158,7 +158,7 @@ impl Step<'_> {
         )?
         .root;
         let is_whole = a.fraction == 0.0 && b.fraction == 1.0;
-        let target = Target {
+        let target = RootTarget {
             limits: (0.0, 1.0),
             guess,
             slope: slope_near(&mut seen, guess),
@@ -169,7 +169,7 @@ impl Step<'_> {
             survey.map_or(f64::NAN, |s| follower.over(&watch.heights(x, s)))
         })?;
         match found {
-            Found::Root(root) => {
+            SearchResult::Root(root) => {
                 if root.value.abs() > TOUCHES * ends.0.abs().max(ends.1.abs()) {
                     return Ok(());
                 }
@@ -180,10 +180,15 @@ impl Step<'_> {
                         survey,
                     });
                 }
-                self.report(watch.kind(), (a.lambda, b.lambda), guess, Found::Root(root));
+                self.report(
+                    watch.kind(),
+                    (a.lambda, b.lambda),
+                    guess,
+                    SearchResult::Root(root),
+                );
             }
             // Between two interpolated places the corrected path has the last word.
-            Found::Nothing if !is_whole => {}
+            SearchResult::Nothing if !is_whole => {}
             found => self.report(watch.kind(), (a.lambda, b.lambda), guess, found),
         }
         Ok(())

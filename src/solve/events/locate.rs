@@ -17,7 +17,7 @@ const NARROWEST: f64 = 1e-12;
 const SAME: f64 = 2.0 * WIDEST;
 
 /// Where a root is sought.
-pub(super) struct Target {
+pub(super) struct RootTarget {
     /// Fractions of the step that it cannot leave.
     pub limits: (f64, f64),
     /// Expected position.
@@ -32,7 +32,7 @@ pub(super) struct Target {
 }
 
 /// What a search brought.
-pub(super) enum Found {
+pub(super) enum SearchResult {
     /// The root.
     Root(Box<Root>),
     /// The test function keeps its sign.
@@ -71,9 +71,9 @@ impl Step<'_> {
     /// Root of a test function of fraction, point and survey.
     pub(super) fn locate(
         &mut self,
-        target: &Target,
+        target: &RootTarget,
         mut test: impl FnMut(f64, &PathPoint, Option<&Survey>) -> f64,
-    ) -> Result<Found, SolveError> {
+    ) -> Result<SearchResult, SolveError> {
         let mut seen: Vec<Root> = Vec::new();
         let width = self.width(target.guess);
         let mut evaluate = |x: f64| {
@@ -99,7 +99,7 @@ impl Step<'_> {
             });
             Ok::<f64, Option<SolveError>>(value)
         };
-        let Target {
+        let RootTarget {
             limits,
             guess,
             slope,
@@ -111,8 +111,8 @@ impl Step<'_> {
         }
         let sought = match sought {
             Err(Some(error)) => return Err(error),
-            Err(None) => return Ok(Found::Lost),
-            Ok(None) => return Ok(Found::Nothing),
+            Err(None) => return Ok(SearchResult::Lost),
+            Ok(None) => return Ok(SearchResult::Nothing),
             Ok(Some(sought)) => sought,
         };
         let at = |x: f64| {
@@ -121,13 +121,13 @@ impl Step<'_> {
         };
         let (Some(low), Some(high)) = (at(sought.low), at(sought.high)) else {
             // The search ran into an end that it was told about: the path does not change its sign there.
-            return Ok(Found::Nothing);
+            return Ok(SearchResult::Nothing);
         };
         let root = seen.into_iter().find(|s| s.fraction == sought.root);
-        Ok(root.map_or(Found::Lost, |mut root| {
+        Ok(root.map_or(SearchResult::Lost, |mut root| {
             root.bracket = (low.0.min(high.0), low.0.max(high.0));
             root.values = (low.1, high.1);
-            Found::Root(Box::new(root))
+            SearchResult::Root(Box::new(root))
         }))
     }
 
@@ -139,7 +139,13 @@ impl Step<'_> {
     }
 
     /// Adds an event to the list; `ends`: parameters at the two places between which it was sought.
-    pub(super) fn report(&mut self, kind: EventKind, ends: (f64, f64), guess: f64, found: Found) {
+    pub(super) fn report(
+        &mut self,
+        kind: EventKind,
+        ends: (f64, f64),
+        guess: f64,
+        found: SearchResult,
+    ) {
         let event = self.event(kind, ends, guess, &found);
         self.add(event);
     }
@@ -150,7 +156,7 @@ impl Step<'_> {
         kind: EventKind,
         ends: (f64, f64),
         guess: f64,
-        found: &Found,
+        found: &SearchResult,
     ) -> BifurcationEvent {
         let outer = (ends.0.min(ends.1), ends.0.max(ends.1));
         let unknown = BifurcationEvent {
@@ -169,8 +175,8 @@ impl Step<'_> {
             recorded: Vec::new(),
         };
         match found {
-            Found::Nothing | Found::Lost => unknown,
-            Found::Root(root) => BifurcationEvent {
+            SearchResult::Nothing | SearchResult::Lost => unknown,
+            SearchResult::Root(root) => BifurcationEvent {
                 lambda: root.point.lambda,
                 method_lambda: root.point.lambda,
                 bracket: match kind {

@@ -1,8 +1,8 @@
 //! Multipliers that pass the unit circle between two places of a step.
 
-use super::locate::{Found, Target};
+use super::locate::{RootTarget, SearchResult};
 use super::pace::Pace;
-use super::quiet::{MOST, Place, Quiet};
+use super::quiet::{MOST, MultiplierSample, Quiet};
 use super::spectrum::{Count, Gate, Passing, Sought};
 use super::{BifurcationEvent, EventKind, Look, Step};
 use crate::error::SolveError;
@@ -28,14 +28,14 @@ const ALONG: f64 = 0.05;
 /// A stretch of the step inside which nothing grazes. At a grazing the multipliers vary like a one-sided square root: the
 /// stretch is measured in an abscissa in which they are smooth up to its ends.
 #[derive(Debug, Clone, Copy)]
-struct Stretch {
+struct StepStretch {
     low: f64,
     high: f64,
     grazes_low: bool,
     grazes_high: bool,
 }
 
-impl Stretch {
+impl StepStretch {
     fn abscissa(&self, x: f64) -> f64 {
         match (self.grazes_low, self.grazes_high) {
             (false, false) => x,
@@ -65,7 +65,7 @@ impl Stretch {
 
 /// A place of a stretch.
 #[derive(Debug, Clone)]
-struct Node {
+struct StretchNode {
     x: f64,
     look: Rc<Look>,
     /// Counts on the side of the stretch before and of the one behind; they differ where something passes.
@@ -96,7 +96,7 @@ impl Step<'_> {
         let mut ones = Vec::new();
         for (k, pair) in places.windows(2).enumerate() {
             let (low, high) = (pair[0].fraction, pair[1].fraction);
-            let stretch = Stretch {
+            let stretch = StepStretch {
                 low,
                 high,
                 grazes_low: k > 0,
@@ -124,7 +124,7 @@ impl Step<'_> {
     /// the first ones of the list.
     fn scan(
         &mut self,
-        stretch: Stretch,
+        stretch: StepStretch,
         looks: &[(&Look, bool)],
         pace: &Pace,
         ones: &mut Vec<BifurcationEvent>,
@@ -170,12 +170,16 @@ impl Step<'_> {
         Ok(())
     }
 
-    fn node_at(&mut self, stretch: &Stretch, fraction: f64) -> Result<Option<Node>, SolveError> {
+    fn node_at(
+        &mut self,
+        stretch: &StepStretch,
+        fraction: f64,
+    ) -> Result<Option<StretchNode>, SolveError> {
         let look = self.look(fraction, Extent::Stability)?;
         Ok(node(stretch, look, false))
     }
 
-    fn judge(&self, nodes: &[Node], k: usize, pace: &Pace, quiet: &mut Quiet) -> Verdict {
+    fn judge(&self, nodes: &[StretchNode], k: usize, pace: &Pace, quiet: &mut Quiet) -> Verdict {
         let (a, b) = (&nodes[k], &nodes[k + 1]);
         let share = b.look.fraction - a.look.fraction;
         let is_same = a.behind == b.before;
@@ -195,26 +199,31 @@ impl Step<'_> {
     }
 
     /// Whether nothing passes between two nodes with the same count.
-    fn is_quiet(&self, nodes: &[Node], k: usize, (pace, quiet): (&Pace, &mut Quiet)) -> bool {
+    fn is_quiet(
+        &self,
+        nodes: &[StretchNode],
+        k: usize,
+        (pace, quiet): (&Pace, &mut Quiet),
+    ) -> bool {
         let (a, b) = (&nodes[k], &nodes[k + 1]);
-        let place = |node: &Node| (node.x, node.look.survey.multipliers.len());
+        let place = |node: &StretchNode| (node.x, node.look.survey.multipliers.len());
         let whole = pace.states();
         if place(a).1 < whole || place(b).1 < whole {
             return is_far_inside(a, b);
         }
         let length = b.x - a.x;
-        let gap = |node: &Node| (a.x - node.x).max(node.x - b.x);
-        let mut others: Vec<&Node> = nodes[..k].iter().chain(&nodes[k + 2..]).collect();
+        let gap = |node: &StretchNode| (a.x - node.x).max(node.x - b.x);
+        let mut others: Vec<&StretchNode> = nodes[..k].iter().chain(&nodes[k + 2..]).collect();
         others.retain(|node| {
             let gap = gap(node);
             gap > TOO_NEAR * length && gap < TOO_FAR * length && place(node).1 == whole
         });
         others.sort_by(|p, q| gap(p).total_cmp(&gap(q)));
-        let mut places: Vec<Place<'_>> = Vec::with_capacity(MOST);
+        let mut places: Vec<MultiplierSample<'_>> = Vec::with_capacity(MOST);
         for node in [a, b].into_iter().chain(others) {
-            let is_apart = |p: &Place<'_>| (p.x - node.x).abs() > TOO_NEAR * length;
+            let is_apart = |p: &MultiplierSample<'_>| (p.x - node.x).abs() > TOO_NEAR * length;
             if places.len() < MOST && places.iter().all(is_apart) {
-                places.push(Place::new(node.x, &node.look.survey.multipliers));
+                places.push(MultiplierSample::new(node.x, &node.look.survey.multipliers));
             }
         }
         quiet.holds(&places)
@@ -223,11 +232,11 @@ impl Step<'_> {
     /// Locates what passes between two nodes, and returns the place on the interpolant.
     fn locate_passage(
         &mut self,
-        stretch: &Stretch,
-        (a, b): (&Node, &Node),
+        stretch: &StepStretch,
+        (a, b): (&StretchNode, &StretchNode),
         sought: Sought,
         ones: &mut Vec<BifurcationEvent>,
-    ) -> Result<Option<Node>, SolveError> {
+    ) -> Result<Option<StretchNode>, SolveError> {
         let value = |look: &Look| sought.value(&look.survey.multipliers);
         let values = signed(sought, (a, b), (value(&a.look), value(&b.look)));
         let mut seen = vec![(a.look.fraction, values.0), (b.look.fraction, values.1)];
@@ -251,7 +260,7 @@ impl Step<'_> {
             nearest.map_or(f64::NAN, |p| p.1)
         };
         let ends = (near(sketch.low), near(sketch.high));
-        let target = Target {
+        let target = RootTarget {
             limits: (stretch.low, stretch.high),
             guess,
             slope: slope_near(&mut seen.clone(), guess),
@@ -267,7 +276,7 @@ impl Step<'_> {
         let (place, look, ends) = match (here, &found) {
             (Some(look), _) => (guess, look, ends),
             // Beside a grazing the sketch jumps where the path does not.
-            (None, Found::Root(root))
+            (None, SearchResult::Root(root))
                 if root.fraction > a.look.fraction && root.fraction < b.look.fraction =>
             {
                 let Some(look) = root.look() else {
@@ -280,7 +289,7 @@ impl Step<'_> {
         let passing = Passing::at(&look.survey.multipliers, ends, sought);
         let largest = values.0.abs().max(values.1.abs());
         let located = match &found {
-            Found::Root(root) if root.value.abs() < VANISHES * largest => {
+            SearchResult::Root(root) if root.value.abs() < VANISHES * largest => {
                 let list = root.survey.as_ref().map(|s| s.multipliers.as_slice());
                 let located = list.map(|list| Passing::at(list, root.values, sought));
                 // Where several pass +1 the corrector is singular and parts them; the interpolant keeps equal ones equal.
@@ -292,17 +301,17 @@ impl Step<'_> {
                 )
             }
             // The test function jumps: at a grazing of a force that jumps.
-            Found::Root(_) => None,
+            SearchResult::Root(_) => None,
             // Between two interpolated places the corrected path has the last word.
-            Found::Nothing if !(a.is_solved && b.is_solved) => None,
-            Found::Nothing | Found::Lost => Some(passing.clone()),
+            SearchResult::Nothing if !(a.is_solved && b.is_solved) => None,
+            SearchResult::Nothing | SearchResult::Lost => Some(passing.clone()),
         };
         let is_event = located.is_some() && !stretch.is_at_end(place);
         if let Some(located) = located.filter(|_| is_event) {
             let ends = (a.look.lambda, b.look.lambda);
             self.report_passing(&located, ends, place, found, ones);
         }
-        Ok(Some(Node {
+        Ok(Some(StretchNode {
             x: stretch.abscissa(place),
             look,
             before: passing.before,
@@ -317,7 +326,7 @@ impl Step<'_> {
         passing: &Passing,
         ends: (f64, f64),
         guess: f64,
-        found: Found,
+        found: SearchResult,
         ones: &mut Vec<BifurcationEvent>,
     ) {
         let mut outside = passing.before.outside as i64;
@@ -346,9 +355,9 @@ impl Step<'_> {
 /// Where a path that leaves a crossing is looked at first: multipliers of the crossing itself are on the circle.
 const BEHIND_CROSSING: f64 = 0.02;
 
-fn node(stretch: &Stretch, look: Look, is_solved: bool) -> Option<Node> {
+fn node(stretch: &StepStretch, look: Look, is_solved: bool) -> Option<StretchNode> {
     let count = Count::of(&look.survey.multipliers)?;
-    Some(Node {
+    Some(StretchNode {
         x: stretch.abscissa(look.fraction),
         look: Rc::new(look),
         before: count,
@@ -358,14 +367,14 @@ fn node(stretch: &Stretch, look: Look, is_solved: bool) -> Option<Node> {
 }
 
 /// Whether the multipliers at two nodes are exp(lambda T) with the same lambda: whatever T is, none passes the circle.
-fn have_same_exponents(a: &Node, b: &Node) -> bool {
+fn have_same_exponents(a: &StretchNode, b: &StretchNode) -> bool {
     let [a, b] = [a, b].map(|node| node.look.survey.exponents.as_ref());
     a.is_some_and(|a| b.is_some_and(|b| a == b))
 }
 
 /// Values of a test function at two nodes, with the signs that their counts ask for: where something has just passed, rounding
 /// has no say.
-fn signed(sought: Sought, (a, b): (&Node, &Node), values: (f64, f64)) -> (f64, f64) {
+fn signed(sought: Sought, (a, b): (&StretchNode, &StretchNode), values: (f64, f64)) -> (f64, f64) {
     let Sought::Rank(_) = sought else {
         return values;
     };
@@ -382,10 +391,10 @@ fn signed(sought: Sought, (a, b): (&Node, &Node), values: (f64, f64)) -> (f64, f
 
 /// Where only the leading multipliers are known: whether those nearest to the circle on either side of it move less than they
 /// are away from it.
-fn is_far_inside(a: &Node, b: &Node) -> bool {
+fn is_far_inside(a: &StretchNode, b: &StretchNode) -> bool {
     let ranks = [a.behind.outside.checked_sub(1), Some(a.behind.outside)];
     ranks.into_iter().flatten().all(|rank| {
-        let value = |node: &Node| Sought::Rank(rank).value(&node.look.survey.multipliers);
+        let value = |node: &StretchNode| Sought::Rank(rank).value(&node.look.survey.multipliers);
         let (from, to) = (value(a), value(b));
         (to - from).abs() < from.abs().min(to.abs())
     })

@@ -4,17 +4,17 @@ use num_complex::Complex;
 
 /// Multipliers at one place of a smooth stretch of the path.
 #[derive(Debug, Clone, Copy)]
-pub struct Place<'a> {
+pub struct MultiplierSample<'a> {
     /// Abscissa in which P varies smoothly.
     pub x: f64,
     /// All multipliers, by falling modulus.
     pub list: &'a [Complex<f64>],
 }
 
-impl<'a> Place<'a> {
+impl<'a> MultiplierSample<'a> {
     /// A place with its multipliers, by falling modulus.
-    pub fn new(x: f64, list: &'a [Complex<f64>]) -> Place<'a> {
-        Place { x, list }
+    pub fn new(x: f64, list: &'a [Complex<f64>]) -> MultiplierSample<'a> {
+        MultiplierSample { x, list }
     }
 }
 
@@ -45,7 +45,7 @@ impl Polynomial {
 
     /// Takes the multipliers of a place, of which the first `outside` scale P. False if they are no zeros of a real polynomial, or
     /// if P overflows.
-    pub fn set(&mut self, place: &Place<'_>, outside: usize) -> bool {
+    pub fn set(&mut self, place: &MultiplierSample<'_>, outside: usize) -> bool {
         self.x = place.x;
         self.single = None;
         self.pairs.clear();

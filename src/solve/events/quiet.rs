@@ -14,7 +14,7 @@
 
 pub use super::bound::MOST;
 use super::bound::{Differences, Weights, differences, size_of};
-pub use super::polynomial::Place;
+pub use super::polynomial::MultiplierSample;
 use super::polynomial::Polynomial;
 use num_complex::Complex;
 use std::f64::consts::PI;
@@ -63,7 +63,7 @@ pub struct Quiet {
 
 impl Quiet {
     /// Whether no multiplier passes the circle between the first two places; the others are neighbours, the nearest first.
-    pub fn holds(&mut self, places: &[Place<'_>]) -> bool {
+    pub fn holds(&mut self, places: &[MultiplierSample<'_>]) -> bool {
         let size = places[0].list.len();
         if size == 0 || places.iter().any(|p| p.list.len() != size) {
             return false;
@@ -91,8 +91,8 @@ impl Quiet {
     }
 
     /// Pairs the angles of complex multipliers at two places.
-    fn track(&mut self, a: &Place<'_>, b: &Place<'_>) {
-        let nearest = |angle: f64, place: &Place<'_>| {
+    fn track(&mut self, a: &MultiplierSample<'_>, b: &MultiplierSample<'_>) {
+        let nearest = |angle: f64, place: &MultiplierSample<'_>| {
             let gap = |x: &f64| (x - angle).abs();
             angles(place.list).min_by(|x, y| gap(x).total_cmp(&gap(y)))
         };
@@ -253,8 +253,8 @@ fn bottom((left, here, right): (f64, f64, f64)) -> f64 {
 }
 
 /// Rounding of P on the circle.
-fn rounding(places: &[Place<'_>], polynomials: &[Polynomial]) -> f64 {
-    let size = |(place, polynomial): (&Place<'_>, &Polynomial)| {
+fn rounding(places: &[MultiplierSample<'_>], polynomials: &[Polynomial]) -> f64 {
+    let size = |(place, polynomial): (&MultiplierSample<'_>, &Polynomial)| {
         let factors = place.list.iter().map(|mu| 1.0 + mu.norm());
         factors.product::<f64>() / polynomial.scale
     };
@@ -277,7 +277,9 @@ mod tests {
     fn holds(xs: &[f64], depth: f64) -> bool {
         let lists: Vec<_> = xs.iter().map(|x| tongue(*x, depth)).collect();
         let places = xs.iter().zip(&lists);
-        let places: Vec<_> = places.map(|(x, list)| Place::new(*x, list)).collect();
+        let places: Vec<_> = places
+            .map(|(x, list)| MultiplierSample::new(*x, list))
+            .collect();
         Quiet::default().holds(&places)
     }
 
@@ -302,7 +304,9 @@ mod tests {
         };
         let quiet = |xs: [f64; 4], depth: f64| {
             let lists = xs.map(|x| list(x, depth));
-            let places: Vec<_> = (0..4).map(|k| Place::new(xs[k], &lists[k])).collect();
+            let places: Vec<_> = (0..4)
+                .map(|k| MultiplierSample::new(xs[k], &lists[k]))
+                .collect();
             Quiet::default().holds(&places)
         };
         assert!(quiet([-0.05, 0.05, -0.5, 0.5], 0.5e-4));
@@ -353,7 +357,9 @@ mod tests {
                 .map(|(re, im)| [im, -im].map(|im| Complex::new(re, im)))
                 .concat()
         });
-        let places: Vec<_> = (0..4).map(|k| Place::new(places[k].0, &lists[k])).collect();
+        let places: Vec<_> = (0..4)
+            .map(|k| MultiplierSample::new(places[k].0, &lists[k]))
+            .collect();
         assert!(!Quiet::default().holds(&places));
     }
 
@@ -401,7 +407,9 @@ mod tests {
             let xs = [-0.489, 0.511, -1.489, 1.511];
             let lists = xs.map(list);
             assert!(lists.iter().flatten().all(|mu| mu.norm() < 1.0));
-            let places: Vec<_> = (0..4).map(|k| Place::new(xs[k], &lists[k])).collect();
+            let places: Vec<_> = (0..4)
+                .map(|k| MultiplierSample::new(xs[k], &lists[k]))
+                .collect();
             assert!(!Quiet::default().holds(&places), "angle {angle}");
         }
     }

@@ -1,6 +1,6 @@
 //! Sliders that begin to slip between two places of a step: the span of what they follow grows to what they can hold.
 
-use super::locate::{Found, Target};
+use super::locate::{RootTarget, SearchResult};
 use super::{EventKind, Look, Step};
 use crate::error::SolveError;
 use crate::solve::residual::Survey;
@@ -20,7 +20,7 @@ impl Step<'_> {
             let width = b.fraction - a.fraction;
             let guess = a.fraction + width * at_a / (at_a - at_b);
             let is_whole = a.fraction == 0.0 && b.fraction == 1.0;
-            let target = Target {
+            let target = RootTarget {
                 limits: (0.0, 1.0),
                 guess,
                 slope: (at_b - at_a) / width,
@@ -32,7 +32,7 @@ impl Step<'_> {
                 own.map_or(f64::NAN, |(_, excess)| *excess)
             };
             let found = self.locate(&target, |_, _, survey| excess(survey))?;
-            if let Found::Root(root) = &found
+            if let SearchResult::Root(root) = &found
                 && let Some(survey) = root.survey.clone()
             {
                 knots.push(Look {

@@ -1,6 +1,6 @@
 //! Where a path turns in the parameter, and where the sign of its determinant tells that another one crosses it.
 
-use super::locate::{Found, Root, Target};
+use super::locate::{Root, RootTarget, SearchResult};
 use super::{BifurcationEvent, EventKind, Probe, Step};
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -79,7 +79,7 @@ impl Step<'_> {
         }
         let orientation = |p: &PathPoint| f64::from(p.orientation);
         let middle = 0.5 * (x + y);
-        let target = Target {
+        let target = RootTarget {
             limits: (x, y),
             guess: middle,
             slope: orientation(b) - orientation(a),
@@ -93,8 +93,8 @@ impl Step<'_> {
     }
 
     /// Gives a branch point the tangent of the path that was followed.
-    pub(super) fn smooth_tangent(&self, found: &mut Found) {
-        if let Found::Root(root) = found {
+    pub(super) fn smooth_tangent(&self, found: &mut SearchResult) {
+        if let SearchResult::Root(root) = found {
             let point = root.point.clone();
             root.point = self.path.with_smooth_tangent(point, root.fraction);
         }
@@ -111,7 +111,7 @@ impl Step<'_> {
             true if turning == Turning::Single => -p.tangent_lambda,
             _ => p.tangent_lambda,
         };
-        let target = Target {
+        let target = RootTarget {
             limits: (x, y),
             guess,
             slope: (slope(b) - slope(a)) / (y - x),
@@ -121,7 +121,7 @@ impl Step<'_> {
         let mut found = self.locate(&target, |_, p, _| slope(p))?;
         let side = a.tangent_lambda.signum();
         let farthest = (side * a.lambda).max(side * b.lambda);
-        if matches!(&found, Found::Root(root) if side * root.point.lambda < farthest) {
+        if matches!(&found, SearchResult::Root(root) if side * root.point.lambda < farthest) {
             found = self.farthest((x, y), side)?;
         }
         Ok(self.event(EventKind::Fold, (a.lambda, b.lambda), guess, &found))
@@ -129,7 +129,7 @@ impl Step<'_> {
 
     /// The largest (`side` 1) or smallest (-1) parameter between two fractions, for a path that ripples at its fold, as that
     /// of a sampled force may: its tangent turns more than once there, and not where the fold is.
-    fn farthest(&mut self, ends: (f64, f64), side: f64) -> Result<Found, SolveError> {
+    fn farthest(&mut self, ends: (f64, f64), side: f64) -> Result<SearchResult, SolveError> {
         let mut failure = None;
         let mut best: Option<(f64, PathPoint)> = None;
         roots::maximum(
@@ -160,13 +160,15 @@ impl Step<'_> {
             fraction,
             point,
         });
-        Ok(root.map_or(Found::Lost, |root| Found::Root(Box::new(root))))
+        Ok(root.map_or(SearchResult::Lost, |root| {
+            SearchResult::Root(Box::new(root))
+        }))
     }
 }
 
 /// A fold at a point that is known.
-fn corner(point: &PathPoint) -> Found {
-    Found::Root(Box::new(Root {
+fn corner(point: &PathPoint) -> SearchResult {
+    SearchResult::Root(Box::new(Root {
         fraction: 0.0,
         point: point.clone(),
         survey: None,

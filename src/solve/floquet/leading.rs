@@ -1,6 +1,6 @@
 //! Multipliers of largest modulus by Arnoldi's method: products of the transition matrix with vectors, never the matrix.
 
-use super::variation::{Stretches, Variation, gauss_offset};
+use super::variation::{OrbitVariation, Stretches, gauss_offset};
 use super::{Floquet, multipliers};
 use crate::interrupt;
 use crate::solve::jumps;
@@ -73,7 +73,7 @@ impl<'a> Flow<'a> {
     ///
     /// A1, A2 at the two Gauss points.
     fn new(system: &'a System, orbit: &'a FourierOrbit, stretches: &'a Stretches) -> Self {
-        let mut variation = Variation::new(system, orbit);
+        let mut variation = OrbitVariation::new(system, orbit);
         let mut slopes = |tau: f64| -> [Vec<f64>; 2] {
             let responses = &variation.respond(tau).response;
             let partials =

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 pub use steady::Exponents;
 use steady::Steady;
 pub(crate) use variation::is_piecewise_constant;
-use variation::{Stretches, Variation};
+use variation::{OrbitVariation, Stretches};
 
 /// Selection of the computed multipliers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -132,7 +132,7 @@ impl Floquet {
             Some(exponential) if exponential.size() == size => exponential,
             other => other.insert(Exponential::new(size)),
         };
-        let mut variation = Variation::new(system, orbit);
+        let mut variation = OrbitVariation::new(system, orbit);
         let mut phi = DMatrix::identity(size, size);
         let mut next = DMatrix::zeros(size, size);
         for stretch in &stretches.list {

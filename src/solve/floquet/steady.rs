@@ -9,7 +9,7 @@
 //! Along a branch A stays the same where only the frequency or a load varies: its eigenvalues are computed once.
 
 use super::by_falling_modulus;
-use super::variation::{Variation, is_piecewise_constant};
+use super::variation::{OrbitVariation, is_piecewise_constant};
 use crate::numeric::eigenvalues::eigenvalues;
 use crate::numeric::periodic::Periodic;
 use crate::solve::jumps;
@@ -42,7 +42,7 @@ impl Steady {
         if !is_constant || jumps::refuse_hidden(system).is_err() {
             return None;
         }
-        let mut variation = Variation::new(system, orbit);
+        let mut variation = OrbitVariation::new(system, orbit);
         let a = variation.coefficients(0.5 * TAU);
         match &self.known {
             Some((known, exponents)) if known == a => Some(exponents.clone()),

@@ -12,14 +12,14 @@ const PANELS_PER_HARMONIC: usize = 8;
 
 /// A connection passes a jump of its force.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Passage {
+pub(super) struct JumpPassage {
     tau: f64,
     connection: usize,
     jump: f64,
     rate: f64,
 }
 
-impl Passage {
+impl JumpPassage {
     /// Phi <- S Phi.
     pub(crate) fn saltate(&self, system: &System, phi: &mut [f64]) {
         jumps::saltate(system, self.connection, self.jump, self.rate, phi);
@@ -28,16 +28,16 @@ impl Passage {
 
 /// Stretch of the period on which A(tau) is smooth.
 #[derive(Debug)]
-pub(super) struct Stretch {
+pub(super) struct SmoothStretch {
     pub begin: f64,
     pub end: f64,
     /// Panels into which a rule of fixed order cuts it.
     pub panels: usize,
     /// Jumps at its end.
-    pub passages: Vec<Passage>,
+    pub passages: Vec<JumpPassage>,
 }
 
-impl Stretch {
+impl SmoothStretch {
     pub(crate) fn panel_width(&self) -> f64 {
         (self.end - self.begin) / self.panels as f64
     }
@@ -46,7 +46,7 @@ impl Stretch {
 /// All stretches of a period, or of its first part.
 #[derive(Debug)]
 pub(super) struct Stretches {
-    pub list: Vec<Stretch>,
+    pub list: Vec<SmoothStretch>,
     /// Whether A(tau) is constant on each.
     pub is_constant: bool,
 }
@@ -70,7 +70,7 @@ impl Stretches {
             } else {
                 ((end - begin) / panel).ceil() as usize
             };
-            list.push(Stretch {
+            list.push(SmoothStretch {
                 begin,
                 end,
                 panels,
@@ -87,7 +87,7 @@ fn cuts(
     orbit: &FourierOrbit,
     extrema: &[Vec<(f64, f64)>],
     to: f64,
-) -> (Vec<f64>, Vec<Passage>) {
+) -> (Vec<f64>, Vec<JumpPassage>) {
     let (mut list, mut passages) = (vec![0.0, to], Vec::new());
     for (k, mount) in system.mounts().iter().enumerate() {
         if !extrema[k].is_empty() {
@@ -102,7 +102,7 @@ fn cuts(
                     let phase = orbit.subharmonic as f64 * tau;
                     // The period's begin is its end.
                     let tau = if tau > 0.0 { tau } else { TAU };
-                    passages.push(Passage {
+                    passages.push(JumpPassage {
                         tau,
                         connection: k,
                         jump: jumps::size(mount, level, rate, phase),
@@ -146,7 +146,7 @@ pub(super) fn gauss_offset() -> f64 {
 }
 
 /// A(tau) along an orbit, with its buffers.
-pub(super) struct Variation<'a> {
+pub(super) struct OrbitVariation<'a> {
     system: &'a System,
     orbit: &'a FourierOrbit,
     state: Vec<f64>,
@@ -156,14 +156,14 @@ pub(super) struct Variation<'a> {
     exponent: DMatrix<f64>,
 }
 
-impl<'a> Variation<'a> {
+impl<'a> OrbitVariation<'a> {
     pub fn new(system: &'a System, orbit: &'a FourierOrbit) -> Self {
         let n = system.dof();
         let scratch = system.scratch();
         let (dq, dv) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         let mut exponent = DMatrix::zeros(2 * n, 2 * n);
         exponent.view_mut((0, n), (n, n)).fill_with_identity();
-        Variation {
+        OrbitVariation {
             system,
             orbit,
             state: vec![0.0; 2 * n],

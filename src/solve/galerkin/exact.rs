@@ -32,7 +32,7 @@ use num_complex::Complex;
 use std::f64::consts::TAU;
 
 /// How the stiffness of a connection varies.
-enum Variation {
+enum StiffnessVariation {
     /// Not at all.
     None,
     /// By steps: instants in tau, ascending, with the factor behind each.
@@ -45,7 +45,7 @@ enum Variation {
 pub(crate) struct ExactQuadrature {
     harmonics: usize,
     laws: Vec<AffineLaw>,
-    variations: Vec<Variation>,
+    variations: Vec<StiffnessVariation>,
     /// Fourier coefficients of the transmission errors, as long as the longest of them.
     errors: Vec<Option<Vec<f64>>>,
     switching: Switching,
@@ -137,7 +137,7 @@ impl ExactQuadrature {
         self.laws = laws.collect();
         self.automata = automata(system);
         let variations = mounts.iter().map(|m| m.stiffness_variation.as_ref());
-        self.variations = variations.map(|s| Variation::new(s, nu)).collect();
+        self.variations = variations.map(|s| StiffnessVariation::new(s, nu)).collect();
         let errors = mounts.iter().map(|m| m.transmission_error.as_ref());
         let highest = errors
             .clone()
@@ -147,7 +147,11 @@ impl ExactQuadrature {
         self.errors = errors
             .map(|e| e.map(|e| spectrum(e, nu, highest)))
             .collect();
-        let varies = self.variations.iter().map(Variation::highest).max();
+        let varies = self
+            .variations
+            .iter()
+            .map(StiffnessVariation::highest)
+            .max();
         let length = self.harmonics + highest + 1 + varies.unwrap_or(0);
         self.switching.resize(highest);
         self.a.resize(2 * highest + 1, 0.0);
@@ -222,7 +226,7 @@ impl ExactQuadrature {
         self.offset.fill(Complex::default());
         self.edges.clear();
         let (steps, mut factor): (&[(f64, f64)], f64) = match &self.variations[e] {
-            Variation::Steps(steps) => (steps, steps.last().map_or(1.0, |s| s.1)),
+            StiffnessVariation::Steps(steps) => (steps, steps.last().map_or(1.0, |s| s.1)),
             _ => (&[], 1.0),
         };
         let mut steps = steps.iter().peekable();
@@ -274,7 +278,7 @@ impl ExactQuadrature {
 
     /// Products of slope and offset with a variation by harmonics.
     fn vary(&mut self, e: usize) {
-        let Variation::Harmonics(mean, list) = &self.variations[e] else {
+        let StiffnessVariation::Harmonics(mean, list) = &self.variations[e] else {
             return;
         };
         for spectrum in [&mut self.slope, &mut self.offset] {
@@ -308,22 +312,22 @@ impl ExactQuadrature {
     }
 }
 
-impl Variation {
-    fn new(series: Option<&Periodic>, nu: usize) -> Variation {
+impl StiffnessVariation {
+    fn new(series: Option<&Periodic>, nu: usize) -> StiffnessVariation {
         let Some(series) = series.filter(|s| !s.is_constant() || s.mean() != 1.0) else {
-            return Variation::None;
+            return StiffnessVariation::None;
         };
         match series {
             Periodic::Fourier { mean, harmonics } => {
                 let one = |h: &Harmonic| (nu * h.order, Complex::new(0.5 * h.cos, -0.5 * h.sin));
-                Variation::Harmonics(*mean, harmonics.iter().map(one).collect())
+                StiffnessVariation::Harmonics(*mean, harmonics.iter().map(one).collect())
             }
             _ => {
                 let pieces = series.pieces();
                 let copies = (0..nu).flat_map(|m| pieces.iter().map(move |p| (m, p)));
                 let step =
                     |(m, p): (usize, &Piece)| ((p.begin + TAU * m as f64) / nu as f64, p.value);
-                Variation::Steps(copies.map(step).collect())
+                StiffnessVariation::Steps(copies.map(step).collect())
             }
         }
     }
@@ -331,14 +335,14 @@ impl Variation {
     /// Highest order of tau.
     fn highest(&self) -> usize {
         match self {
-            Variation::Harmonics(_, list) => list.iter().map(|h| h.0).max().unwrap_or(0),
+            StiffnessVariation::Harmonics(_, list) => list.iter().map(|h| h.0).max().unwrap_or(0),
             _ => 0,
         }
     }
 
     /// Factor by harmonics at an instant; 1 for the others.
     fn at(&self, tau: f64) -> f64 {
-        let Variation::Harmonics(mean, list) = self else {
+        let StiffnessVariation::Harmonics(mean, list) = self else {
             return 1.0;
         };
         let wave =

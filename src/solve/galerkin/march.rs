@@ -20,7 +20,7 @@ const CELLS_PER_HARMONIC: usize = 16;
 
 /// Part of a period in one region.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stretch {
+pub(crate) struct MarchStretch {
     /// Its begin; not reduced to one period.
     pub begin: f64,
     /// Its end.
@@ -41,7 +41,7 @@ pub(crate) struct Stretch {
 
 /// State at one instant of the march.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct State {
+struct MarchState {
     region: usize,
     z: f64,
     set_at: Option<f64>,
@@ -54,7 +54,7 @@ pub(crate) struct March {
     slopes: Vec<f64>,
     /// Extrema in the order of time, the first one repeated a period later.
     extrema: Vec<(f64, f64)>,
-    stretches: Vec<Stretch>,
+    stretches: Vec<MarchStretch>,
 }
 
 impl March {
@@ -87,7 +87,12 @@ impl March {
     }
 
     /// The stretches of a period, for the polynomial last prepared; `given`: the memory before.
-    pub(crate) fn follow(&mut self, automaton: &Automaton, x: &[f64], given: f64) -> &[Stretch] {
+    pub(crate) fn follow(
+        &mut self,
+        automaton: &Automaton,
+        x: &[f64],
+        given: f64,
+    ) -> &[MarchStretch] {
         self.stretches.clear();
         let (begin, first) = self.extrema.first().copied().unwrap_or((0.0, x[0]));
         let mut state = start(automaton, (begin, first), given);
@@ -108,7 +113,7 @@ impl March {
     }
 
     /// Once around the period.
-    fn turn(&mut self, automaton: &Automaton, x: &[f64], mut state: State) -> State {
+    fn turn(&mut self, automaton: &Automaton, x: &[f64], mut state: MarchState) -> MarchState {
         for i in 0..self.extrema.len() - 1 {
             let (from, to) = (self.extrema[i], self.extrema[i + 1]);
             let direction = if to.1 > from.1 {
@@ -132,8 +137,8 @@ impl March {
         automaton: &Automaton,
         x: &[f64],
         (from, to): ((f64, f64), (f64, f64)),
-        mut state: State,
-    ) -> State {
+        mut state: MarchState,
+    ) -> MarchState {
         let sign = if to.1 > from.1 { 1.0 } else { -1.0 };
         let (mut begin, mut here) = from;
         for _ in 0..=2 * automaton.regions.len() {
@@ -162,7 +167,7 @@ impl March {
         state
     }
 
-    fn record(&mut self, automaton: &Automaton, state: &State, (begin, end): (f64, f64)) {
+    fn record(&mut self, automaton: &Automaton, state: &MarchState, (begin, end): (f64, f64)) {
         if end <= begin {
             return;
         }
@@ -170,7 +175,7 @@ impl March {
         let RegionForce::Affine { constant, q, z, .. } = region.force else {
             return;
         };
-        self.stretches.push(Stretch {
+        self.stretches.push(MarchStretch {
             begin,
             end,
             slope: q,
@@ -191,8 +196,8 @@ const MOST_TURNS: usize = 6;
 /// Difference of memories that counts as none.
 const SAME: f64 = 1e-13;
 
-fn is_same(a: &State, b: &State) -> bool {
-    let follows = |s: &State| (s.region, s.z, s.set_at.map(|t| t.rem_euclid(TAU)));
+fn is_same(a: &MarchState, b: &MarchState) -> bool {
+    let follows = |s: &MarchState| (s.region, s.z, s.set_at.map(|t| t.rem_euclid(TAU)));
     let ((r, y, s), (q, z, t)) = (follows(a), follows(b));
     let near = match (s, t) {
         (Some(s), Some(t)) => (s - t).abs() < 1e-9,
@@ -202,9 +207,9 @@ fn is_same(a: &State, b: &State) -> bool {
 }
 
 /// The region that holds a deformation with a memory, moved where it does not fit.
-fn start(automaton: &Automaton, (tau, x): (f64, f64), given: f64) -> State {
+fn start(automaton: &Automaton, (tau, x): (f64, f64), given: f64) -> MarchState {
     let region = automaton.home(x, |_| 0.0);
-    let mut state = State {
+    let mut state = MarchState {
         region,
         z: given,
         set_at: None,
@@ -223,10 +228,10 @@ fn start(automaton: &Automaton, (tau, x): (f64, f64), given: f64) -> State {
 }
 
 /// The memory taken over at a deformation, at an extremum of it or on a level.
-fn settled(automaton: &Automaton, state: &State, x: f64, extremum: Option<f64>) -> State {
+fn settled(automaton: &Automaton, state: &MarchState, x: f64, extremum: Option<f64>) -> MarchState {
     match automaton.regions[state.region].memory {
         MemoryRate::Kept => *state,
-        MemoryRate::Follows { offset } => State {
+        MemoryRate::Follows { offset } => MarchState {
             z: x + offset,
             set_at: extremum,
             ..*state
@@ -235,7 +240,11 @@ fn settled(automaton: &Automaton, state: &State, x: f64, extremum: Option<f64>) 
 }
 
 /// The first level that a region is left through in a direction.
-fn next_level<'a>(automaton: &'a Automaton, state: &State, sign: f64) -> Option<(f64, &'a Guard)> {
+fn next_level<'a>(
+    automaton: &'a Automaton,
+    state: &MarchState,
+    sign: f64,
+) -> Option<(f64, &'a Guard)> {
     let guards = automaton.regions[state.region].guards.iter();
     let levels = guards.filter_map(|g| match g.surface {
         Surface::Deformation { level, gain } if g.direction.sign() == sign => {
@@ -254,14 +263,14 @@ pub(crate) struct Track {
     /// Place of its memory among those of the system.
     pub memory: Option<usize>,
     /// In the order of time; none where the memory has a rate.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<MarchStretch>,
     /// The memory where it has a rate.
     pub course: Option<Course>,
 }
 
 impl Track {
     /// The stretch at an instant.
-    pub(crate) fn at(&self, tau: f64) -> Option<&Stretch> {
+    pub(crate) fn at(&self, tau: f64) -> Option<&MarchStretch> {
         let first = self.stretches.first()?.begin;
         let tau = first + (tau - first).rem_euclid(TAU);
         let after = self.stretches.partition_point(|s| s.end <= tau);
@@ -273,7 +282,7 @@ impl Track {
         if let Some(course) = &self.course {
             return course.at(tau);
         }
-        let of = |s: &Stretch| match s.follows {
+        let of = |s: &MarchStretch| match s.follows {
             true => x + s.memory,
             false => s.memory,
         };
@@ -287,7 +296,7 @@ impl Track {
         if let (Some(course), Some(law)) = (&self.course, law.evolving()) {
             return law.evolve([x, v, phase, course.at(tau)]).response();
         }
-        let line = |s: &Stretch| Response {
+        let line = |s: &MarchStretch| Response {
             f: s.slope * x + s.offset,
             df_dq: s.slope,
             df_dv: 0.0,

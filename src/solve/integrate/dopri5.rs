@@ -15,7 +15,7 @@ use crate::interrupt::Watch;
 use crate::system::System;
 use nalgebra::DMatrix;
 use pieces::Pieces;
-use regions::{COUNT, Passage, Regions};
+use regions::{COUNT, Regions, StepPassage};
 use std::f64::consts::TAU;
 use stepper::{Stepper, hermite};
 
@@ -224,7 +224,7 @@ impl Dopri5 {
         &mut self,
         system: &System,
         tau: f64,
-        mut landed: Option<Passage>,
+        mut landed: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) {
         let Dopri5 {
@@ -296,7 +296,7 @@ impl Dopri5 {
     }
 
     /// The step that ends on the first breakpoint within the step just tried, or that one.
-    fn locate(&mut self, system: &System, t: f64, tried: f64) -> (f64, Option<Passage>) {
+    fn locate(&mut self, system: &System, t: f64, tried: f64) -> (f64, Option<StepPassage>) {
         self.stepper.interpolate(tried);
         let om = system.omega();
         let taus = [t, t + tried].map(|t| self.pieces.clamp(om * t));
@@ -320,7 +320,7 @@ impl Dopri5 {
     ///
     /// Where the polynomial and the repeated step disagree about a graze, the step ends before the breakpoint without
     /// landing.
-    fn land(&mut self, system: &System, t: f64, tried: f64, passage: &Passage) -> (f64, bool) {
+    fn land(&mut self, system: &System, t: f64, tried: f64, passage: &StepPassage) -> (f64, bool) {
         let (mut low, mut high) = (0.0, tried);
         let mut h = passage.x * tried;
         for _ in 0..LANDINGS {
@@ -362,7 +362,7 @@ impl Dopri5 {
         &mut self,
         system: &System,
         (begin, end): (f64, f64),
-        passage: Option<Passage>,
+        passage: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) {
         let om = system.omega();

@@ -11,7 +11,7 @@ pub(super) fn too_many(text: &str, limit: usize) -> Option<usize> {
         values: 0,
         limit,
     };
-    let mut parent = Line::Opens;
+    let mut parent = PreviousLine::Opens;
     while glance.at < glance.bytes.len() {
         parent = glance.line(parent)?;
         if glance.values > limit {
@@ -23,7 +23,7 @@ pub(super) fn too_many(text: &str, limit: usize) -> Option<usize> {
 
 /// The line before: whether deeper lines can belong to it.
 #[derive(Clone, Copy)]
-enum Line {
+enum PreviousLine {
     /// `key:` alone.
     Opens,
     /// A value has ended: deeper lines would go on with it.
@@ -50,11 +50,11 @@ impl Glance<'_> {
     }
 
     /// Counts a line; `None` when its meaning is not plain.
-    fn line(&mut self, before: Line) -> Option<Line> {
+    fn line(&mut self, before: PreviousLine) -> Option<PreviousLine> {
         let indent = self.run(|b| b == b' ');
         let fits = match before {
-            Line::Opens => true,
-            Line::Ends(other) => indent <= other,
+            PreviousLine::Opens => true,
+            PreviousLine::Ends(other) => indent <= other,
         };
         if !fits {
             return None;
@@ -67,7 +67,7 @@ impl Glance<'_> {
             }
             self.at += 1;
             if self.end_of_line() {
-                return Some(Line::Opens);
+                return Some(PreviousLine::Opens);
             }
             if self.bytes[self.at - 1] != b' ' {
                 return None;
@@ -85,7 +85,7 @@ impl Glance<'_> {
                 self.values += 1;
             }
         }
-        (self.values > self.limit || self.end_of_line()).then_some(Line::Ends(indent))
+        (self.values > self.limit || self.end_of_line()).then_some(PreviousLine::Ends(indent))
     }
 
     /// Counts the entries of a flow collection up to its end, or up to the limit.

@@ -1,7 +1,7 @@
 //! The size of a document, counted before anything is built.
 
 use super::yaml::{Event, Marker, Parser};
-use super::{MAX_DEPTH, MAX_NODES, Place, options};
+use super::{MAX_DEPTH, MAX_NODES, SourceLocator, options};
 use crate::error::Diagnostic;
 use std::collections::{HashMap, HashSet};
 
@@ -23,7 +23,11 @@ struct Open {
 }
 
 /// Counts the values of the only document and checks all limits, building nothing.
-pub(super) fn measure(text: &str, place: &Place<'_>, before: usize) -> Result<Counter, Diagnostic> {
+pub(super) fn measure(
+    text: &str,
+    place: &SourceLocator<'_>,
+    before: usize,
+) -> Result<Counter, Diagnostic> {
     let mut counter = Counter::default();
     let mut documents = 0;
     for event in Parser::new_from_str_with_options(text, options()) {

@@ -20,7 +20,7 @@ const HARDLY_MOVES: f64 = 1e-3;
 
 /// Result of the flow at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Found {
+pub(super) enum FlowAnswer {
     /// An orbit, with the number of corrector iterations.
     Orbit(usize),
     /// None at this parameter: the exact branch turns back at this one, the Galerkin branch a little later.
@@ -43,11 +43,11 @@ pub(in crate::analysis::response) struct Exactly {
 }
 
 /// What the flow said about one point.
-pub(in crate::analysis::response) struct Row {
+pub(in crate::analysis::response) struct FlowRow {
     pub(super) branch: usize,
     pub point: usize,
     pub(super) lambda: f64,
-    pub(super) found: Found,
+    pub(super) found: FlowAnswer,
     pub(super) digits: f64,
     /// Whether the orbit is the one of the series.
     pub is_same: bool,
@@ -57,30 +57,30 @@ pub(in crate::analysis::response) struct Row {
     pub exactly: Vec<Exactly>,
 }
 
-impl Row {
+impl FlowRow {
     pub(super) fn is_converged(&self) -> bool {
-        matches!(self.found, Found::Orbit(_))
+        matches!(self.found, FlowAnswer::Orbit(_))
     }
 
     pub(super) fn iterations(&self) -> usize {
         match self.found {
-            Found::Orbit(iterations) => iterations,
+            FlowAnswer::Orbit(iterations) => iterations,
             _ => 0,
         }
     }
 
     pub(super) fn fold(&self) -> Option<f64> {
         match self.found {
-            Found::BeyondFold(fold) => Some(fold),
+            FlowAnswer::BeyondFold(fold) => Some(fold),
             _ => None,
         }
     }
 
     pub(super) fn reason(&self) -> String {
         let word = match self.found {
-            Found::Orbit(_) => "",
-            Found::BeyondFold(_) => "beyond_fold",
-            Found::Beside | Found::Nothing => "no_orbit",
+            FlowAnswer::Orbit(_) => "",
+            FlowAnswer::BeyondFold(_) => "beyond_fold",
+            FlowAnswer::Beside | FlowAnswer::Nothing => "no_orbit",
         };
         word.into()
     }
@@ -98,7 +98,7 @@ pub(super) struct Check<'a> {
 }
 
 impl Check<'_> {
-    pub(super) fn row(&mut self, branch: usize, checked: &Checked) -> Result<Row, SolveError> {
+    pub(super) fn row(&mut self, branch: usize, checked: &Checked) -> Result<FlowRow, SolveError> {
         let Checked {
             point,
             orbit,
@@ -110,19 +110,22 @@ impl Check<'_> {
         let (found, exactly) = match orbit {
             None => {
                 let otherwise = match has_branch {
-                    true => Found::Beside,
-                    false => Found::Nothing,
+                    true => FlowAnswer::Beside,
+                    false => FlowAnswer::Nothing,
                 };
                 let fold = self.fold(*point)?;
-                (fold.map_or(otherwise, Found::BeyondFold), Vec::new())
+                (fold.map_or(otherwise, FlowAnswer::BeyondFold), Vec::new())
             }
-            Some((state, iterations)) => (Found::Orbit(*iterations), self.measured(state, lambda)?),
+            Some((state, iterations)) => (
+                FlowAnswer::Orbit(*iterations),
+                self.measured(state, lambda)?,
+            ),
         };
         let digits = match exactly.is_empty() {
             true => f64::NAN,
             false => self.digits(*point, &exactly),
         };
-        Ok(Row {
+        Ok(FlowRow {
             branch,
             point: *point,
             lambda,

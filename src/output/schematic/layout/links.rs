@@ -1,10 +1,10 @@
 //! Connections on the drawing, once all wheels have their places.
 
-use super::{Layout, Link, Look, Wheel, is_mesh};
+use super::{Appearance, Layout, Link, Wheel, is_mesh};
 use crate::report::ConnectionNote;
 
 /// How a link looks, and its ends.
-type Drawn = (Look, (f64, f64), (f64, f64));
+type Drawn = (Appearance, (f64, f64), (f64, f64));
 
 /// Laws of clutches and of what slips.
 const CLUTCHES: [&str; 3] = ["clutch", "jenkins", "tanh_friction"];
@@ -28,8 +28,8 @@ impl Layout {
             }
             [(a, _), others @ ..] => {
                 let look = match CLUTCHES.contains(&connection.law.as_str()) {
-                    true => Look::Clutch,
-                    false => Look::Spring,
+                    true => Appearance::Clutch,
+                    false => Appearance::Spring,
                 };
                 let joined = others.iter().filter_map(|(b, _)| self.beside(*a, *b));
                 joined.map(|(from, to)| (look, from, to)).collect()
@@ -38,7 +38,7 @@ impl Layout {
         let has_gap = connection.parameters.contains("gap") || connection.law == "preloaded";
         for (look, from, to) in links {
             let name = match look {
-                Look::Carrier => String::new(),
+                Appearance::Carrier => String::new(),
                 _ => connection.name.clone(),
             };
             let link = Link {
@@ -49,7 +49,7 @@ impl Layout {
                 has_gap,
             };
             // Several meshes of one planet have one carrier.
-            if look != Look::Carrier
+            if look != Appearance::Carrier
                 || !self.links.contains(&Link {
                     has_gap: !has_gap,
                     ..link.clone()
@@ -71,10 +71,10 @@ impl Layout {
         let left = own.fold(f64::INFINITY, f64::min);
         let is_free = (self.wheels.iter()).all(|w| w.slot >= left || (w.y - y).abs() > w.radius);
         match is_free && left.is_finite() {
-            true => (Look::Ground, (left, y), (left - 1.0, y)),
+            true => (Appearance::Ground, (left, y), (left - 1.0, y)),
             false => {
                 let right = self.slot_of(body) as f64;
-                (Look::Ground, (right, y), (right + 1.0, y))
+                (Appearance::Ground, (right, y), (right + 1.0, y))
             }
         }
     }
@@ -92,8 +92,8 @@ impl Layout {
             .filter_map(|(one, other)| Some((one.slot, contact(one, other)?)))
             .next();
         match (contact, self.beside(a.0, b.0)) {
-            (Some(place), _) => vec![(Look::Mesh, place, place)],
-            (None, Some((from, to))) => vec![(Look::FarMesh, from, to)],
+            (Some(place), _) => vec![(Appearance::Mesh, place, place)],
+            (None, Some((from, to))) => vec![(Appearance::FarMesh, from, to)],
             (None, None) => Vec::new(),
         }
     }
@@ -123,7 +123,7 @@ impl Layout {
 
     fn carrier(&self, carrier: usize, planet: usize) -> Option<Drawn> {
         let ((from, y), (to, other)) = self.beside(carrier, planet)?;
-        Some((Look::Carrier, (from, y), (to, other)))
+        Some((Appearance::Carrier, (from, y), (to, other)))
     }
 
     /// The nearest wheels of two bodies.

@@ -25,7 +25,7 @@ pub(super) const SAME: f64 = 1e-7;
 const SIDES: [f64; 3] = [0.2, 1e-2, 3e-4];
 
 /// An event of the series that the flow has too.
-struct Found {
+struct SharedEvent {
     /// Number among the events.
     event: usize,
     plane: Plane,
@@ -37,7 +37,7 @@ struct Found {
 impl<F: Family> Confirmer<'_, F> {
     /// Locates every event on the flow's own branch, counts on both sides, and says so in the events.
     pub(super) fn confirm_events(&mut self) -> Result<(), SolveError> {
-        let mut found: Vec<Found> = Vec::new();
+        let mut found: Vec<SharedEvent> = Vec::new();
         for event in 0..self.branch.events.len() {
             if !self.goes_on() || self.branch.events[event].point.is_none() {
                 continue;
@@ -65,7 +65,7 @@ impl<F: Family> Confirmer<'_, F> {
         Ok(())
     }
 
-    fn locate(&mut self, event: usize) -> Result<Option<Found>, SolveError> {
+    fn locate(&mut self, event: usize) -> Result<Option<SharedEvent>, SolveError> {
         let found = &self.branch.events[event];
         let Some(point) = found.point.clone() else {
             return Ok(None);
@@ -95,7 +95,7 @@ impl<F: Family> Confirmer<'_, F> {
             return Ok(None);
         };
         let root = locate(flow, &plane, test, (STRIDE * step, reach))?;
-        Ok(root.map(|root| Found {
+        Ok(root.map(|root| SharedEvent {
             event,
             plane,
             root,
@@ -104,7 +104,7 @@ impl<F: Family> Confirmer<'_, F> {
     }
 
     /// Moves a branch point to where the multipliers around say that it is: at the branch point itself the corrector is singular.
-    fn sharpen(&mut self, found: &mut Found) -> Result<(), SolveError> {
+    fn sharpen(&mut self, found: &mut SharedEvent) -> Result<(), SolveError> {
         let event = &self.branch.events[found.event];
         // Of a part of the period the eigenvalue that passes may be another root of 1: the corrector is regular then, however near to 1 a
         // further one lies.
@@ -158,11 +158,11 @@ impl<F: Family> Confirmer<'_, F> {
     }
 
     /// Two events of the series that lead to one of the flow: the nearer one is it.
-    fn without_doubles(&self, found: Vec<Found>) -> Vec<Found> {
-        let kind = |f: &Found| self.branch.events[f.event].kind;
-        let mut kept: Vec<Found> = Vec::new();
+    fn without_doubles(&self, found: Vec<SharedEvent>) -> Vec<SharedEvent> {
+        let kind = |f: &SharedEvent| self.branch.events[f.event].kind;
+        let mut kept: Vec<SharedEvent> = Vec::new();
         for one in found {
-            let is_same = |other: &Found| {
+            let is_same = |other: &SharedEvent| {
                 kind(other) == kind(&one)
                     && self.flow.distance(&other.root.point.x, &one.root.point.x) < SAME
             };
@@ -176,10 +176,14 @@ impl<F: Family> Confirmer<'_, F> {
     }
 
     /// Unstable multipliers of the flow before and after a bifurcation; `None` where they do not change as its kind says.
-    fn counts(&mut self, found: &[Found], k: usize) -> Result<Option<(usize, usize)>, SolveError> {
+    fn counts(
+        &mut self,
+        found: &[SharedEvent],
+        k: usize,
+    ) -> Result<Option<(usize, usize)>, SolveError> {
         let event = &self.branch.events[found[k].event];
         let (kind, multiplicity) = (event.kind, event.multiplicity);
-        let Found {
+        let SharedEvent {
             plane, root, step, ..
         } = &found[k];
         let others = found
@@ -231,7 +235,7 @@ impl<F: Family> Confirmer<'_, F> {
     }
 
     /// Notes a confirmed event, and solves the ends of the step that holds it.
-    fn accept(&mut self, found: &Found, counts: (usize, usize)) -> Result<(), SolveError> {
+    fn accept(&mut self, found: &SharedEvent, counts: (usize, usize)) -> Result<(), SolveError> {
         let event = &mut self.branch.events[found.event];
         event.verdict = Verdict::Confirmed;
         event.lambda = found.root.point.lambda();

@@ -2,7 +2,7 @@
 
 use super::{Confirmer, Station};
 use crate::solve::branch::confirm::flow::FlowPoint;
-use crate::solve::events::quiet::{MOST, Place, Quiet};
+use crate::solve::events::quiet::{MOST, MultiplierSample, Quiet};
 use crate::solve::events::{EventKind, Verdict};
 use crate::solve::family::Family;
 
@@ -52,8 +52,8 @@ impl<F: Family> Confirmer<'_, F> {
         }
         numbers.truncate(MOST);
         let known = numbers.iter().filter_map(|j| Some((*j, self.known(*j)?)));
-        let places = known.map(|(j, orbit)| Place::new(lengths[j], &orbit.multipliers));
-        let places: Vec<Place<'_>> = places.collect();
+        let places = known.map(|(j, orbit)| MultiplierSample::new(lengths[j], &orbit.multipliers));
+        let places: Vec<MultiplierSample<'_>> = places.collect();
         !self.is_smooth(k, k + 1) || !quiet.holds(&places)
     }
 

@@ -42,7 +42,7 @@ pub(super) struct Arrival {
 }
 
 /// Ends the path where it arrives, or goes astray.
-pub(super) struct Watch {
+pub(super) struct ArrivalWatch {
     weight: f64,
     arrival: Option<Arrival>,
     /// Place and distance from it at which the path has gone astray.
@@ -52,15 +52,15 @@ pub(super) struct Watch {
     pub has_arrived: bool,
 }
 
-impl Watch {
+impl ArrivalWatch {
     /// At the begin of a path.
     pub fn new(
         weight: f64,
         from: DVector<f64>,
         arrival: Option<Arrival>,
         astray: Option<(DVector<f64>, f64)>,
-    ) -> Watch {
-        Watch {
+    ) -> ArrivalWatch {
+        ArrivalWatch {
             weight,
             arrival,
             astray,
@@ -95,7 +95,7 @@ impl Watch {
     }
 }
 
-impl Recorder for Watch {
+impl Recorder for ArrivalWatch {
     fn record(&mut self, _: f64, _: &System, _: &Orbit, _: &mut Vec<f64>) {}
 
     fn accept(&mut self, point: &BranchPoint) -> bool {
@@ -159,7 +159,7 @@ impl<F: Family> Confirmer<'_, F> {
             };
             let astray = (from.x.clone(), ASTRAY * length);
             let (weight, begin) = (self.options.weight, from.x.clone());
-            let mut watch = Watch::new(weight, begin, Some(arrival), Some(astray));
+            let mut watch = ArrivalWatch::new(weight, begin, Some(arrival), Some(astray));
             let start = Begin::Inside(from.state(), from.lambda(), side);
             let branch = self.traced(start, &options, &mut watch)?;
             if let Some(branch) = branch.filter(|_| watch.has_arrived) {
@@ -174,7 +174,7 @@ impl<F: Family> Confirmer<'_, F> {
         &mut self,
         start: Begin,
         options: &TraceOptions,
-        watch: &mut Watch,
+        watch: &mut ArrivalWatch,
     ) -> Result<Option<Branch>, SolveError> {
         self.flow.shooting.allow(self.steps_left);
         let traced = trace(self.flow.shooting, start, options, watch);

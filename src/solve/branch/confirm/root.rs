@@ -196,7 +196,7 @@ impl Root {
 }
 
 /// One search.
-struct Search<'a, 'f, F: Family> {
+struct RootSearch<'a, 'f, F: Family> {
     flow: &'a mut Flow<'f, F>,
     plane: &'a Plane,
     test: Test,
@@ -215,7 +215,7 @@ pub(super) fn locate<F: Family>(
     test: Test,
     (stride, reach): (f64, f64),
 ) -> Result<Option<Root>, SolveError> {
-    let mut search = Search {
+    let mut search = RootSearch {
         flow,
         plane,
         test,
@@ -246,7 +246,7 @@ pub(super) fn locate<F: Family>(
     }))
 }
 
-impl<F: Family> Search<'_, '_, F> {
+impl<F: Family> RootSearch<'_, '_, F> {
     /// Value in a plane. The inner `Err`: no orbit there, or nothing to watch.
     fn value(&mut self, s: f64) -> Result<f64, Option<SolveError>> {
         if let Some(known) = self.seen.iter().find(|x| x.0 == s) {

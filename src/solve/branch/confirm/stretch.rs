@@ -6,7 +6,7 @@
 use super::align::align;
 use super::chain::Item;
 use super::flow::{Care, FlowPoint};
-use super::retrace::{Arrival, Watch};
+use super::retrace::{Arrival, ArrivalWatch};
 use super::{Confirmer, POOR, SAME_ORBIT, Station, difference};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, Branch, BranchPoint};
@@ -188,7 +188,7 @@ impl<F: Family> Confirmer<'_, F> {
             within: 0.0,
             share: BESIDE,
         });
-        let mut watch = Watch::new(self.options.weight, from.x.clone(), arrival, None);
+        let mut watch = ArrivalWatch::new(self.options.weight, from.x.clone(), arrival, None);
         let start = Begin::Inside(from.state(), from.lambda(), side);
         let Some(branch) = self.traced(start, &options, &mut watch)? else {
             return Ok(None);

@@ -2,7 +2,7 @@
 
 use super::{ExactQuadrature, add_jump};
 use crate::element::automaton::Automaton;
-use crate::solve::galerkin::march::{self, Stretch};
+use crate::solve::galerkin::march::{self, MarchStretch};
 use crate::system::System;
 use num_complex::Complex;
 use std::f64::consts::TAU;
@@ -77,14 +77,14 @@ pub(super) fn automata(system: &System) -> Vec<Vec<(Automaton, f64)>> {
 }
 
 /// Adds the mean and the jumps of a value on a stretch: coefficients before the division by i k.
-fn add_stretch(spectrum: &mut [Complex<f64>], s: &Stretch, value: f64) {
+fn add_stretch(spectrum: &mut [Complex<f64>], s: &MarchStretch, value: f64) {
     spectrum[0] += value * (s.end - s.begin) / TAU;
     add_jump(spectrum, s.begin, value);
     add_jump(spectrum, s.end, -value);
 }
 
 /// Adds the coefficients mean, sin 1, cos 1, .. of a value on a stretch.
-fn add_real(out: &mut [f64], s: &Stretch, value: f64) {
+fn add_real(out: &mut [f64], s: &MarchStretch, value: f64) {
     out[0] += value * (s.end - s.begin) / TAU;
     for (k, pair) in out[1..].chunks_exact_mut(2).enumerate() {
         let k = (k + 1) as f64;

@@ -4,7 +4,7 @@
 //! starts to slip or sticks. While it slips its memory follows the deformation. Kinks of laws whose memory has a rate are integrated
 //! under error control.
 
-use super::regions::{COUNT, Instant, Passage};
+use super::regions::{COUNT, Instant, StepPassage};
 use crate::element::Response;
 use crate::element::automaton::{Automaton, Guard, MemoryRate, RegionForce, Surface};
 use crate::element::evolving::Evolution;
@@ -156,8 +156,8 @@ impl Memories {
         &self,
         (state, dof, h): (&[f64], usize, f64),
         mut deformation: impl FnMut(usize) -> [f64; COUNT],
-    ) -> Option<Passage> {
-        let mut first: Option<Passage> = None;
+    ) -> Option<StepPassage> {
+        let mut first: Option<StepPassage> = None;
         let size = state.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         for (number, slider) in self.sliders.iter().enumerate() {
             let x = deformation(slider.connection);
@@ -172,7 +172,7 @@ impl Memories {
                 let found = first_passage(&polynomial, level, guard.direction, tolerance);
                 let is_first = |x: &f64| first.is_none_or(|f| *x < f.x);
                 if let Some(x) = found.filter(is_first) {
-                    first = Some(Passage {
+                    first = Some(StepPassage {
                         x,
                         connection: slider.connection,
                         level,
@@ -189,7 +189,7 @@ impl Memories {
     pub(super) fn beyond(
         &self,
         system: &System,
-        passage: &Passage,
+        passage: &StepPassage,
         at: &Instant<'_>,
     ) -> (f64, f64, f64) {
         let (e, sign) = (passage.connection, passage.direction.sign());
@@ -212,7 +212,7 @@ impl Memories {
         &mut self,
         system: &System,
         at: &Instant<'_>,
-        landed: Option<Passage>,
+        landed: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) -> bool {
         let size = at.state.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

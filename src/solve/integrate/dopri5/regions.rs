@@ -12,7 +12,7 @@ pub(super) const COUNT: usize = 6;
 
 /// The passage that ends a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Passage {
+pub(super) struct StepPassage {
     /// Share of the step before it.
     pub(super) x: f64,
     pub(super) connection: usize,
@@ -155,8 +155,8 @@ impl Regions {
         (tau, state): (f64, &[f64]),
         coefficients: &[f64],
         mut error: impl FnMut(usize, &mut [f64; COUNT]),
-    ) -> Option<Passage> {
-        let mut first: Option<Passage> = None;
+    ) -> Option<StepPassage> {
+        let mut first: Option<StepPassage> = None;
         for (k, levels) in self.levels.iter().enumerate() {
             if levels.is_empty() {
                 continue;
@@ -176,7 +176,7 @@ impl Regions {
                     continue;
                 };
                 if first.is_none_or(|f| x < f.x) {
-                    first = Some(Passage {
+                    first = Some(StepPassage {
                         x,
                         connection: k,
                         level,
@@ -190,7 +190,7 @@ impl Regions {
     }
 
     /// How far beyond its level a passage is, how fast it goes on, and the distance that counts as none.
-    pub(super) fn beyond(&self, passage: &Passage, at: &Instant<'_>) -> (f64, f64, f64) {
+    pub(super) fn beyond(&self, passage: &StepPassage, at: &Instant<'_>) -> (f64, f64, f64) {
         let k = passage.connection;
         let sign = passage.direction.sign();
         let distance = sign * (at.scratch.deformation[k] - passage.level);
@@ -205,7 +205,7 @@ impl Regions {
         system: &System,
         pieces: &Pieces,
         at: &Instant<'_>,
-        landed: Option<Passage>,
+        landed: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) -> bool {
         let before = self.switches;

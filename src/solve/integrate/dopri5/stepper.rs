@@ -3,7 +3,7 @@
 use super::Dopri5Options;
 use super::memories::Memories;
 use super::pieces::Pieces;
-use super::regions::{COUNT, Instant, Passage, Regions, add_deformation};
+use super::regions::{COUNT, Instant, Regions, StepPassage, add_deformation};
 use crate::solve::integrate::Observer;
 use crate::solve::jumps;
 use crate::system::{Scratch, System};
@@ -311,7 +311,7 @@ impl Stepper {
         system: &System,
         h: f64,
         error: impl Fn(usize, &mut [f64; COUNT]),
-    ) -> Option<Passage> {
+    ) -> Option<StepPassage> {
         let n = self.dof;
         let deformation = |e: usize| {
             let mut sum = [0.0; COUNT];
@@ -327,7 +327,7 @@ impl Stepper {
         &mut self,
         system: &System,
         tau: f64,
-        landed: Option<Passage>,
+        landed: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) -> bool {
         let at = Instant {

@@ -4,7 +4,7 @@
 //! dx/dT up to k, which the recursion of the motion has at that moment.
 
 use super::forcing::{Instant, Sources};
-use super::laws::{LawPart, Piece};
+use super::laws::{ForcePiece, LawPart};
 use crate::numeric::taylor::{COUNT, Inputs, Polynomial, convolve};
 use crate::system::System;
 
@@ -13,7 +13,7 @@ use crate::system::System;
 pub(crate) struct Acting {
     /// Numbers of the parts that act, ascending.
     pub list: Vec<usize>,
-    parts: Vec<Part>,
+    parts: Vec<ActingPart>,
     variations: Sources,
     variation: Vec<Polynomial>,
     phase: [f64; 3],
@@ -23,7 +23,7 @@ pub(crate) struct Acting {
 
 /// The series of one part of a law.
 #[derive(Debug, Clone)]
-struct Part {
+struct ActingPart {
     connection: usize,
     x: Polynomial,
     /// dx/dT.
@@ -56,7 +56,7 @@ impl Acting {
             }
         }
         let zero = [0.0; COUNT];
-        let part = |part: &LawPart| Part {
+        let part = |part: &LawPart| ActingPart {
             connection: part.connection,
             x: zero,
             rate: zero,
@@ -100,14 +100,14 @@ impl Acting {
     }
 
     /// Whether a part in a region acts; if not, its slope and offset with the stiffness at a phase inside the stretch.
-    pub fn admit(&mut self, k: usize, piece: &Piece, factor: f64) -> Option<(f64, f64)> {
+    pub fn admit(&mut self, k: usize, piece: &ForcePiece, factor: f64) -> Option<(f64, f64)> {
         let part = &mut self.parts[k];
         part.factor = factor;
         match piece {
-            Piece::Affine(a) if a.v == 0.0 && !part.varies => {
+            ForcePiece::Affine(a) if a.v == 0.0 && !part.varies => {
                 return Some((factor * a.q, factor * a.constant));
             }
-            Piece::Affine(a) if *a == Default::default() => return Some((0.0, 0.0)),
+            ForcePiece::Affine(a) if *a == Default::default() => return Some((0.0, 0.0)),
             _ => self.list.push(k),
         }
         None
@@ -123,12 +123,18 @@ impl Acting {
 
     /// Coefficient k of the force of a part, from those of its deformation and rate.
     #[inline]
-    pub fn force(&mut self, part: usize, piece: &Piece, k: usize, (x, rate): (f64, f64)) -> f64 {
+    pub fn force(
+        &mut self,
+        part: usize,
+        piece: &ForcePiece,
+        k: usize,
+        (x, rate): (f64, f64),
+    ) -> f64 {
         let part = &mut self.parts[part];
         (part.x[k], part.rate[k]) = (x, rate);
         let law = match piece {
-            Piece::Affine(a) => a.q * x + a.v * rate + if k == 0 { a.constant } else { 0.0 },
-            Piece::Smooth(smooth) => {
+            ForcePiece::Affine(a) => a.q * x + a.v * rate + if k == 0 { a.constant } else { 0.0 },
+            ForcePiece::Smooth(smooth) => {
                 let inputs = Inputs {
                     x: &part.x,
                     y: &part.rate,
@@ -157,13 +163,13 @@ impl Acting {
     /// The first theta within a step at which a force that the series cannot see comes back: the step ends there.
     pub(crate) fn come_back<'a>(
         &self,
-        piece: impl Fn(usize) -> &'a Piece,
+        piece: impl Fn(usize) -> &'a ForcePiece,
         count: usize,
         step: f64,
     ) -> Option<f64> {
         let end = |k: &usize| match piece(*k) {
-            Piece::Affine(_) => None,
-            Piece::Smooth(smooth) => {
+            ForcePiece::Affine(_) => None,
+            ForcePiece::Smooth(smooth) => {
                 let registers = &self.parts[*k].registers;
                 let ends = smooth.hidden.iter();
                 // The forces of the last two coefficients are not made.
@@ -204,16 +210,20 @@ impl Acting {
     }
 
     /// Makes the series of the partials of every acting connection from that of its motion.
-    pub(crate) fn differentiate<'a>(&mut self, piece: impl Fn(usize) -> &'a Piece, count: usize) {
+    pub(crate) fn differentiate<'a>(
+        &mut self,
+        piece: impl Fn(usize) -> &'a ForcePiece,
+        count: usize,
+    ) {
         for k in &self.list {
             let part = &mut self.parts[*k];
             let (all, of_force) = if part.evolves { (6, 3) } else { (2, 2) };
             match piece(*k) {
-                Piece::Affine(a) => {
+                ForcePiece::Affine(a) => {
                     part.partials[..all].fill([0.0; COUNT]);
                     (part.partials[0][0], part.partials[1][0]) = (a.q, a.v);
                 }
-                Piece::Smooth(smooth) => {
+                ForcePiece::Smooth(smooth) => {
                     let inputs = Inputs {
                         x: &part.x,
                         y: &part.rate,

@@ -8,7 +8,7 @@ use super::holding::Holding;
 use super::impacts::flank;
 use super::impulse::Stop;
 use super::regions::size;
-use super::{Exact, Motion, ROUNDING};
+use super::{Exact, MovedState, ROUNDING};
 use crate::element::automaton::{Reset, Surface};
 use crate::numeric::bernstein::Direction;
 use crate::numeric::complementary::solve;
@@ -30,7 +30,7 @@ impl Exact {
         &mut self,
         tau: f64,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         let mut stops: Vec<(usize, Direction, f64)> = Vec::new();
@@ -82,7 +82,7 @@ impl Exact {
         tau: f64,
         stops: &[Stop],
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         let size = size(&self.series, state);
@@ -190,7 +190,7 @@ impl Exact {
     }
 
     /// Lets a stop go.
-    pub(super) fn release(&mut self, part: usize, tau: f64, motion: &mut Motion<'_>) {
+    pub(super) fn release(&mut self, part: usize, tau: f64, motion: &mut MovedState<'_>) {
         let here = &self.regions.parts()[part];
         let level = here.held_level().unwrap_or_default();
         let (connection, from) = (here.connection, here.law.flanks[here.region]);
@@ -216,7 +216,7 @@ impl Exact {
         &mut self,
         tau: f64,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         self.stiffen(system, tau)?;

@@ -2,7 +2,7 @@
 
 use super::acting::Acting;
 use super::decay::Control;
-use super::entries::Entry;
+use super::entries::MatrixEntry;
 use super::regions::Regions;
 use super::series::Series;
 use crate::numeric::roots::root_below;
@@ -84,7 +84,7 @@ impl Deviations {
         let order = (k + 1) as f64;
         let row = |k: usize, i: usize| (k * n + i) * columns..(k * n + i + 1) * columns;
         let out = |i: usize| i * columns..(i + 1) * columns;
-        for Entry {
+        for MatrixEntry {
             row: i,
             column,
             value,
@@ -96,7 +96,7 @@ impl Deviations {
                 &known[row(k + 1, *column)],
             );
         }
-        for Entry {
+        for MatrixEntry {
             row: i,
             column,
             value,

@@ -4,17 +4,17 @@ use nalgebra::DMatrix;
 
 /// One nonzero entry of a matrix.
 #[derive(Debug, Clone, Copy)]
-pub struct Entry {
+pub struct MatrixEntry {
     pub row: usize,
     pub column: usize,
     pub value: f64,
 }
 
 /// The entries of a matrix, multiplied.
-pub fn entries(matrix: &DMatrix<f64>, factor: f64) -> Vec<Entry> {
+pub fn entries(matrix: &DMatrix<f64>, factor: f64) -> Vec<MatrixEntry> {
     let all =
         (0..matrix.nrows()).flat_map(|row| (0..matrix.ncols()).map(move |column| (row, column)));
-    all.map(|(row, column)| Entry {
+    all.map(|(row, column)| MatrixEntry {
         row,
         column,
         value: factor * matrix[(row, column)],
@@ -24,7 +24,7 @@ pub fn entries(matrix: &DMatrix<f64>, factor: f64) -> Vec<Entry> {
 }
 
 /// The same matrix in an array.
-pub fn dense<const N: usize>(entries: &[Entry]) -> [[f64; N]; N] {
+pub fn dense<const N: usize>(entries: &[MatrixEntry]) -> [[f64; N]; N] {
     let mut matrix = [[0.0; N]; N];
     entries
         .iter()
@@ -33,20 +33,23 @@ pub fn dense<const N: usize>(entries: &[Entry]) -> [[f64; N]; N] {
 }
 
 /// Entries of kappa W and what each connection adds to them.
-pub fn couple(stiffness: &[Entry], map: &[Entry]) -> (Vec<Entry>, Vec<Entry>) {
-    let (mut coupled, mut links): (Vec<Entry>, Vec<Entry>) = (Vec::new(), Vec::new());
+pub fn couple(
+    stiffness: &[MatrixEntry],
+    map: &[MatrixEntry],
+) -> (Vec<MatrixEntry>, Vec<MatrixEntry>) {
+    let (mut coupled, mut links): (Vec<MatrixEntry>, Vec<MatrixEntry>) = (Vec::new(), Vec::new());
     let mut known = std::collections::HashMap::new();
     for s in stiffness {
         for w in map.iter().filter(|w| w.row == s.column) {
             let target = *known.entry((s.row, w.column)).or_insert_with(|| {
-                coupled.push(Entry {
+                coupled.push(MatrixEntry {
                     row: s.row,
                     column: w.column,
                     value: 0.0,
                 });
                 coupled.len() - 1
             });
-            links.push(Entry {
+            links.push(MatrixEntry {
                 row: target,
                 column: s.column,
                 value: s.value * w.value,

@@ -17,12 +17,12 @@ pub struct Instant {
     /// Growth of that rate per unit of time of the series; 0 where the excitation turns evenly.
     pub change: f64,
     /// Place in the course of speed, if there is one.
-    pub course: Option<Place>,
+    pub course: Option<CoursePosition>,
 }
 
 /// A place in a course of speed.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct CoursePosition {
     /// Phase at the begin of the step, full turns included: what an order that is not a whole number sees.
     pub phase: f64,
     /// Time at the begin of the step and inside the stretch, omega_c t.
@@ -87,7 +87,7 @@ impl Factor {
     }
 
     /// Its series along a course.
-    fn expand(&self, at: &Instant, place: &Place, out: &mut Polynomial) {
+    fn expand(&self, at: &Instant, place: &CoursePosition, out: &mut Polynomial) {
         let per_time = 1.0 / place.unit;
         match self {
             Factor::One => {
@@ -121,12 +121,12 @@ pub struct Sources {
     mean: Vec<f64>,
     terms: Vec<Term>,
     broken: Vec<Broken>,
-    lines: Vec<Line>,
+    lines: Vec<ForcingTerm>,
 }
 
 /// A multiple of a function of time in one component.
 #[derive(Debug, Clone)]
-struct Line {
+struct ForcingTerm {
     index: usize,
     factor: f64,
     line: BrokenLine,
@@ -151,13 +151,13 @@ struct Broken {
     index: usize,
     factor: f64,
     series: Periodic,
-    part: Part,
+    part: ForcingPart,
     /// Rate of the phase over omega_c where the excitation turns evenly.
     frequency: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum ForcingPart {
     Value,
     Slope,
     Acceleration,
@@ -167,14 +167,14 @@ impl Broken {
     fn expand(&self, at: &Instant, out: &mut Polynomial) {
         let slope = self.factor * self.series.derivative(at.middle);
         match self.part {
-            Part::Slope => match at.course {
+            ForcingPart::Slope => match at.course {
                 None => out[0] += slope * self.frequency,
                 Some(place) => {
                     out[0] += slope * at.rate / place.unit;
                     out[1] += slope * at.change / place.unit;
                 }
             },
-            Part::Acceleration => match at.course {
+            ForcingPart::Acceleration => match at.course {
                 None => out[0] += slope * self.frequency * self.frequency,
                 Some(place) => {
                     let [w, a] = [at.rate / place.unit, at.change / place.unit];
@@ -186,7 +186,7 @@ impl Broken {
                     out[2] += slope * a * a + 0.5 * change * slope * at.change;
                 }
             },
-            Part::Value => {
+            ForcingPart::Value => {
                 let inside = self.factor * self.series.value(at.middle);
                 out[0] += inside + slope * (at.phase - at.middle);
                 out[1] += slope * at.rate;
@@ -221,7 +221,7 @@ impl Sources {
                 index,
                 factor,
                 series: broken.clone(),
-                part: Part::Value,
+                part: ForcingPart::Value,
                 frequency: 0.0,
             }),
         }
@@ -243,7 +243,7 @@ impl Sources {
                 index,
                 factor,
                 series: broken.clone(),
-                part: Part::Slope,
+                part: ForcingPart::Slope,
                 frequency: 0.0,
             }),
         }
@@ -269,7 +269,7 @@ impl Sources {
                 index,
                 factor,
                 series: broken.clone(),
-                part: Part::Acceleration,
+                part: ForcingPart::Acceleration,
                 frequency: 0.0,
             }),
         }
@@ -300,7 +300,7 @@ impl Sources {
 
     /// Adds a multiple of a function of omega_c t.
     pub(crate) fn add_line(&mut self, index: usize, factor: f64, line: &BrokenLine) {
-        self.lines.push(Line {
+        self.lines.push(ForcingTerm {
             index,
             factor,
             line: line.clone(),
@@ -400,7 +400,7 @@ impl Sources {
     }
 
     /// Harmonics and functions of time along a course.
-    fn expand_along(&self, at: &Instant, place: &Place, out: &mut [Polynomial]) {
+    fn expand_along(&self, at: &Instant, place: &CoursePosition, out: &mut [Polynomial]) {
         let mut factor = [0.0; COUNT];
         for term in &self.terms {
             let [mut c, mut s] = at.waves(term.order);
@@ -421,7 +421,7 @@ impl Sources {
                 }
             }
         }
-        for Line {
+        for ForcingTerm {
             index,
             factor,
             line,

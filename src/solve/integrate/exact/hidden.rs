@@ -10,11 +10,11 @@ use crate::numeric::taylor::{COUNT, Function, Op, Polynomial, Program, Register}
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hidden {
     argument: Register,
-    kind: Kind,
+    kind: HiddenKind,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum HiddenKind {
     /// tanh, sinh, cosh: constant, or a single exponential, on either side.
     TwoSided,
     /// e^x: nothing on the left.
@@ -35,8 +35,8 @@ pub fn find(program: &Program) -> Vec<Hidden> {
             function: Function::Tanh | Function::Sinh | Function::Cosh,
             x,
             ..
-        } => Some((x, Kind::TwoSided)),
-        Op::Exp(x) => Some((x, Kind::Left)),
+        } => Some((x, HiddenKind::TwoSided)),
+        Op::Exp(x) => Some((x, HiddenKind::Left)),
         _ => None,
     };
     let mut list: Vec<Hidden> = Vec::new();
@@ -54,9 +54,9 @@ impl Hidden {
     pub fn end(&self, registers: &[Polynomial], count: usize, step: f64) -> Option<f64> {
         let argument = &registers[self.argument];
         let (level, direction) = match self.kind {
-            Kind::TwoSided if argument[0] > SATURATED.0 => (SATURATED.1, Direction::Down),
-            Kind::TwoSided if argument[0] < -SATURATED.0 => (-SATURATED.1, Direction::Up),
-            Kind::Left if argument[0] < VANISHED.0 => (VANISHED.1, Direction::Up),
+            HiddenKind::TwoSided if argument[0] > SATURATED.0 => (SATURATED.1, Direction::Down),
+            HiddenKind::TwoSided if argument[0] < -SATURATED.0 => (-SATURATED.1, Direction::Up),
+            HiddenKind::Left if argument[0] < VANISHED.0 => (VANISHED.1, Direction::Up),
             _ => return None,
         };
         let mut scaled = [0.0; COUNT];

@@ -4,7 +4,7 @@
 //! q'' = a - kappa_A f,   f = (W_A kappa_A)^-1 (W_A a - e_A''),   a: without these forces
 //! ```
 
-use super::entries::{Entry, entries};
+use super::entries::{MatrixEntry, entries};
 use crate::numeric::complementary::inverse;
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
@@ -25,7 +25,7 @@ pub struct Holding {
     /// Columns of W_A kappa.
     drive: DMatrix<f64>,
     /// The damping and the coupling without holding.
-    pub free: (Vec<Entry>, Vec<Entry>),
+    pub free: (Vec<MatrixEntry>, Vec<MatrixEntry>),
     /// W_A Q - e'' of the step, then the forces.
     forces: Vec<Polynomial>,
 }
@@ -59,7 +59,7 @@ impl Holding {
     }
 
     /// The matrix of these entries without what would move the deformations that are held.
-    pub fn project(&self, list: &[Entry]) -> Vec<Entry> {
+    pub fn project(&self, list: &[MatrixEntry]) -> Vec<MatrixEntry> {
         let n = self.pull.nrows();
         let mut matrix = DMatrix::zeros(n, n);
         for entry in list {
@@ -70,7 +70,7 @@ impl Holding {
     }
 
     /// The same of what memories add.
-    pub(crate) fn project_memories(&self, list: &mut Vec<Entry>) {
+    pub(crate) fn project_memories(&self, list: &mut Vec<MatrixEntry>) {
         let n = self.pull.nrows();
         let Some(last) = list.iter().map(|m| m.column).max() else {
             return;

@@ -9,7 +9,7 @@
 use super::impulse::{Impact, Stop};
 use super::part::Watched;
 use super::regions::{Crossing, size};
-use super::{Exact, Motion, ROUNDING, SAME_INSTANT};
+use super::{Exact, MovedState, ROUNDING, SAME_INSTANT};
 use crate::element::automaton::{Reset, Surface};
 use crate::numeric::bernstein::Direction;
 use crate::solve::integrate::{IntegrationEnd, Switch, SwitchKind};
@@ -45,7 +45,7 @@ impl Exact {
         &mut self,
         tau: f64,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         self.lift(tau, state, motion)?;
         self.collide(tau, None, state, motion)?;
@@ -117,7 +117,7 @@ impl Exact {
         tau: f64,
         reached: Option<(usize, Direction)>,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         let slow = ROUNDING * size(&self.series, state) / self.series.unit;
@@ -153,7 +153,7 @@ impl Exact {
         tau: f64,
         mut set: Vec<Stop>,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         let n = system.dof();
@@ -222,7 +222,7 @@ impl Exact {
     }
 
     /// Joints at rest on a jump of their force, which is finite, give way to an impulse.
-    fn break_loose(&mut self, tau: f64, state: &[f64], motion: &mut Motion<'_>) {
+    fn break_loose(&mut self, tau: f64, state: &[f64], motion: &mut MovedState<'_>) {
         let system = motion.system;
         let slow = ROUNDING * size(&self.series, state) / self.series.unit;
         let held: Vec<(usize, usize, f64)> = (self.regions.held())

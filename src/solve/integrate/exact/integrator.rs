@@ -1,7 +1,7 @@
 //! The series flow as an integrator, and the ends of its stretches.
 
 use super::laws::LawPart;
-use super::{Exact, Motion};
+use super::{Exact, MovedState};
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
 use crate::solve::integrate::{
@@ -129,7 +129,7 @@ impl Integrator for Exact {
         state: &mut [f64],
         observer: &mut dyn Observer,
     ) -> IntegrationEnd {
-        let motion = Motion {
+        let motion = MovedState {
             system,
             phi: None,
             observer,
@@ -145,7 +145,7 @@ impl Integrator for Exact {
         phi: &mut DMatrix<f64>,
         observer: &mut dyn Observer,
     ) -> IntegrationEnd {
-        let motion = Motion {
+        let motion = MovedState {
             system,
             phi: Some(phi),
             observer,

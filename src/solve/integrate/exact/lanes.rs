@@ -80,7 +80,7 @@ impl<const N: usize> Flight for Lanes<N> {
 
     fn step(&mut self, status: &mut [Status]) {
         // Whatever instructions the processor has: products and sums are the same.
-        Arch::new().dispatch(Step {
+        Arch::new().dispatch(LaneStep {
             lanes: self,
             status,
         });
@@ -94,12 +94,12 @@ impl<const N: usize> Flight for Lanes<N> {
 }
 
 /// A step as the processor takes it.
-struct Step<'a, const N: usize> {
+struct LaneStep<'a, const N: usize> {
     lanes: &'a mut Lanes<N>,
     status: &'a mut [Status],
 }
 
-impl<const N: usize> WithSimd for Step<'_, N> {
+impl<const N: usize> WithSimd for LaneStep<'_, N> {
     type Output = ();
 
     #[inline(always)]

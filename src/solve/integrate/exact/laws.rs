@@ -20,7 +20,7 @@ pub struct Law {
     /// Flank in each region, one more than breakpoints.
     pub flanks: Vec<i8>,
     /// Force in each region, without what a memory adds.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<ForcePiece>,
     /// Guards of regions that are not bounded by breakpoints.
     pub automaton: Option<Automaton>,
     /// Regions of a law whose memory has a rate of its own.
@@ -29,7 +29,7 @@ pub struct Law {
 
 /// The force in one region.
 #[derive(Debug, Clone)]
-pub(crate) enum Piece {
+pub(crate) enum ForcePiece {
     /// constant + q x + v dx/dT.
     Affine(Affine),
     /// Anything analytic.
@@ -71,7 +71,7 @@ impl Law {
             let [q, v, z] = cells.inside(region);
             let smooth = trace_evolving(law, [q, v, 1.0, z])?;
             check_cell(&cells, region, &smooth)?;
-            pieces.push(Piece::Smooth(smooth));
+            pieces.push(ForcePiece::Smooth(smooth));
             flanks.push(element.flank(q));
         }
         Ok(Law {
@@ -124,15 +124,15 @@ impl Law {
 
     /// Whether the force is a broken line over the deformation alone.
     pub(crate) fn is_affine(&self) -> bool {
-        let is_line = |piece: &Piece| matches!(piece, Piece::Affine(a) if a.v == 0.0);
+        let is_line = |piece: &ForcePiece| matches!(piece, ForcePiece::Affine(a) if a.v == 0.0);
         self.pieces.iter().all(is_line)
     }
 
     /// Registers that the programs need at most.
     pub fn registers(&self) -> usize {
-        let size = |piece: &Piece| match piece {
-            Piece::Affine(_) => 0,
-            Piece::Smooth(smooth) => smooth.force.ops.len().max(smooth.partials.ops.len()),
+        let size = |piece: &ForcePiece| match piece {
+            ForcePiece::Affine(_) => 0,
+            ForcePiece::Smooth(smooth) => smooth.force.ops.len().max(smooth.partials.ops.len()),
         };
         self.pieces.iter().map(size).max().unwrap_or(0)
     }
@@ -140,8 +140,10 @@ impl Law {
     /// Whether a phase enters anywhere.
     pub(crate) fn reads_phase(&self) -> bool {
         self.pieces.iter().any(|piece| match piece {
-            Piece::Affine(_) => false,
-            Piece::Smooth(smooth) => smooth.force.reads_phase() || smooth.partials.reads_phase(),
+            ForcePiece::Affine(_) => false,
+            ForcePiece::Smooth(smooth) => {
+                smooth.force.reads_phase() || smooth.partials.reads_phase()
+            }
         })
     }
 
@@ -156,9 +158,9 @@ impl Law {
     fn steepest(&self, region: usize) -> (f64, f64) {
         let piece = &self.pieces[region];
         match (piece, &self.cells) {
-            (Piece::Affine(affine), _) => return (affine.q.abs(), affine.v.abs()),
-            (Piece::Smooth(smooth), Some(cells)) => return slopes_of(cells, smooth, region),
-            (Piece::Smooth(_), None) => {}
+            (ForcePiece::Affine(affine), _) => return (affine.q.abs(), affine.v.abs()),
+            (ForcePiece::Smooth(smooth), Some(cells)) => return slopes_of(cells, smooth, region),
+            (ForcePiece::Smooth(_), None) => {}
         }
         let (low, high) = self.borders(region);
         let ends = [low, low + 1.0, high - 1.0, high];
@@ -196,11 +198,11 @@ impl Law {
     }
 }
 
-impl Piece {
+impl ForcePiece {
     fn partials(&self, x: f64, v: f64) -> (f64, f64) {
         match self {
-            Piece::Affine(affine) => (affine.q, affine.v),
-            Piece::Smooth(smooth) => {
+            ForcePiece::Affine(affine) => (affine.q, affine.v),
+            ForcePiece::Smooth(smooth) => {
                 let values = smooth.partials.values([x, v, 0.0, 0.0]);
                 (values[0], values[1])
             }
@@ -209,7 +211,7 @@ impl Piece {
 
     /// Whether a motion through x has a finite series of the force.
     fn is_analytic_at(&self, x: f64) -> bool {
-        let Piece::Smooth(smooth) = self else {
+        let ForcePiece::Smooth(smooth) = self else {
             return true;
         };
         [&smooth.force, &smooth.partials]
@@ -225,7 +227,7 @@ impl From<AffineLaw> for Law {
     fn from(law: AffineLaw) -> Law {
         let lines = law.slopes.iter().zip(&law.offsets);
         let pieces = lines.map(|(slope, offset)| {
-            Piece::Affine(Affine {
+            ForcePiece::Affine(Affine {
                 constant: *offset,
                 q: *slope,
                 v: 0.0,
@@ -251,7 +253,9 @@ impl From<Automaton> for Law {
         Law {
             breakpoints: Vec::new(),
             flanks: regions.clone().map(|r| r.contact).collect(),
-            pieces: regions.map(|r| Piece::Affine(piece(&r.force))).collect(),
+            pieces: regions
+                .map(|r| ForcePiece::Affine(piece(&r.force)))
+                .collect(),
             automaton: Some(automaton),
             cells: None,
         }
@@ -259,15 +263,15 @@ impl From<Automaton> for Law {
 }
 
 /// The operations of a law at a displacement, at rest.
-fn trace(element: &dyn Element, q: f64) -> Result<Piece, String> {
+fn trace(element: &dyn Element, q: f64) -> Result<ForcePiece, String> {
     let tape = Tape::default();
     let [q, v, phase] = tape.inputs(q, 0.0, 1.0);
     let force = element.trace(q, v, phase)?;
     Ok(match force.value.affine() {
-        Some(affine) => Piece::Affine(affine),
+        Some(affine) => ForcePiece::Affine(affine),
         None => {
             let program = tape.program(&[force.value]);
-            Piece::Smooth(Smooth {
+            ForcePiece::Smooth(Smooth {
                 hidden: hidden::find(&program),
                 force: program,
                 partials: tape.program(&[force.dq, force.dv]),

@@ -53,7 +53,7 @@ use regions::Regions;
 use series::{Series, Span};
 use std::f64::consts::TAU;
 use strain::Labour;
-use variation::Variation;
+use variation::VariationWorkspace;
 
 /// Integration by Taylor series. One call depends on its arguments only, not on the calls before.
 #[derive(Debug, Clone)]
@@ -61,7 +61,7 @@ pub struct Exact {
     series: Series,
     regions: Regions,
     acting: Acting,
-    variation: Variation,
+    variation: VariationWorkspace,
     deviations: Deviations,
     options: SeriesOptions,
     name: &'static str,
@@ -94,7 +94,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 const SAME_INSTANT: f64 = 1e-13;
 
 /// What a call moves besides the regions.
-struct Motion<'a> {
+struct MovedState<'a> {
     system: &'a System,
     phi: Option<&'a mut DMatrix<f64>>,
     observer: &'a mut dyn Observer,
@@ -136,7 +136,7 @@ impl Exact {
             scratch: vec![0; laws.len()],
             regions: Regions::new(laws, &series),
             series,
-            variation: Variation::new(n, m),
+            variation: VariationWorkspace::new(n, m),
             deviations: Deviations::default(),
             options,
             name: if is_closed_form { "exact" } else { "series" },
@@ -152,7 +152,12 @@ impl Exact {
         })
     }
 
-    fn run(&mut self, span: (f64, f64), state: &mut [f64], motion: Motion<'_>) -> IntegrationEnd {
+    fn run(
+        &mut self,
+        span: (f64, f64),
+        state: &mut [f64],
+        motion: MovedState<'_>,
+    ) -> IntegrationEnd {
         let system = motion.system;
         self.prepare(system);
         let end = self.march(span, state, motion);
@@ -169,7 +174,7 @@ impl Exact {
         &mut self,
         (begin, end): (f64, f64),
         state: &mut [f64],
-        mut motion: Motion<'_>,
+        mut motion: MovedState<'_>,
     ) -> IntegrationEnd {
         let system = motion.system;
         let (state, memory) = state.split_at_mut(2 * system.dof());
@@ -288,7 +293,7 @@ impl Exact {
     }
 
     /// The series of a step and, on request, of the deviations from it; the largest theta at which they hold.
-    fn expand(&mut self, span: Span, state: &[f64], motion: &Motion<'_>) -> f64 {
+    fn expand(&mut self, span: Span, state: &[f64], motion: &MovedState<'_>) -> f64 {
         let system = motion.system;
         let Exact {
             series,
@@ -314,7 +319,7 @@ impl Exact {
     }
 
     /// Takes the transition matrix along to theta.
-    fn transfer(&mut self, theta: f64, motion: &mut Motion<'_>) {
+    fn transfer(&mut self, theta: f64, motion: &mut MovedState<'_>) {
         let Some(phi) = motion.phi.as_deref_mut() else {
             return;
         };

@@ -3,7 +3,7 @@
 //! The unit of the series is that of the stiffest contact. While a contact 10^6 times stiffer than its shaft is open, nothing
 //! moves that fast: steps of that length would be a thousand times too short.
 
-use super::entries::Entry;
+use super::entries::MatrixEntry;
 use super::frequencies::radius;
 use crate::system::{LoadKind, System};
 
@@ -70,7 +70,7 @@ impl Pace {
     /// ```text
     /// rho(A) <= max_i (A x)_i / x_i  for every x > 0
     /// ```
-    pub fn read(&mut self, coupled: &[Entry]) {
+    pub fn read(&mut self, coupled: &[MatrixEntry]) {
         if !self.is_stiff {
             return;
         }

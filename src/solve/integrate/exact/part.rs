@@ -1,7 +1,7 @@
 //! One part of a law: the region it is in, and what it watches there.
 
 use super::ROUNDING;
-use super::laws::{Law, LawPart, Piece};
+use super::laws::{ForcePiece, Law, LawPart};
 use super::rebound::Rebound;
 use super::series::Series;
 use crate::element::automaton::{Guard, MemoryRate, Region, RegionForce, Surface};
@@ -81,7 +81,7 @@ pub struct Part {
     /// The flight from a stop that it has hit.
     pub rebounds: Option<Rebound>,
     /// Force in the region with what the memory adds.
-    remembered: Option<Piece>,
+    remembered: Option<ForcePiece>,
     /// Sum of the moduli of W in its row.
     pub weight: f64,
     /// Bound on its transmission error and the slope of it.
@@ -115,7 +115,7 @@ impl Part {
 
     /// The force in its region.
     #[inline]
-    pub fn piece(&self) -> &Piece {
+    pub fn piece(&self) -> &ForcePiece {
         match &self.remembered {
             Some(piece) => piece,
             None => &self.law.pieces[self.region],
@@ -223,7 +223,7 @@ impl Part {
         if let RegionForce::Affine { constant, q, v, z } = region.force
             && z != 0.0
         {
-            self.remembered = Some(Piece::Affine(Affine {
+            self.remembered = Some(ForcePiece::Affine(Affine {
                 constant: constant + z * self.z,
                 q,
                 v,

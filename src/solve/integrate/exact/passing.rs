@@ -2,7 +2,7 @@
 
 use super::regions::Crossing;
 use super::series::Span;
-use super::{Exact, Motion};
+use super::{Exact, MovedState};
 use crate::element::automaton::Reset;
 use crate::numeric::bernstein::{Direction, evaluate};
 use crate::solve::integrate::{IntegrationEnd, Switch, SwitchKind};
@@ -77,7 +77,7 @@ impl Exact {
         tau: f64,
         state: &mut [f64],
         memory: &[f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         if let Some(phi) = motion.phi.as_deref_mut() {
             let is_moved = |m: usize| self.recalled[m] != memory[m];
@@ -146,7 +146,7 @@ impl Exact {
         tau: f64,
         state: &[f64],
         memory: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         if !memory.is_empty() {
@@ -190,7 +190,7 @@ impl Exact {
         crossing: &Crossing,
         tau: f64,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         match self.regions.reset(crossing) {
             Reset::Restitution { .. } => self.collide(
@@ -210,7 +210,7 @@ impl Exact {
     }
 
     /// Moves a part into the region behind a guard.
-    fn move_on(&mut self, crossing: &Crossing, tau: f64, motion: &mut Motion<'_>) {
+    fn move_on(&mut self, crossing: &Crossing, tau: f64, motion: &mut MovedState<'_>) {
         let system = motion.system;
         let connection = self.regions.parts()[crossing.part].connection;
         let deformation = self.series.deformation(connection);

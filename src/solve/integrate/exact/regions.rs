@@ -2,7 +2,7 @@
 
 use super::ROUNDING;
 use super::cells::departs;
-use super::laws::{Law, LawPart, Piece};
+use super::laws::{ForcePiece, Law, LawPart};
 use super::part::{Exits, Part, Watched, speed_of};
 use super::rebound::Rebound;
 use super::series::Series;
@@ -24,7 +24,7 @@ pub(crate) struct Crossing {
 
 /// Guard that a part has passed.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Passage {
+pub(crate) struct GuardPassage {
     /// Deformation.
     pub level: f64,
     /// Flank before.
@@ -91,7 +91,7 @@ impl Regions {
 
     /// The force of a part in its region.
     #[inline]
-    pub(crate) fn piece(&self, part: usize) -> &Piece {
+    pub(crate) fn piece(&self, part: usize) -> &ForcePiece {
         self.parts[part].piece()
     }
 
@@ -117,7 +117,7 @@ impl Regions {
     }
 
     /// Moves a part over a guard into the next region.
-    pub(crate) fn pass(&mut self, crossing: &Crossing, deformation: f64) -> Passage {
+    pub(crate) fn pass(&mut self, crossing: &Crossing, deformation: f64) -> GuardPassage {
         let part = &mut self.parts[crossing.part];
         let before = part.region;
         let flank = |law: &Law, region: usize| law.flanks[region];
@@ -129,7 +129,7 @@ impl Regions {
                 Direction::Down => low,
             };
             part.enter(next);
-            return Passage {
+            return GuardPassage {
                 level,
                 from: flank(&part.law, before),
                 to: flank(&part.law, next),
@@ -151,7 +151,7 @@ impl Regions {
         };
         part.settle(deformation);
         part.enter(next);
-        Passage {
+        GuardPassage {
             level,
             from: flank(&part.law, before),
             to: flank(&part.law, next),

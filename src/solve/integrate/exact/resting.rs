@@ -2,7 +2,7 @@
 
 use super::part::Watched;
 use super::regions::size;
-use super::{Exact, Motion};
+use super::{Exact, MovedState};
 use crate::element::automaton::Reset;
 use crate::numeric::bernstein::Direction;
 use crate::solve::integrate::{IntegrationEnd, Switch, SwitchKind};
@@ -13,7 +13,7 @@ impl Exact {
         &mut self,
         tau: f64,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         self.deform(system, tau, state);
@@ -52,7 +52,7 @@ impl Exact {
         held: usize,
         tau: f64,
         state: &mut [f64],
-        motion: &mut Motion<'_>,
+        motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let flanks = &self.regions.parts()[part].law.flanks;
         let from = flanks[self.regions.parts()[part].region];

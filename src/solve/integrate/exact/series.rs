@@ -3,8 +3,8 @@
 use super::SeriesOptions;
 use super::acting::Acting;
 use super::decay::{Control, reach_of_closed_form, reach_within};
-use super::entries::{Entry, couple, entries};
-use super::forcing::{Instant, Place, Sources};
+use super::entries::{MatrixEntry, couple, entries};
+use super::forcing::{CoursePosition, Instant, Sources};
 use super::frequencies::frequency_bound;
 use super::holding::Holding;
 use super::laws::LawPart;
@@ -21,10 +21,10 @@ pub struct Series {
     /// Unit of time h in omega_c t: theta = T / h.
     pub unit: f64,
     /// h Gam.
-    pub damping: Vec<Entry>,
+    pub damping: Vec<MatrixEntry>,
     /// h^2 kappa.
-    pub(super) stiffness: Vec<Entry>,
-    map: Vec<Entry>,
+    pub(super) stiffness: Vec<MatrixEntry>,
+    map: Vec<MatrixEntry>,
     pub(super) loads: Sources,
     /// Transmission errors; `None` when W is the identity and there are none.
     pub(super) errors: Option<Sources>,
@@ -37,9 +37,9 @@ pub struct Series {
     /// Coefficients of the deformations, where they are not the coordinates.
     deformation: Vec<Polynomial>,
     /// h^2 kappa diag(slope) W of the current regions.
-    pub coupled: Vec<Entry>,
+    pub coupled: Vec<MatrixEntry>,
     /// What each product kappa_ie W_ej adds: target in `coupled`, connection e, value.
-    links: Vec<Entry>,
+    links: Vec<MatrixEntry>,
     /// -h^2 kappa offset of the current regions.
     pub(super) constant: Vec<f64>,
     slope: Vec<f64>,
@@ -51,7 +51,7 @@ pub struct Series {
     /// What keeps deformations at their levels; `None` where nothing does.
     pub(super) holding: Option<Holding>,
     /// h^2 kappa df/dz of the parts that keep a memory: coordinate, place of the memory, value.
-    pub memories: Vec<Entry>,
+    pub memories: Vec<MatrixEntry>,
     /// Coefficients that the last expansion has; zeros behind.
     pub count: usize,
 }
@@ -186,7 +186,7 @@ impl Series {
 
     /// Adds what a memory does to a coordinate.
     pub(crate) fn add_memory(&mut self, row: usize, column: usize, value: f64) {
-        self.memories.push(Entry { row, column, value });
+        self.memories.push(MatrixEntry { row, column, value });
     }
 
     /// Keeps connections at their levels, until the laws change; whether that is possible.
@@ -310,7 +310,7 @@ impl Series {
             middle: middle - turn,
             rate: begin.frequency * self.unit,
             change: begin.change * self.unit * self.unit,
-            course: system.course().map(|_| Place {
+            course: system.course().map(|_| CoursePosition {
                 phase: begin.phase,
                 time: (span.tau, span.middle),
                 unit: self.unit,

@@ -45,7 +45,7 @@ const fn limits() -> [f64; COUNT] {
 /// Work space: the latest terms and their sums, coordinate by coordinate, a column of the matrix beside the other. Rows are as
 /// long as the processor's registers allow: what is behind the last column is zero.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Variation {
+pub(crate) struct VariationWorkspace {
     /// Length of a row.
     width: usize,
     now: Vec<f64>,
@@ -60,12 +60,12 @@ pub(crate) struct Variation {
 /// Rows are multiples of this.
 const LANES: usize = 4;
 
-impl Variation {
+impl VariationWorkspace {
     /// For 2n columns, and one more for every number that laws remember.
-    pub fn new(dof: usize, memory: usize) -> Variation {
+    pub fn new(dof: usize, memory: usize) -> VariationWorkspace {
         let width = (2 * dof + memory).next_multiple_of(LANES);
         let zero = vec![0.0; dof * width];
-        Variation {
+        VariationWorkspace {
             width,
             memory: vec![0.0; memory * width],
             now: zero.clone(),
@@ -96,7 +96,7 @@ impl Variation {
 
     fn sparse(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
         // Whatever instructions the processor has: products and sums are the same.
-        Arch::new().dispatch(Step {
+        Arch::new().dispatch(VariationStep {
             variation: self,
             series,
             phi,
@@ -158,19 +158,19 @@ impl Variation {
 }
 
 /// A step as the processor takes it.
-struct Step<'a> {
-    variation: &'a mut Variation,
+struct VariationStep<'a> {
+    variation: &'a mut VariationWorkspace,
     series: &'a Series,
     phi: &'a mut DMatrix<f64>,
     theta: f64,
 }
 
-impl NullaryFnOnce for Step<'_> {
+impl NullaryFnOnce for VariationStep<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Step {
+        let VariationStep {
             variation,
             series,
             phi,

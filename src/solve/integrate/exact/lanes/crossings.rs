@@ -3,7 +3,7 @@
 use super::{Each, LANES, Lanes, larger};
 use crate::numeric::bernstein::{Direction, evaluate_each};
 use crate::numeric::newtons::Newtons;
-use crate::numeric::outline::{Gate, Look, Outline};
+use crate::numeric::outline::{Gate, Outline, Outlook};
 use crate::numeric::taylor::COUNT;
 use pulp::Simd;
 
@@ -102,8 +102,8 @@ impl<const N: usize> Lanes<N> {
             let survey = outline.survey(simd, direction, (level, &tolerance));
             for l in (0..LANES).filter(|l| reaches[*l]) {
                 match survey.look(l) {
-                    Look::Never => {}
-                    Look::Once { guess, start } if !pending.is_there[l] => {
+                    Outlook::Never => {}
+                    Outlook::Once { guess, start } if !pending.is_there[l] => {
                         pending.newton.seek(l, guess);
                         (pending.direction[l], pending.is_there[l]) = (direction, true);
                         starts[l] = direction.sign() * start;
