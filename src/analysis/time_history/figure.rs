@@ -4,14 +4,25 @@ use super::loops;
 use crate::analysis::{Setting, columns};
 use crate::measure::Heading;
 use crate::postprocess::connection::is_clearance;
-use crate::report::{Curve, CurveStyle, Figure, Panel, Table, Words, readable};
+use crate::report::{Curve, CurveStyle, Figure, NamedFigure, Panel, Table, Words, readable};
 
 /// Panels that connections without a gap may fill.
 const FEW_PANELS: usize = 4;
 /// Panels drawn at most; the table has every connection.
 const MAX_PANELS: usize = 48;
 
-/// Deformations against time, and force against deformation where a law of the train has a memory.
+/// Force against deformation, in a figure of its own.
+pub(super) fn of_loops(setting: &Setting<'_>, tables: (&Table, &Table)) -> NamedFigure {
+    NamedFigure {
+        name: "loops".into(),
+        figure: Figure {
+            title: String::new(),
+            panels: loops::panels(setting, tables).take(MAX_PANELS).collect(),
+        },
+    }
+}
+
+/// Deformations against time, then force against deformation where `slow` is given.
 pub(super) fn figure(setting: &Setting<'_>, main: &Table, slow: Option<&Table>) -> Figure {
     let time = columns::time(setting);
     let names = &setting.assembly.connections;
