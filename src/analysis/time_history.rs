@@ -174,8 +174,7 @@ impl Analysis for TimeHistory {
             let slow = loops::table(setting, main);
             self.thin(main);
             // Loops are what a reader of a train with memory looks for; force curves are not.
-            let mounts = setting.assembly.system.mounts();
-            let has_memory = mounts.iter().any(|m| m.element.memory_count() > 0);
+            let has_memory = setting.assembly.system.memory_count() > 0;
             report.figure = Some(figure(setting, main, slow.as_ref().filter(|_| has_memory)));
             let apart = slow.as_ref().filter(|_| !has_memory);
             let apart = apart.map(|slow| figure::of_loops(setting, (main, slow)));

@@ -208,9 +208,9 @@ fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_
     if frame.has_x_texts {
         // A long text in smaller type, and its end alone where that does not help.
         let room = frame.left.min(40.0) + frame.width;
-        let share = (room / text_width(&panel.x_label, font)).clamp(0.6, 1.0);
-        let style = TextStyle::level((font * share) as u32, TextAnchor::Middle);
-        let label = cut_front(&panel.x_label, font * share, room);
+        let font = fitted(font, text_width(&panel.x_label, font), room);
+        let style = TextStyle::level(font as u32, TextAnchor::Middle);
+        let label = cut_front(&panel.x_label, font, room);
         put_text(scene, (middle, below), &label, style);
     }
     if !panel.panel.heading.is_empty() {
@@ -220,12 +220,13 @@ fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_
         };
         // Bold letters are wider by a tenth.
         let room = frame.left + frame.width - at.0 + 8.0;
-        let share = (room / (1.1 * text_width(&panel.panel.heading, font))).clamp(0.6, 1.0);
+        let width = 1.1 * text_width(&panel.panel.heading, font);
+        let font = fitted(font, width, room);
         let style = TextStyle {
             bold: true,
-            ..TextStyle::level((font * share) as u32, TextAnchor::Start)
+            ..TextStyle::level(font as u32, TextAnchor::Start)
         };
-        let heading = cut(&panel.panel.heading, 1.1 * font * share, room);
+        let heading = cut(&panel.panel.heading, 1.1 * font, room);
         put_text(scene, at, &heading, style);
     }
     let lines = wrapped(&panel.y_label, font, frame.height + 20.0);
@@ -239,6 +240,11 @@ fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_
         };
         put_text(scene, (x, frame.top + frame.height / 2.0), text, style);
     }
+}
+
+/// Size of type in which a text of a width fits a room, as far as it stays legible.
+fn fitted(font: f64, width: f64, room: f64) -> f64 {
+    font * (room / width).clamp(0.6, 1.0)
 }
 
 fn draw_series(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Series<'_>) {

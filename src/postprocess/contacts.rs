@@ -1,6 +1,5 @@
 //! Contacts of one connection along an orbit: how long, how often, how fast, on which flank.
 
-use crate::numeric::nonzeros::sparse_dot;
 use crate::solve::integrate::SwitchKind;
 use crate::solve::orbit::Crossing;
 use crate::system::System;
@@ -145,7 +144,6 @@ impl Contacts {
 /// energy of the relative motion at the impact, over K_j l_j^2. `None` where (W kappa)_jj is not positive: a reduced system of
 /// no mechanical origin.
 pub fn effective_mass(system: &System, connection: usize) -> Option<f64> {
-    let column = system.stiffness_column(connection);
-    let mobility = sparse_dot(system.element_map_row(connection), column);
+    let mobility = system.mobility(connection, connection);
     (mobility > 0.0).then(|| 1.0 / mobility)
 }

@@ -24,7 +24,7 @@ use crate::error::SolveError;
 use crate::numeric::broken_line::BrokenLine;
 use crate::numeric::fraction::gcd;
 use crate::numeric::growth::Growth;
-use crate::numeric::nonzeros::Nonzeros;
+use crate::numeric::nonzeros::{Nonzeros, sparse_dot};
 use crate::numeric::periodic::Periodic;
 use nalgebra::{DMatrix, DVector};
 
@@ -303,6 +303,11 @@ impl System {
     /// Row of W without its zeros: the coordinates that deform a connection, and how.
     pub fn element_map_row(&self, e: usize) -> &[(usize, f64)] {
         self.map_rows.line(e)
+    }
+
+    /// (W kappa)_ab: acceleration of the deformation of connection a per force of connection b.
+    pub(crate) fn mobility(&self, a: usize, b: usize) -> f64 {
+        sparse_dot(self.element_map_row(a), self.stiffness_column(b))
     }
 
     /// Pairs of coordinates (i, j) such that coordinate j enters equation i, with repetitions.

@@ -94,10 +94,9 @@ impl Stops {
         let count = self.closed.len();
         let row = |a: usize| system.element_map_row(self.closed[a].0).iter();
         let moment = system.moment(tau);
-        let along = |a: usize, b: usize| -> f64 {
-            let ((_, one), (column, other)) = (self.closed[a], self.closed[b]);
-            let kappa = system.stiffness().column(column);
-            one * other * row(a).map(|(i, w)| w * kappa[*i]).sum::<f64>()
+        let along = |a: usize, b: usize| {
+            let ((of, one), (by, other)) = (self.closed[a], self.closed[b]);
+            one * other * system.mobility(of, by)
         };
         let mobility = DMatrix::from_fn(count, count, along);
         let side = |a: usize| {

@@ -199,15 +199,12 @@ fn labelled(column: &Column) -> String {
 
 /// Three percentiles in a heading; a unit that all of them have is written once.
 fn percentiles(texts: [String; 3]) -> String {
-    let units = texts
+    let parts = texts
         .each_ref()
-        .map(|text| text.split_once(' ').map_or("", |(_, unit)| unit));
-    let is_shared = units.iter().all(|unit| *unit == units[2]);
-    let bare = |k: usize| match is_shared && k < 2 {
-        true => texts[k].split(' ').next().unwrap_or_default(),
-        false => texts[k].as_str(),
-    };
-    format!("5, 50, 95 %: {}, {}, {}", bare(0), bare(1), bare(2))
+        .map(|text| text.split_once(' ').unwrap_or((text, "")));
+    let is_shared = parts.iter().all(|(_, unit)| *unit == parts[2].1);
+    let bare = |k: usize| if is_shared { parts[k].0 } else { &texts[k] };
+    format!("5, 50, 95 %: {}, {}, {}", bare(0), bare(1), texts[2])
 }
 
 /// Three significant digits with the unit, in the multiple of it that suits: `34.1 µm`.

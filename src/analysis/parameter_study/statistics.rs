@@ -98,7 +98,10 @@ pub(super) fn histograms(quantities: &[&Column]) -> Table {
             (true, _) if high - low < MOST_BARS as f64 => {
                 (low - 0.5, 1.0, (high - low) as usize + 1)
             }
-            (_, true) => (low, (high - low) / bars(&list) as f64, bars(&list)),
+            (_, true) => {
+                let bars = bars(&list);
+                (low, (high - low) / bars as f64, bars)
+            }
             // All values are equal.
             (_, false) => {
                 let width = 0.1 * low.abs().max(f64::MIN_POSITIVE);

@@ -47,21 +47,29 @@ pub(super) fn sharpened<T: ComplexField<RealField = f64>>(
     left: &DVector<T>,
     right: &DVector<T>,
 ) -> Option<(DVector<T>, DVector<T>)> {
-    let n = m.nrows();
-    let mut bordered = DMatrix::zeros(n + 1, n + 1);
-    bordered.view_mut((0, 0), (n, n)).copy_from(m);
-    bordered.view_mut((0, n), (n, 1)).copy_from(left);
-    bordered
-        .view_mut((n, 0), (1, n))
-        .copy_from(&right.adjoint());
-    let mut unit = DVector::zeros(n + 1);
-    unit[n] = T::one();
-    let solved = |matrix: DMatrix<T>| {
-        let vector = matrix.lu().solve(&unit)?.rows(0, n).into_owned();
+    let unit = |vector: DVector<T>| {
         let length = vector.norm();
         length.is_normal().then(|| vector / T::from_real(length))
     };
-    Some((solved(bordered.adjoint())?, solved(bordered)?))
+    let new_left = unit(bordered_solution(&m.adjoint(), right, left)?)?;
+    let new_right = unit(bordered_solution(m, left, right)?)?;
+    Some((new_left, new_right))
+}
+
+/// v of a bordered matrix, [M, column; row*, 0] [v; g] = [0; 1].
+fn bordered_solution<T: ComplexField<RealField = f64>>(
+    m: &DMatrix<T>,
+    column: &DVector<T>,
+    row: &DVector<T>,
+) -> Option<DVector<T>> {
+    let n = m.nrows();
+    let mut bordered = DMatrix::zeros(n + 1, n + 1);
+    bordered.view_mut((0, 0), (n, n)).copy_from(m);
+    bordered.view_mut((0, n), (n, 1)).copy_from(column);
+    bordered.view_mut((n, 0), (1, n)).copy_from(&row.adjoint());
+    let mut unit = DVector::zeros(n + 1);
+    unit[n] = T::one();
+    Some(bordered.lu().solve(&unit)?.rows(0, n).into_owned())
 }
 
 impl Borders {
@@ -139,14 +147,8 @@ impl Borders {
     /// [B*  0] [g] = [1]
     /// ```
     pub fn left_of(&self, m: &DMatrix<f64>) -> Option<DVector<f64>> {
-        let n = m.nrows();
-        let mut bordered = DMatrix::zeros(n + 1, n + 1);
-        bordered.view_mut((0, 0), (n, n)).copy_from(&m.transpose());
-        (bordered.view_mut((0, n), (n, 1))).copy_from(&self.right.columns(0, 1));
-        (bordered.view_mut((n, 0), (1, n))).copy_from(&self.left.columns(0, 1).transpose());
-        let mut unit = DVector::zeros(n + 1);
-        unit[n] = 1.0;
-        Some(bordered.lu().solve(&unit)?.rows(0, n).into_owned())
+        let (left, right) = self.vectors();
+        bordered_solution(&m.transpose(), &right, &left)
     }
 
     /// The single left and right vector.

@@ -28,7 +28,7 @@ const FORGETS: f64 = 1e-9;
 type Partials = [f64; 8];
 
 /// Motion at an instant: deformation, rate, phase.
-pub(crate) type Motion = [f64; 3];
+pub(crate) type PhasePoint = [f64; 3];
 
 /// A stretch of time without a kink in deformation or rate.
 #[derive(Debug, Clone, Copy)]
@@ -36,14 +36,14 @@ struct Span {
     begin: f64,
     end: f64,
     /// At begin, middle and end.
-    motion: [Motion; 3],
+    motion: [PhasePoint; 3],
     /// Whether a sample stands at its end.
     ends_cell: bool,
 }
 
 /// One step of the march, as it was taken.
 #[derive(Debug, Clone, Copy)]
-struct Step {
+struct MarchStep {
     at: [f64; 3],
     partials: Partials,
     ends_cell: bool,
@@ -53,7 +53,7 @@ struct Step {
 #[derive(Debug, Default)]
 pub(crate) struct Evolve {
     spans: Vec<Span>,
-    steps: Vec<Step>,
+    steps: Vec<MarchStep>,
     /// Memory at the samples.
     pub memory: Vec<f64>,
     /// Share of a change of the memory at the begin that is left at the samples, and at the end of the period.
@@ -71,7 +71,7 @@ impl Evolve {
         law: &dyn Evolving,
         (samples, omega): (usize, f64),
         given: f64,
-        motion: &dyn Fn(f64) -> Motion,
+        motion: &dyn Fn(f64) -> PhasePoint,
     ) {
         let kinks = law.kinks();
         self.divide(&kinks, samples, motion);
@@ -87,7 +87,7 @@ impl Evolve {
     }
 
     /// Spans between samples and kinks of deformation and rate.
-    fn divide(&mut self, kinks: &Kinks, samples: usize, motion: &dyn Fn(f64) -> Motion) {
+    fn divide(&mut self, kinks: &Kinks, samples: usize, motion: &dyn Fn(f64) -> PhasePoint) {
         self.spans.clear();
         let tau = |j: usize| j as f64 * TAU / samples as f64;
         let mut here = motion(0.0);
@@ -136,7 +136,7 @@ impl Evolve {
         law: &dyn Evolving,
         kinks: &Kinks,
         omega: f64,
-        (start, motion): (f64, &dyn Fn(f64) -> Motion),
+        (start, motion): (f64, &dyn Fn(f64) -> PhasePoint),
     ) -> f64 {
         self.steps.clear();
         self.memory.clear();
@@ -184,7 +184,7 @@ impl Evolve {
     }
 
     fn push(&mut self, (begin, end): (f64, f64), partials: Partials, ends_cell: bool) {
-        self.steps.push(Step {
+        self.steps.push(MarchStep {
             at: [begin, 0.5 * (begin + end), end],
             partials,
             ends_cell,
@@ -196,7 +196,7 @@ impl Evolve {
         &mut self,
         law: &dyn Evolving,
         omega: f64,
-        motion: &dyn Fn(f64) -> Motion,
+        motion: &dyn Fn(f64) -> PhasePoint,
         force: &mut [f64],
     ) {
         let samples = self.memory.len();
@@ -275,7 +275,11 @@ fn fill(basis: &mut [[f64; 2]], tau: f64, omega: f64) {
 }
 
 /// Motion at begin, middle and end of a part of a span.
-fn part(span: &Span, (begin, end): (f64, f64), motion: &dyn Fn(f64) -> Motion) -> [Motion; 3] {
+fn part(
+    span: &Span,
+    (begin, end): (f64, f64),
+    motion: &dyn Fn(f64) -> PhasePoint,
+) -> [PhasePoint; 3] {
     let at = |t: f64| match () {
         () if t == span.begin => span.motion[0],
         () if t == span.end => span.motion[2],
@@ -301,7 +305,7 @@ fn step(
     (omega, side): (f64, [f64; 2]),
     z: f64,
     (begin, end): (f64, f64),
-    motion: &[Motion; 3],
+    motion: &[PhasePoint; 3],
 ) -> (f64, Partials) {
     let h = end - begin;
     let (mut sum, mut total) = (0.0, [0.0; 8]);
@@ -351,7 +355,7 @@ impl Course {
         law: &dyn Evolving,
         (samples, omega): (usize, f64),
         given: f64,
-        motion: &dyn Fn(f64) -> Motion,
+        motion: &dyn Fn(f64) -> PhasePoint,
     ) -> Course {
         let mut evolve = Evolve::default();
         evolve.follow(law, (samples, omega), given, motion);

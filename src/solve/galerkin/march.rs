@@ -5,7 +5,7 @@
 //! is a given number. On every stretch the force is g x + h; where its offset holds a memory that was set at an extremum of x, it
 //! changes with the value of x there.
 
-use super::evolve::{Course, Motion};
+use super::evolve::{Course, PhasePoint};
 use crate::element::Response;
 use crate::element::automaton::{Automaton, Direction, Guard, MemoryRate, RegionForce, Surface};
 use crate::element::evolving::Evolving;
@@ -290,7 +290,7 @@ impl Track {
     }
 
     /// Force with its partials at an instant, without the stiffness variation; `motion`: deformation, rate and phase there.
-    pub(crate) fn response(&self, system: &System, tau: f64, motion: Motion) -> Response {
+    pub(crate) fn response(&self, system: &System, tau: f64, motion: PhasePoint) -> Response {
         let [x, v, phase] = motion;
         let law = &system.mounts()[self.connection].element;
         if let (Some(course), Some(law)) = (&self.course, law.evolving()) {
@@ -306,7 +306,12 @@ impl Track {
 }
 
 /// The sum of several tracks of one connection.
-pub(crate) fn response(tracks: &[Track], system: &System, tau: f64, motion: Motion) -> Response {
+pub(crate) fn response(
+    tracks: &[Track],
+    system: &System,
+    tau: f64,
+    motion: PhasePoint,
+) -> Response {
     let parts = tracks.iter().map(|t| t.response(system, tau, motion));
     parts.fold(Response::default(), |sum, part| Response {
         f: sum.f + part.f,

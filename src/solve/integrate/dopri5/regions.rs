@@ -349,10 +349,8 @@ impl Regions {
             let phase = system.moment(pieces.clamp(at.tau)).phase;
             let size = jumps::size(mount, level, rate, phase);
             let here = direction.sign() * at.bend(system, k, pieces.clamp(at.tau));
-            let row = system.element_map_row(k).iter();
-            let mobility: f64 = row.map(|(i, w)| w * system.stiffness()[(*i, k)]).sum();
             // Towards the level from both sides.
-            let back = mobility * size - here;
+            let back = system.mobility(k, k) * size - here;
             let stays = 2.0 * rate.abs() <= self.shortest_stay * here.min(back);
             if here > 0.0 && back > 0.0 && stays {
                 self.sticks = Some(k);

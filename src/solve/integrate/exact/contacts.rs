@@ -50,8 +50,8 @@ impl Exact {
             return Ok(());
         }
         let signs: Vec<(usize, f64)> = stops.iter().map(|s| (s.0, s.1.sign())).collect();
-        let columns = |e: usize| system.stiffness_column(e);
-        let Some(moves) = solve(&mobility(system, &signs, columns), &beyond) else {
+        let mobility = mobility(&signs, |a, b| system.mobility(a, b));
+        let Some(moves) = solve(&mobility, &beyond) else {
             return Err(IntegrationEnd::Locked(stops[0].0));
         };
         let all = || stops.iter().zip(&beyond).zip(&moves);
@@ -164,7 +164,7 @@ impl Exact {
 
     /// Time in which the impacts of a stop die out under the force that would hold it; 0 at rest.
     fn remaining(&self, system: &System, (stop, force): (&Stop, f64), size: f64) -> f64 {
-        let presses = force * self.mobility(system, stop.connection);
+        let presses = force * system.mobility(stop.connection, stop.connection);
         let speed = stop.rate.abs();
         let time = (speed + (speed * speed + 2.0 * presses * stop.gap).sqrt())
             / (presses * (1.0 - stop.coefficient));
@@ -185,8 +185,10 @@ impl Exact {
         let accelerations: Vec<f64> = (signs.iter())
             .map(|(e, sign)| sign * self.series.deformation_acceleration(*e, SOON))
             .collect();
-        let columns = |e: usize| self.series.column(system, e);
-        solve(&mobility(system, &signs, columns), &accelerations)
+        let along = |a: usize, b: usize| {
+            sparse_dot(system.element_map_row(a), self.series.column(system, b))
+        };
+        solve(&mobility(&signs, along), &accelerations)
     }
 
     /// Lets a stop go.
@@ -243,14 +245,10 @@ impl Exact {
     }
 }
 
-/// W_A kappa_A of connections with the signs of their stops.
-fn mobility<'a>(
-    system: &System,
-    stops: &[(usize, f64)],
-    column: impl Fn(usize) -> &'a [(usize, f64)],
-) -> DMatrix<f64> {
+/// W_A kappa_A of connections with the signs of their stops, from its entries without signs.
+fn mobility(stops: &[(usize, f64)], along: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
     DMatrix::from_fn(stops.len(), stops.len(), |a, b| {
-        let ((row, one), (of, other)) = (stops[a], stops[b]);
-        one * other * sparse_dot(system.element_map_row(row), column(of))
+        let ((of, one), (by, other)) = (stops[a], stops[b]);
+        one * other * along(of, by)
     })
 }

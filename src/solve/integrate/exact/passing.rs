@@ -285,18 +285,12 @@ impl Exact {
         let phase = system.moment(tau).phase;
         let mount = &system.mounts()[part.connection];
         let jump = jumps::size(mount, level, rate, phase);
-        let beyond = here - direction.sign() * jump * self.mobility(system, part.connection);
+        let beyond =
+            here - direction.sign() * jump * system.mobility(part.connection, part.connection);
         // Towards the level from both sides.
         let (here, beyond) = (direction.sign() * here, -direction.sign() * beyond);
         let longest = SHORTEST_STAY * self.series.unit * self.series.pace();
         here > 0.0 && beyond > 0.0 && 2.0 * rate.abs() <= longest * here.min(beyond)
-    }
-
-    /// (W kappa)_ee.
-    pub(super) fn mobility(&self, system: &System, connection: usize) -> f64 {
-        let row = system.element_map().row(connection);
-        let column = system.stiffness().column(connection);
-        row.iter().zip(column.iter()).map(|(w, k)| w * k).sum()
     }
 }
 
