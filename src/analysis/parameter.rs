@@ -5,10 +5,10 @@ use super::{Link, Setting};
 use crate::assembly::{Assembly, Scales, assemble, reassemble, renumber};
 use crate::element::Relation;
 use crate::error::Diagnostic;
-use crate::model::{self, Follower, FrequencyScale, Knob, Model, Reach, Structure};
+use crate::model::{Follower, FrequencyScale, Knob, Model, Reach, Structure};
 use crate::quantity::Quantity;
 use crate::system::System;
-use crate::yaml::{Node, Value};
+use crate::yaml::Node;
 
 /// Name of the excitation frequency among parameters.
 pub(super) const FREQUENCY: &str = "frequency";
@@ -105,32 +105,35 @@ impl Parameter {
     /// # Errors
     /// Errors of the model.
     pub fn check(&self, setting: &Setting<'_>, written: &Quantity) -> Result<(), String> {
-        let entries = match self {
+        let mut parts = Vec::new();
+        match self {
             Parameter::Frequency(followers) => {
                 let x = setting.frequency(written)? * setting.assembly.scales.frequency;
-                let mut entries = Vec::new();
                 for Follower { knob, relation } in followers {
-                    entries.extend(knob.entries(relation.value(x)));
+                    parts.extend(entries(knob, relation.value(x)));
                 }
-                entries
             }
             Parameter::Number(knob) => {
-                let mut entries = knob.entries(written.value);
+                parts = entries(knob, written.value);
                 if written.dimension.is_some() {
-                    entries[0].1 = Node::quoted(written.text.as_str());
+                    parts[0].1 = Node::quoted(written.text.as_str());
                 }
-                entries
             }
-        };
-        if entries.is_empty() {
+        }
+        if parts.is_empty() {
             return Ok(());
         }
-        let mut root = mechanics(setting);
-        let set = |(path, node): (&str, Node)| root.set(path, node);
-        let read = entries.into_iter().try_for_each(set).map_err(|d| vec![d]);
-        let read = read.and_then(|()| rebuild(&root, setting.assembly));
+        let read = setting.model.with_parts(parts);
+        let read = read.and_then(|model| framed(model, setting.assembly));
         read.map(|_| ()).map_err(|list| joined(&list))
     }
+}
+
+/// A number and those that move with it, as a document writes them.
+pub(super) fn entries(knob: &Knob, value: f64) -> Vec<(String, Node)> {
+    let all = knob.spread(value).into_iter();
+    all.map(|(knob, value)| (knob.name().to_owned(), knob.node(value)))
+        .collect()
 }
 
 /// Several errors in one text.
@@ -270,26 +273,19 @@ pub struct Variation<'a> {
     knobs: Vec<Knob>,
     /// Scales frozen; the numbers as they were last.
     model: Model,
-    /// The mechanics of the document, where a number has no place of its own in the model.
-    root: Option<Node>,
-    /// What the numbers enter.
-    reach: Reach,
+    /// What the numbers enter; `None` if one of them has no place of its own in the mechanics.
+    reach: Option<Reach>,
 }
 
 impl<'a> Variation<'a> {
     /// The model of a setting, to be varied in some numbers.
     pub fn new(setting: &Setting<'a>, knobs: Vec<Knob>) -> Variation<'a> {
-        let mut model = setting.model.clone();
-        freeze(&mut model, &setting.assembly.scales);
         let reaches: Option<Vec<Reach>> = knobs.iter().map(Knob::reach).collect();
         Variation {
             unchanged: setting.assembly,
-            root: reaches.is_none().then(|| mechanics(setting)),
-            reach: reaches
-                .and_then(|list| list.into_iter().max())
-                .unwrap_or(Reach::Laws),
+            reach: reaches.map(|list| list.into_iter().max().unwrap_or(Reach::Laws)),
             knobs,
-            model,
+            model: frozen(setting.model.clone(), &setting.assembly.scales),
         }
     }
 
@@ -298,11 +294,11 @@ impl<'a> Variation<'a> {
     /// # Errors
     /// Errors of the model at these values.
     pub fn system(&mut self, values: &[f64]) -> Result<System, Vec<Diagnostic>> {
-        if self.root.is_some() {
+        let Some(reach) = self.reach else {
             return Ok(self.at(values)?.1.system);
-        }
-        self.write(values)?;
-        renumber(&self.model, self.unchanged, self.reach)
+        };
+        self.model.write(&paired(&self.knobs, values))?;
+        renumber(&self.model, self.unchanged, reach)
     }
 
     /// The model at values of the numbers and its assembly.
@@ -310,49 +306,29 @@ impl<'a> Variation<'a> {
     /// # Errors
     /// Errors of the model at these values.
     pub fn at(&mut self, values: &[f64]) -> Result<(Model, Assembly), Vec<Diagnostic>> {
-        if let Some(root) = &mut self.root {
-            for (knob, value) in self.knobs.iter().zip(values) {
-                for (path, node) in knob.entries(*value) {
-                    root.set(path, node).map_err(|mistake| vec![mistake])?;
-                }
-            }
-            return rebuild(root, self.unchanged);
+        let changes = paired(&self.knobs, values);
+        if self.reach.is_none() {
+            return framed(self.model.changed(&changes)?, self.unchanged);
         }
-        self.write(values)?;
+        self.model.write(&changes)?;
         let assembly = reassemble(&self.model, self.unchanged)?;
         Ok((self.model.clone(), assembly))
     }
-
-    fn write(&mut self, values: &[f64]) -> Result<(), Vec<Diagnostic>> {
-        let written = self.knobs.iter().zip(values);
-        let wrong = written.filter_map(|(knob, value)| self.model.write(knob, *value).err());
-        let wrong: Vec<Diagnostic> = wrong.collect();
-        match wrong.is_empty() {
-            true => Ok(()),
-            false => Err(wrong),
-        }
-    }
 }
 
-/// The document without its analyses.
-fn mechanics(setting: &Setting<'_>) -> Node {
-    let mut root = setting.model.document().as_ref().clone();
-    if let Value::Map(map) = &mut root.value {
-        map.shift_remove("analyses");
-    }
-    root
+fn paired<'k>(knobs: &'k [Knob], values: &[f64]) -> Vec<(&'k Knob, f64)> {
+    knobs.iter().zip(values.iter().copied()).collect()
 }
 
-/// The model of a changed document and its assembly, with the scales and relative coordinates of the unchanged one.
+/// A changed model and its assembly, with the scales and relative coordinates of the unchanged one.
 ///
 /// # Errors
-/// What the model refuses, and a change of the relative coordinates.
-pub(super) fn rebuild(
-    root: &Node,
+/// What the assembly refuses, and a change of the relative coordinates.
+pub(super) fn framed(
+    model: Model,
     unchanged: &Assembly,
 ) -> Result<(Model, Assembly), Vec<Diagnostic>> {
-    let mut model = model::read(root)?;
-    freeze(&mut model, &unchanged.scales);
+    let model = frozen(model, &unchanged.scales);
     let assembly = assemble(&model)?;
     if assembly.coordinates != unchanged.coordinates {
         return Err(vec![Diagnostic {
@@ -369,12 +345,13 @@ pub(super) fn rebuild(
     Ok((model, assembly))
 }
 
-/// Characteristic frequency and displacements as given, whatever the model would choose.
-fn freeze(model: &mut Model, scales: &Scales) {
+/// A model with characteristic frequency and displacements as given, whatever it would choose.
+pub(super) fn frozen(mut model: Model, scales: &Scales) -> Model {
     if let Structure::Train(train) = &mut model.structure {
         train.scaling.frequency = FrequencyScale::Value(scales.frequency);
         for (connection, l) in train.connections.values_mut().zip(&scales.displacement) {
             connection.length = Some(*l);
         }
     }
+    model
 }

@@ -1,6 +1,7 @@
 //! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
 
 mod builder;
+mod change;
 mod connection;
 mod cycle;
 mod drawing;

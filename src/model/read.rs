@@ -97,7 +97,7 @@ pub(super) fn interpret(root: &Node, mistakes: &mut Mistakes) -> Option<Model> {
 }
 
 /// What the laws have to say about themselves.
-fn cautions(structure: &Structure) -> Vec<String> {
+pub(super) fn cautions(structure: &Structure) -> Vec<String> {
     let laws: Vec<(String, &dyn Element)> = match structure {
         Structure::Train(train) => (train.connections.iter())
             .map(|(name, c)| (format!("connections.{name}.element"), c.element.as_ref()))

@@ -36,8 +36,8 @@ pub(super) enum Slot {
     StiffnessShare,
     /// Mean of a load.
     Mean(usize),
-    /// Amplitude of a load's harmonic: load, harmonic, sine and cosine of its phase.
-    Amplitude(usize, usize, (f64, f64)),
+    /// Amplitude of a load's harmonic: load, harmonic, phase.
+    Amplitude(usize, usize, f64),
     /// Phase of a load's harmonic: load, harmonic, amplitude.
     Phase(usize, usize, f64),
     /// Entry of kappa.
@@ -62,9 +62,64 @@ impl Slot {
             slot => slot,
         };
         let mut copy = model.structure.clone();
-        slot.write(&mut copy, written).ok()?;
+        slot.write(&mut copy, written)?;
         let same = slot.read(&copy)?.to_bits() == slot.read(&model.structure)?.to_bits();
         same.then_some(slot)
+    }
+
+    /// Writes numbers together, so that none meets the old value of another one.
+    ///
+    /// # Errors
+    /// Which of them is refused and what its law says; a place that the mechanics does not have.
+    pub(super) fn write_all(
+        list: &[(Slot, f64)],
+        structure: &mut Structure,
+    ) -> Result<(), (usize, String)> {
+        for (k, (slot, value)) in list.iter().enumerate() {
+            let written = slot.beside(list).write(structure, *value);
+            written.ok_or_else(|| (k, "the mechanics has no such number".to_owned()))?;
+        }
+        for (k, (slot, _)) in list.iter().enumerate() {
+            if let Slot::Law(connection, ..) = slot
+                && let Some(Err(invalid)) = law(structure, *connection).map(Element::validate)
+            {
+                return Err((k, invalid.to_string()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Amplitude and phase of one harmonic are written as one: what the other is, where it is written too.
+    fn beside(self, list: &[(Slot, f64)]) -> Slot {
+        let other = |wanted: fn(&Slot) -> Option<(usize, usize)>, place| {
+            let found = list.iter().find(|(slot, _)| wanted(slot) == Some(place));
+            found.map(|(_, value)| *value)
+        };
+        match self {
+            Slot::Amplitude(load, h, phase) => {
+                Slot::Amplitude(load, h, other(Slot::phase_of, (load, h)).unwrap_or(phase))
+            }
+            Slot::Phase(load, h, amplitude) => Slot::Phase(
+                load,
+                h,
+                other(Slot::amplitude_of, (load, h)).unwrap_or(amplitude),
+            ),
+            slot => slot,
+        }
+    }
+
+    fn phase_of(&self) -> Option<(usize, usize)> {
+        match self {
+            Slot::Phase(load, h, _) => Some((*load, *h)),
+            _ => None,
+        }
+    }
+
+    fn amplitude_of(&self) -> Option<(usize, usize)> {
+        match self {
+            Slot::Amplitude(load, h, _) => Some((*load, *h)),
+            _ => None,
+        }
     }
 
     /// What changes with it.
@@ -139,41 +194,27 @@ impl Slot {
         copy
     }
 
-    /// Writes a number into its place.
-    ///
-    /// # Errors
-    /// What the law says about it; a place that the mechanics does not have.
-    pub(super) fn write(self, structure: &mut Structure, value: f64) -> Result<(), String> {
-        let lost = || "the mechanics has no such number".to_owned();
-        match (self, structure) {
-            (Slot::Law(c, k, factor), structure) => {
-                let law = law_mut(structure, c).ok_or_else(lost)?;
+    /// Writes a number into its place; `None` if the mechanics does not have it.
+    fn write(self, structure: &mut Structure, value: f64) -> Option<()> {
+        match self {
+            Slot::Law(c, k, factor) => {
                 let mut position = 0;
-                law.visit_parameters(&mut |p| {
+                law_mut(structure, c)?.visit_parameters(&mut |p| {
                     if position == k {
                         *p.value = factor * value;
                     }
                     position += 1;
                 });
-                return law.validate().map_err(|invalid| invalid.to_string());
             }
-            (Slot::Mean(k), structure) => {
-                if let Periodic::Fourier { mean, .. } = series_mut(structure, k).ok_or_else(lost)? {
-                    *mean = value;
-                }
-            }
-            (Slot::Amplitude(k, h, (sin, cos)), structure) => {
-                let part = harmonic_mut(structure, k, h).ok_or_else(lost)?;
-                (part.cos, part.sin) = (value * cos, 0.0 - value * sin);
-            }
-            (Slot::Phase(k, h, amplitude), structure) => {
-                let part = harmonic_mut(structure, k, h).ok_or_else(lost)?;
-                let (sin, cos) = value.sin_cos();
-                (part.cos, part.sin) = (amplitude * cos, 0.0 - amplitude * sin);
-            }
-            (slot, structure) => *slot.plain_mut(structure).ok_or_else(lost)? = value,
+            Slot::Mean(k) => match series_mut(structure, k)? {
+                Periodic::Fourier { mean, .. } => *mean = value,
+                _ => return None,
+            },
+            Slot::Amplitude(k, h, phase) => wave(structure, (k, h), (value, phase))?,
+            Slot::Phase(k, h, amplitude) => wave(structure, (k, h), (amplitude, value))?,
+            slot => *slot.plain_mut(structure)? = value,
         }
-        Ok(())
+        Some(())
     }
 
     /// A number that appears in the mechanics as written.
@@ -316,10 +357,7 @@ fn of_harmonic(
         return None;
     }
     match key {
-        "amplitude" => {
-            let phase = number("phase").unwrap_or(0.0);
-            Some(Slot::Amplitude(load, h, phase.sin_cos()))
-        }
+        "amplitude" => Some(Slot::Amplitude(load, h, number("phase").unwrap_or(0.0))),
         "phase" => Some(Slot::Phase(load, h, number("amplitude")?)),
         _ => None,
     }
@@ -355,6 +393,18 @@ fn series_mut(structure: &mut Structure, k: usize) -> Option<&mut Periodic> {
         Structure::Train(train) => train.loads.get_index_mut(k).map(|load| &mut load.1.series),
         Structure::Reduced(reduced) => reduced.loads.get_mut(k),
     }
+}
+
+/// Writes a harmonic by amplitude and phase.
+fn wave(
+    structure: &mut Structure,
+    (load, h): (usize, usize),
+    (amplitude, phase): (f64, f64),
+) -> Option<()> {
+    let part = harmonic_mut(structure, load, h)?;
+    let (sin, cos) = phase.sin_cos();
+    (part.cos, part.sin) = (amplitude * cos, 0.0 - amplitude * sin);
+    Some(())
 }
 
 fn harmonic_mut(structure: &mut Structure, k: usize, h: usize) -> Option<&mut Harmonic> {

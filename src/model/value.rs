@@ -14,14 +14,14 @@ use std::sync::Arc;
 /// A number of a model, resolved by name once ([`Model::knob`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knob {
-    path: String,
+    pub(super) path: String,
     dimension: Option<UnitDimension>,
     has_unit: bool,
     range: ParameterRange,
     /// Value if the model does not state it.
     default: f64,
     /// Its place in the mechanics; `None` if several places depend on it.
-    slot: Option<Slot>,
+    pub(super) slot: Option<Slot>,
     /// Numbers that move with it.
     followers: Vec<Follower>,
 }
@@ -56,6 +56,11 @@ impl Knob {
         self.range
     }
 
+    /// Whether a value in these units, or without any, is one of the number in its own unit.
+    pub(crate) fn takes(&self, dimension: Option<UnitDimension>) -> bool {
+        dimension.is_none() || dimension == self.dimension
+    }
+
     /// Parts affected by a change; `None` if the document must be read again.
     pub(crate) fn reach(&self) -> Option<Reach> {
         let own = self.slot.map(Slot::reach)?;
@@ -70,11 +75,11 @@ impl Knob {
         self
     }
 
-    /// Everything that a value writes into a document: paths with numbers.
-    pub(crate) fn entries(&self, value: f64) -> Vec<(&str, Node)> {
-        let mut list = vec![(self.name(), self.node(value))];
+    /// The number and all those that move with it, each with its value.
+    pub(crate) fn spread(&self, value: f64) -> Vec<(&Knob, f64)> {
+        let mut list = vec![(self, value)];
         for Follower { knob, relation } in &self.followers {
-            list.extend(knob.entries(relation.value(value)));
+            list.extend(knob.spread(relation.value(value)));
         }
         list
     }
@@ -172,47 +177,6 @@ impl Model {
         measured::anchored(&self.document).to_json()
     }
 
-    /// Copy of the model with other values, by name: full dotted paths, or short forms such as `mesh_2.half_gap`. Values are numbers in SI
-    /// units, quantities (`"60 um"`), or whole parts of a model, as with `--set`.
-    ///
-    /// # Errors
-    /// [`Error::Input`]: unknown names, each with the nearest valid name; values out of range.
-    ///
-    /// ```
-    /// use gearlash::prelude::*;
-    ///
-    /// let model = Model::builder().body("A", 1e-3).ground("spring", "A").stiffness(400.0).build()?;
-    /// let stiffer = model.with([("spring.stiffness", "500 N m/rad".into())])?;
-    /// assert_eq!(stiffer.get(&stiffer.knob("spring.stiffness")?), 500.0);
-    /// # Ok::<(), Error>(())
-    /// ```
-    pub fn with<'a>(
-        &self,
-        changes: impl IntoIterator<Item = (&'a str, serde_json::Value)>,
-    ) -> Result<Model, Error> {
-        let mut document = self.document.as_ref().clone();
-        let mut mistakes = Vec::new();
-        for (name, value) in changes {
-            let is_top = document
-                .get(name.split('.').next().unwrap_or(name))
-                .is_some();
-            let path = match is_top || !name.contains('.') {
-                true => Ok(name.to_owned()),
-                false => self.path_of(name).map_err(|message| unknown(name, message)),
-            };
-            let set = path.and_then(|path| document.set(&path, Node::from_json(&value)));
-            mistakes.extend(set.err());
-        }
-        if !mistakes.is_empty() {
-            return Err(Error::Input(mistakes));
-        }
-        let mut model = read(&document).map_err(Error::Input)?;
-        if model.name.is_empty() {
-            model.name.clone_from(&self.name);
-        }
-        Ok(model)
-    }
-
     /// Number with a name: a full dotted path, or a short form such as `mesh_2.half_gap`.
     ///
     /// # Errors
@@ -292,48 +256,6 @@ impl Model {
         written.map_or(knob.default, |quantity| quantity.value)
     }
 
-    /// Changes a number, in SI units; nondimensional in a reduced model.
-    ///
-    /// # Errors
-    /// [`Error::Input`]: the model rejects the value. The model is then unchanged.
-    pub fn set(&mut self, knob: &Knob, value: f64) -> Result<(), Error> {
-        let mut document = self.document.as_ref().clone();
-        for (path, node) in knob.entries(value) {
-            let set = document.set(path, node);
-            set.map_err(|mistake| Error::Input(vec![mistake]))?;
-        }
-        let name = std::mem::take(&mut self.name);
-        match read(&document) {
-            Ok(model) => {
-                *self = Model { name, ..model };
-                Ok(())
-            }
-            Err(list) => {
-                self.name = name;
-                Err(Error::Input(list))
-            }
-        }
-    }
-
-    /// Writes a number into the mechanics and leaves the document as it was: for models that only serve to be assembled.
-    ///
-    /// # Errors
-    /// A value out of range; a number that has no place of its own.
-    pub(crate) fn write(&mut self, knob: &Knob, value: f64) -> Result<(), Diagnostic> {
-        let refuse = |message| unknown(&knob.path, message);
-        if let Some(wanted) = knob.range.refusal(value) {
-            return Err(refuse(format!("found {value}, must be {wanted}")));
-        }
-        let slot = knob
-            .slot
-            .ok_or_else(|| refuse("follows from others".into()))?;
-        slot.write(&mut self.structure, value).map_err(refuse)?;
-        for Follower { knob, relation } in &knob.followers {
-            self.write(knob, relation.value(value))?;
-        }
-        Ok(())
-    }
-
     /// All numbers of the model: stated numbers in the order of reading, then defaults.
     pub fn numbers(&self) -> Vec<NamedNumber> {
         let written = self.written_numbers().into_iter();
@@ -359,7 +281,7 @@ impl Model {
     }
 }
 
-fn unknown(name: &str, message: String) -> Diagnostic {
+pub(super) fn unknown(name: &str, message: String) -> Diagnostic {
     Diagnostic {
         location: None,
         path: name.to_owned(),

@@ -2,7 +2,7 @@
 
 use gearlash::analysis::Observer;
 use gearlash::error::Error;
-use gearlash::model::Model;
+use gearlash::model::{Knob, Model};
 use gearlash::report::Report;
 use gearlash::study::Study;
 use serde_json::json;
@@ -132,4 +132,55 @@ fn analyses_run_in_memory_and_stop_when_told() {
     let stopped = model.run_observed("speed", &observer).unwrap();
     assert!(stopped.ended_early.unwrap().contains("interrupted"));
     assert!(stopped.tables[0].rows() < rows);
+}
+
+fn shown(model: &Model) -> String {
+    format!("{:?} {:?}", model.structure, model.warnings)
+}
+
+/// A value as a user writes it: the unit says what a stiffness or an inertia belongs to.
+fn quantity(knob: &Knob, value: f64) -> serde_json::Value {
+    match knob.unit().as_str() {
+        "" if value.is_finite() => json!(value),
+        unit => json!(format!("{value:?} {unit}")),
+    }
+}
+
+/// A number that is written into its place gives the model that the reader makes of the changed document, for every number of every
+/// shipped model: the same mechanics, the same warnings, the same refusals.
+#[test]
+fn numbers_in_place_are_what_the_reader_reads() {
+    let mut compared = 0;
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("models");
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|kind| kind != "yaml") {
+            continue;
+        }
+        let model = Model::load(&path).unwrap();
+        for number in model.numbers() {
+            let knob = model.knob(&number.name).unwrap();
+            for value in [1.1 * number.value, 0.3, 0.0, -2.5, 1e300, f64::INFINITY] {
+                let mut set = model.clone();
+                let found = set.set(&knob, value).map_err(|error| error.to_string());
+                let found = found.map(|()| shown(&set));
+                let followers = knob.followers().iter().map(|follower| &follower.knob);
+                let moved = std::iter::once(&knob).chain(followers);
+                let wanted = model.with(moved.map(|knob| (knob.name(), quantity(knob, value))));
+                let wanted = wanted.map_err(|error| error.to_string());
+                let wanted = wanted.map(|model| shown(&model));
+                let place = format!("{}: {} = {value}", path.display(), number.name);
+                assert_eq!(
+                    found.is_ok(),
+                    wanted.is_ok(),
+                    "{place}: {found:?} {wanted:?}"
+                );
+                if let (Ok(found), Ok(wanted)) = (found, wanted) {
+                    assert_eq!(found, wanted, "{place}");
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 1000, "{compared}");
 }

@@ -2,19 +2,21 @@
 
 use super::ParameterStudy;
 use super::space::Direction;
-use crate::analysis::parameter::said;
+use crate::analysis::parameter::{frozen, said};
 use crate::analysis::read::{COMMON_KEYS, Parts, parts};
 use crate::analysis::{Analysis, Fault, Link, Setting};
 use crate::assembly::{Assembly, assemble};
 use crate::error::{Diagnostic, did_you_mean};
-use crate::model::{self, Model};
+use crate::model::{Knob, Model};
 use crate::yaml::{Node, Value};
 
 /// Destination of a value.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Destination {
-    /// A number of the model, by its full path.
-    Model(String),
+    /// A number of the model.
+    Number(Box<Knob>),
+    /// Another part of the model, by its full path: words, and numbers in other units than those of the model.
+    Part(String),
     /// A key of the analysis that runs.
     Analysis(String),
 }
@@ -28,16 +30,13 @@ pub(super) struct Target {
     pub kind: String,
     /// Its own keys.
     pub own: Node,
-    /// The model's part of the document.
-    pub root: Node,
     /// The model as written: its scales are those of every run.
     pub model: Model,
+    /// The same without analyses, as the runs change it.
+    pub varied: Model,
     /// Its assembly.
     pub assembly: Assembly,
 }
-
-/// Keys of a document that no run depends on.
-const ASIDE: [&str; 2] = ["analyses", "name"];
 
 impl Target {
     /// What `analysis:` means.
@@ -59,29 +58,22 @@ impl Target {
             let message = format!("`{key}` belongs to the study: single runs do not show it");
             return Err(vec![Fault::new(format!("{path}.{key}"), message)]);
         }
-        let mut root = setting.model.document().as_ref().clone();
         let (mut model, mut assembly) = (setting.model.clone(), setting.assembly.clone());
         if let Some(set) = node.get("set").filter(|set| !set.is_null()) {
             // The study's own `set:` is the last word, and has been spoken already.
-            let own = setting
-                .model
-                .document()
-                .at(&format!("analyses.{}.set", setting.name));
-            for set in [Some(set), own].into_iter().flatten() {
-                change(&mut root, set).map_err(|list| faults_of(name.as_deref(), list))?;
-            }
-            (model, assembly) = model::read(&root)
+            let own = format!("analyses.{}.set", setting.name);
+            let own = setting.model.document().at(&own);
+            let parts = parts_of([Some(set), own].into_iter().flatten())
+                .map_err(|mistake| faults_of(name.as_deref(), [mistake]))?;
+            (model, assembly) = (setting.model.with_parts(parts))
                 .and_then(|model| assemble(&model).map(|assembly| (model, assembly)))
                 .map_err(|list| faults_of(name.as_deref(), list))?;
-        }
-        if let Value::Map(map) = &mut root.value {
-            map.retain(|key, _| !ASIDE.contains(&key.as_str()) && !key.starts_with("x-"));
         }
         Ok(Target {
             name,
             kind,
             own,
-            root,
+            varied: frozen(model.mechanics(), &assembly.scales),
             model,
             assembly,
         })
@@ -140,7 +132,7 @@ impl Target {
                 "`{}` does not run at one frequency; vary its own keys, such as `analysis.from`",
                 self.kind
             )),
-            _ => setting.model.path_of(written).map(Destination::Model),
+            _ => setting.model.path_of(written).map(Destination::Part),
         }
     }
 }
@@ -159,14 +151,13 @@ pub(super) fn link(
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     for direction in directions {
         let path = match &direction.place {
-            Destination::Model(path) => path,
+            Destination::Number(knob) => knob.name(),
+            Destination::Part(path) => path,
             Destination::Analysis(_) => &direction.column.name,
         };
-        let twins = setting.model.resolve(path);
-        let twins = twins.map_or(Vec::new(), |knob| knob.followers().to_vec());
         let list = link.followers(setting, path, &names);
         let list = list.map_err(|message| Fault::new("link", message))?;
-        direction.followers = twins.into_iter().chain(list).collect();
+        direction.followers.extend(list);
     }
     Ok(())
 }
@@ -197,17 +188,14 @@ fn entry(study: &ParameterStudy, setting: &Setting<'_>) -> Result<(Option<String
     }
 }
 
-/// Applies a map of paths and values.
-fn change(root: &mut Node, set: &Node) -> Result<(), Vec<Diagnostic>> {
-    let map = set.as_map("analysis.set").map_err(|d| vec![d])?;
-    let wrong =
-        |(path, entry): (&String, &crate::yaml::Entry)| root.set(path, entry.node.clone()).err();
-    let faults: Vec<Diagnostic> = map.iter().filter_map(wrong).collect();
-    if faults.is_empty() {
-        Ok(())
-    } else {
-        Err(faults)
+/// Paths and values of maps, one map after another.
+fn parts_of<'n>(maps: impl Iterator<Item = &'n Node>) -> Result<Vec<(String, Node)>, Diagnostic> {
+    let mut list = Vec::new();
+    for set in maps {
+        let map = set.as_map("analysis.set")?.iter();
+        list.extend(map.map(|(path, entry)| (path.clone(), entry.node.clone())));
     }
+    Ok(list)
 }
 
 fn faults_of(name: Option<&str>, list: impl IntoIterator<Item = Diagnostic>) -> Vec<Fault> {

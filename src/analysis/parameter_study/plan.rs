@@ -6,11 +6,11 @@ use super::place::{Destination, Target};
 use super::space::{Coordinate, Direction, Space};
 use super::watch::RunWatch;
 use crate::analysis::cost::Cost;
-use crate::analysis::parameter::{rebuild, said};
+use crate::analysis::parameter::{entries, framed, joined, said};
 use crate::analysis::{Analysis, Control, Fault, Setting, panicked};
 use crate::assembly::Assembly;
 use crate::error::Diagnostic;
-use crate::model::{Model, NAMES, is_name};
+use crate::model::{Knob, Model, NAMES, is_name};
 use crate::report::{Cell, Column, Report, Values};
 use crate::yaml::Node;
 use serde_json::{Value, json};
@@ -141,7 +141,6 @@ impl<'a> Plan<'a> {
     pub fn worker(&self) -> Worker<'_> {
         Worker {
             plan: self,
-            root: self.target.root.clone(),
             own: self.target.own.clone(),
         }
     }
@@ -188,6 +187,24 @@ impl<'a> Plan<'a> {
 }
 
 impl Target {
+    /// The model with other numbers and parts, and its assembly; `None` if nothing changes.
+    fn changed(
+        &self,
+        numbers: &[(&Knob, f64)],
+        mut parts: Vec<(String, Node)>,
+    ) -> Result<Option<(Model, Assembly)>, Vec<Diagnostic>> {
+        let model = match (numbers, parts.is_empty()) {
+            ([], true) => return Ok(None),
+            (numbers, true) => self.varied.changed(numbers)?,
+            (numbers, false) => {
+                let all = numbers.iter().map(|(knob, x)| entries(knob, *x));
+                parts.extend(all.flatten());
+                self.varied.with_parts(parts)?
+            }
+        };
+        framed(model, &self.assembly).map(Some)
+    }
+
     /// The setting of the analysis with the model as written.
     fn setting<'a>(&'a self, outer: &Setting<'a>, control: &'a dyn Control) -> Setting<'a> {
         Setting {
@@ -202,8 +219,6 @@ impl Target {
 /// Runs one run after another. Every run sets all parameters, so that none sees what another one left.
 pub struct Worker<'a> {
     plan: &'a Plan<'a>,
-    /// The model's document.
-    root: Node,
     /// Keys of the analysis.
     own: Node,
 }
@@ -276,35 +291,32 @@ impl Worker<'_> {
     /// Puts the values in their places and reads what is there.
     fn prepare(&mut self, values: &[Coordinate]) -> Result<Prepared, String> {
         let target = &self.plan.target;
-        let (mut changes_model, mut changes_analysis) = (false, false);
+        let mut changes_analysis = false;
+        let (mut numbers, mut parts) = (Vec::new(), Vec::new());
         for (direction, value) in self.plan.space.directions.iter().zip(values) {
-            let node = direction.node(value);
-            let set = match &direction.place {
-                Destination::Model(path) => {
-                    changes_model = true;
-                    self.root.set(path, node)
+            match (&direction.place, value) {
+                (Destination::Number(knob), Coordinate::Number(x)) => {
+                    numbers.push((knob.as_ref(), *x));
                 }
-                Destination::Analysis(path) => {
+                (Destination::Number(knob), Coordinate::Word(_)) => {
+                    parts.push((knob.name().to_owned(), direction.node(value)));
+                }
+                (Destination::Part(path), _) => parts.push((path.clone(), direction.node(value))),
+                (Destination::Analysis(path), _) => {
                     changes_analysis = true;
-                    self.own.set(path, node)
+                    let set = self.own.set(path, direction.node(value));
+                    set.map_err(|mistake| said(&mistake))?;
                 }
-            };
-            set.map_err(|mistake| said(&mistake))?;
-            for (path, node) in direction.followers(value) {
-                changes_model = true;
-                let set = self.root.set(path, node);
-                set.map_err(|mistake| said(&mistake))?;
+            }
+            if let Coordinate::Number(x) = value {
+                let followers = direction.followers.iter();
+                numbers.extend(followers.map(|f| (&f.knob, f.relation.value(*x))));
             }
         }
-        let joined = |list: Vec<Diagnostic>| {
-            let texts: Vec<String> = list.iter().map(said).collect();
-            texts.join("; ")
-        };
         let prepared = Prepared {
-            model: match changes_model {
-                true => Some(rebuild(&self.root, &target.assembly).map_err(joined)?),
-                false => None,
-            },
+            model: target
+                .changed(&numbers, parts)
+                .map_err(|list| joined(&list))?,
             analysis: match changes_analysis {
                 true => Some(self.own.read("analysis").map_err(|d| said(&d))?),
                 false => None,
@@ -388,7 +400,7 @@ fn identity(study: &ParameterStudy, target: &Target, columns: &[Column]) -> Valu
     let column = |c: &Column| json!({"name": c.name, "unit": c.unit, "kind": c.values.kind()});
     let columns: Vec<Value> = columns.iter().map(column).collect();
     json!({
-        "model": target.root.to_json(),
+        "model": target.varied.document().to_json(),
         "analysis": target.own.to_json(),
         "grid": study.grid,
         "list": study.list,

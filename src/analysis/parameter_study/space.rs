@@ -206,16 +206,6 @@ impl Coordinate {
 }
 
 impl Direction {
-    /// What the numbers that follow it are, as they stand in a document.
-    pub fn followers(&self, value: &Coordinate) -> Vec<(&str, Node)> {
-        let Coordinate::Number(value) = value else {
-            return Vec::new();
-        };
-        let list = self.followers.iter();
-        list.flat_map(|f| f.knob.entries(f.relation.value(*value)))
-            .collect()
-    }
-
     /// As in a document.
     pub fn node(&self, value: &Coordinate) -> Node {
         match (value, &self.unit) {
@@ -393,6 +383,17 @@ impl DirectionReader<'_> {
         let one = format!("1.5 {unit}");
         let is_readable =
             Quantity::parse(&one).is_ok_and(|q| q.value == 1.5 && q.dimension == dimension);
+        let (place, followers) = match place {
+            Destination::Part(path) => match self.setting.model.resolve(&path) {
+                // A unit that is not the number's own may be read as another number.
+                Ok(knob) if matches!(values, Values::Float(_)) && knob.takes(dimension) => {
+                    (Destination::Number(Box::new(knob)), Vec::new())
+                }
+                Ok(knob) => (Destination::Part(path), knob.followers().to_vec()),
+                Err(_) => (Destination::Part(path), Vec::new()),
+            },
+            place => (place, Vec::new()),
+        };
         self.directions.push(Direction {
             place,
             column: Column {
@@ -401,7 +402,7 @@ impl DirectionReader<'_> {
                 values,
             },
             unit: (dimension.is_some() && is_readable).then_some(unit),
-            followers: Vec::new(),
+            followers,
         });
         Some(())
     }
@@ -414,7 +415,7 @@ fn common_dimension(
     place: &Destination,
 ) -> (Option<UnitDimension>, Option<Fault>) {
     let dimension = quantities.iter().find_map(|(_, q)| q.dimension);
-    let takes_bare = dimension.is_none() || matches!(place, Destination::Model(_));
+    let takes_bare = dimension.is_none() || matches!(place, Destination::Part(_));
     let agrees = |q: &Quantity| match q.dimension {
         None => takes_bare,
         found => found == dimension,
