@@ -29,7 +29,7 @@ impl<'a> MeasureRecorder<'a> {
         let pulling = vec![false; swept.setting.assembly.connections.len()];
         MeasureRecorder {
             meter: Meter::new(samples),
-            sections: Sections::of(swept),
+            sections: swept.sections(),
             swept,
             points: 0,
             pulling,

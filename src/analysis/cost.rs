@@ -2,8 +2,9 @@
 //! takes on a usual machine. The estimates are right within a factor of a few; they are there to find what is orders of
 //! magnitude beyond.
 
-use super::{Fault, Setting, frequencies_at_rest};
+use super::{Fault, Setting};
 use crate::machine;
+use crate::postprocess::effective_stiffness::frequencies_at_rest;
 use crate::solve::equilibrium::equilibrium;
 use crate::solve::galerkin;
 use crate::system::System;

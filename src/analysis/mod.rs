@@ -45,7 +45,7 @@ pub use event_table::EVENTS;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use link::Link;
-pub use modes::{Modes, frequencies_at_rest};
+pub use modes::Modes;
 pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
 use crate::solve::attractor::Stop;
-use crate::solve::equilibrium::{Equilibrium, equilibrium};
+use crate::solve::equilibrium::equilibrium;
 use crate::system::System;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -132,20 +132,6 @@ impl Analysis for Modes {
         let none = vec![Vec::new(); setting.assembly.system.dof()];
         vec![table(setting, Vec::new(), none)]
     }
-}
-
-/// Natural frequencies over omega_c of the train linearised at its static equilibrium, ascending, n values: 0 for motions that
-/// meet no stiffness there. `names`: those of the connections.
-///
-/// # Errors
-/// A connection that sticks to a jump of its force.
-pub fn frequencies_at_rest(
-    system: &System,
-    rest: &Equilibrium,
-    names: &[String],
-) -> Result<Vec<f64>, String> {
-    let slopes = rest.slopes(names)?;
-    Ok(natural_frequencies(system, &slopes))
 }
 
 impl Modes {

@@ -1,6 +1,7 @@
 //! Recorded values of every point of a branch: the measures of each table in order.
 
-use super::response::{ResponseTable, Swept};
+use super::Setting;
+use super::response::ResponseTable;
 use crate::measure::{
     Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Losses,
     Measure, Orders, PeakAccelerations, Sheet, Solved, TransmissionErrors, Units,
@@ -12,8 +13,7 @@ use crate::system::Mount;
 const SAMPLES: usize = 1024;
 
 /// Dynamic transmission errors of the connections that have a static one.
-fn transmission_errors(swept: &Swept<'_>) -> TransmissionErrors {
-    let setting = swept.setting;
+fn transmission_errors(setting: &Setting<'_>) -> TransmissionErrors {
     let mounts = setting.assembly.system.mounts().iter().enumerate();
     let own = |k: usize, mount: &Mount| match &setting.model.structure {
         // Measured motions strain a train like transmission errors, but are none.
@@ -38,32 +38,35 @@ struct Section {
 pub(super) struct Sections(Vec<Section>);
 
 impl Sections {
-    /// The sections of a response, in a fixed order.
-    pub fn of(swept: &Swept<'_>) -> Sections {
-        let setting = swept.setting;
+    /// The sections of the tables of a response, in a fixed order. `orders`: of the reference whose amplitudes are reported.
+    pub fn of(
+        setting: &Setting<'_>,
+        orders: &[f64],
+        computes: impl Fn(ResponseTable) -> bool,
+    ) -> Sections {
         let dof = setting.assembly.system.dof();
         let mounts = setting.assembly.system.mounts();
         let remembers = |e: &usize| mounts[*e].element.memory_count() > 0;
         let connections: Vec<usize> = (0..mounts.len()).filter(remembers).collect();
         let mut main: Vec<Box<dyn Measure>> = vec![
             Box::new(Connections),
-            Box::new(transmission_errors(swept)),
+            Box::new(transmission_errors(setting)),
             Box::new(EffectiveFrequencies { dof }),
         ];
         if !connections.is_empty() {
             main.push(Box::new(Losses { connections }));
         }
-        if !swept.orders.is_empty() {
-            main.push(Box::new(Orders::new(&swept.orders)));
+        if !orders.is_empty() {
+            main.push(Box::new(Orders::new(orders)));
         }
         let mut list = vec![(ResponseTable::Main, main)];
-        if swept.computes(ResponseTable::Rattle) {
+        if computes(ResponseTable::Rattle) {
             let accelerations = PeakAccelerations::new(setting.model, setting.assembly);
             let measures: Vec<Box<dyn Measure>> =
                 vec![Box::new(ContactMetrics), Box::new(accelerations)];
             list.push((ResponseTable::Rattle, measures));
         }
-        if swept.computes(ResponseTable::MultiplierEstimates) {
+        if computes(ResponseTable::MultiplierEstimates) {
             let measures: Vec<Box<dyn Measure>> = vec![Box::new(EstimatedMultipliers { dof })];
             list.push((ResponseTable::MultiplierEstimates, measures));
         }

@@ -2,7 +2,7 @@
 
 use super::derivatives::from_force;
 use super::number::Number;
-use super::tape::Symbol;
+use super::traced::Symbol;
 use super::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
 };

@@ -10,7 +10,7 @@
 
 use super::Response;
 use super::derivatives::Dual;
-use super::tape::Symbol;
+use super::traced::Symbol;
 
 /// Force and rate of the memory at one instant, with their partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

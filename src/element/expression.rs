@@ -8,7 +8,7 @@ mod relation;
 mod token;
 
 use super::derivatives::{Dual, from_force};
-use super::tape::Symbol;
+use super::traced::Symbol;
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response, Scale};
 pub use relation::Relation;
 

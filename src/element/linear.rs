@@ -1,6 +1,6 @@
 //! The linear law.
 
-use super::tape::Symbol;
+use super::traced::Symbol;
 use super::{Element, Parameter, Response};
 use serde::{Deserialize, Serialize};
 

@@ -44,7 +44,7 @@ pub use traced::Traced;
 
 use automaton::Automaton;
 use evolving::Evolving;
-use tape::Symbol;
+use traced::Symbol;
 
 /// Force of a law and its partial derivatives at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

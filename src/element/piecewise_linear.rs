@@ -1,7 +1,7 @@
 //! Any continuous broken line: multi-stage clutches, bilinear stops.
 
 use super::number::Number;
-use super::tape::Symbol;
+use super::traced::Symbol;
 use super::{Dimension, Element, InvalidParameter, Parameter, ParameterKind, Response};
 use serde::{Deserialize, Serialize};
 

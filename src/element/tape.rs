@@ -3,14 +3,9 @@
 //! A law is followed once in each region between its breakpoints, at one place; the operations it goes through there are the
 //! same everywhere in the region. What is affine in displacement and velocity stays a number triple and needs no operation.
 
-use super::derivatives::Dual;
-use super::traced::Traced;
-use crate::numeric::taylor::{Affine, Function, Op, Output, Program, Register};
+use crate::numeric::taylor::{Function, Op, Output, Program, Register};
 use std::cell::RefCell;
 use std::collections::HashMap;
-
-/// A number that records, with its partial derivatives.
-pub type Symbol<'t> = Dual<Traced<'t>>;
 
 /// Operations recorded so far, every one once.
 ///
@@ -22,43 +17,12 @@ pub struct Tape {
 }
 
 impl Tape {
-    /// Displacement, velocity and phase at a place, with their partial derivatives.
-    pub fn inputs(&self, q: f64, v: f64, phase: f64) -> [Symbol<'_>; 3] {
-        let affine = |value, q, v| {
-            let constant = 0.0;
-            Traced::new(self, value, Output::Affine(Affine { constant, q, v }))
-        };
-        let phase = Traced::new(self, phase, Output::Register(self.register(Op::Phase)));
-        [
-            Dual::displacement(affine(q, 1.0, 0.0)),
-            Dual::velocity(affine(v, 0.0, 1.0)),
-            Dual::constant(phase),
-        ]
-    }
-
-    /// Displacement, velocity, phase and memory at a place, with their partial derivatives by displacement and velocity.
-    pub fn inputs_with_memory(&self, [q, v, phase, z]: [f64; 4]) -> [Symbol<'_>; 4] {
-        let [q, v, phase] = self.inputs(q, v, phase);
-        [q, v, phase, Dual::constant(self.memory(z))]
-    }
-
-    /// The same with the partial derivative by the memory in place of that by the displacement, and none by the velocity.
-    pub fn inputs_by_memory(&self, [q, v, phase, z]: [f64; 4]) -> [Symbol<'_>; 4] {
-        let motion = self.inputs(q, v, phase).map(|x| Dual::constant(x.value));
-        let [q, v, phase] = motion;
-        [q, v, phase, Dual::displacement(self.memory(z))]
-    }
-
-    fn memory(&self, z: f64) -> Traced<'_> {
-        Traced::new(self, z, Output::Register(self.register(Op::Memory)))
-    }
-
     /// The operations required for some numbers, without all others.
-    pub fn program(&self, outputs: &[Traced<'_>]) -> Program {
+    pub fn program(&self, outputs: &[Output]) -> Program {
         let ops = self.ops.borrow();
         let mut is_needed = vec![false; ops.len()];
-        let register = |t: &Traced<'_>| match t.form() {
-            Output::Register(register) => Some(register),
+        let register = |output: &Output| match output {
+            Output::Register(register) => Some(*register),
             Output::Affine(_) => None,
         };
         let mut waiting: Vec<Register> = outputs.iter().filter_map(register).collect();
@@ -74,9 +38,9 @@ impl Tape {
             next += usize::from(*needed);
         }
         let kept = ops.iter().zip(&is_needed).filter(|(_, needed)| **needed);
-        let form = |t: &Traced<'_>| match t.form() {
-            Output::Register(register) => Output::Register(places[register]),
-            affine => affine,
+        let form = |output: &Output| match output {
+            Output::Register(register) => Output::Register(places[*register]),
+            affine => *affine,
         };
         Program {
             ops: kept.map(|(op, _)| moved(op, |r| places[r])).collect(),

@@ -1,10 +1,14 @@
 //! A number of a law that is being recorded: the arithmetic that writes to the [`Tape`].
 
+use super::derivatives::Dual;
 use super::number::Number;
 use super::tape::Tape;
 use crate::numeric::taylor::{Affine, Function, Op, Output, Register};
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number that records, with its partial derivatives.
+pub type Symbol<'t> = Dual<Traced<'t>>;
 
 /// A number at one place, and how it follows from displacement, velocity and phase.
 #[derive(Debug, Clone, Copy)]
@@ -12,6 +16,39 @@ pub struct Traced<'t> {
     tape: Option<&'t Tape>,
     value: f64,
     form: Output,
+}
+
+impl Tape {
+    /// Displacement, velocity and phase at a place, with their partial derivatives.
+    pub fn inputs(&self, q: f64, v: f64, phase: f64) -> [Symbol<'_>; 3] {
+        let affine = |value, q, v| {
+            let constant = 0.0;
+            Traced::new(self, value, Output::Affine(Affine { constant, q, v }))
+        };
+        let phase = Traced::new(self, phase, Output::Register(self.register(Op::Phase)));
+        [
+            Dual::displacement(affine(q, 1.0, 0.0)),
+            Dual::velocity(affine(v, 0.0, 1.0)),
+            Dual::constant(phase),
+        ]
+    }
+
+    /// Displacement, velocity, phase and memory at a place, with their partial derivatives by displacement and velocity.
+    pub fn inputs_with_memory(&self, [q, v, phase, z]: [f64; 4]) -> [Symbol<'_>; 4] {
+        let [q, v, phase] = self.inputs(q, v, phase);
+        [q, v, phase, Dual::constant(self.memory(z))]
+    }
+
+    /// The same with the partial derivative by the memory in place of that by the displacement, and none by the velocity.
+    pub fn inputs_by_memory(&self, [q, v, phase, z]: [f64; 4]) -> [Symbol<'_>; 4] {
+        let motion = self.inputs(q, v, phase).map(|x| Dual::constant(x.value));
+        let [q, v, phase] = motion;
+        [q, v, phase, Dual::displacement(self.memory(z))]
+    }
+
+    fn memory(&self, z: f64) -> Traced<'_> {
+        Traced::new(self, z, Output::Register(self.register(Op::Memory)))
+    }
 }
 
 impl<'t> Traced<'t> {

@@ -1,8 +1,9 @@
 //! Connections in a model file: geometry, units, stiffness, law.
 
+use super::arms::{Bodies, Geometry};
 use super::drawing::on_line_of_action;
 use super::fields::{Fields, Measure, Mistakes, Range, is_scalar};
-use super::geometry::{Bodies, Geometry, geometry};
+use super::geometry::geometry;
 use super::law::{LawUnits, law};
 use super::orders::Orders;
 use super::series::{stiffness_variation, transmission_error, unit};

@@ -1,7 +1,7 @@
 //! Numbers of a gear drawing: backlash on the line of action, centre distances.
 
+use super::arms::Bodies;
 use super::fields::{Fields, Measure, Mistakes, Range};
-use super::geometry::Bodies;
 use super::law::{BACKLASH, HALF_GAP};
 use super::{Connection, Teeth};
 use crate::error::Diagnostic;

@@ -1,14 +1,12 @@
 //! What a connection acts on: bodies with their lever arms.
 
+use super::arms::{Bodies, Finder, Geometry};
 use super::fields::{Fields, Measure, Mistakes, Range, entries};
-use super::kinematics::RigidRow;
-use super::teeth::{self, Teeth};
-use super::{Body, DeformationUnit, Motion};
-use crate::error::{Diagnostic, did_you_mean, nearest};
-use crate::numeric::fraction;
+use super::teeth;
+use super::{DeformationUnit, Motion};
+use crate::error::Diagnostic;
 use crate::quantity::UnitDimension;
 use crate::yaml::Node;
-use indexmap::IndexMap;
 
 /// Keys of a connection that say what it acts on, exactly one of which is given.
 pub const GEOMETRY: [&str; 7] = [
@@ -20,40 +18,6 @@ pub const GEOMETRY: [&str; 7] = [
     "ground",
     "acts_on",
 ];
-
-/// Bodies by name; `None` for a body that was named but has an error of its own.
-pub(super) type Bodies = IndexMap<String, Option<Body>>;
-
-/// Arms of a connection and the unit of its deformation.
-#[derive(Debug, Clone)]
-pub(super) struct Geometry {
-    pub arms: Vec<(usize, f64)>,
-    pub unit: DeformationUnit,
-    /// Of a mesh that is given by them.
-    pub teeth: Option<Teeth>,
-}
-
-impl Geometry {
-    pub(super) fn new(arms: Vec<(usize, f64)>, unit: DeformationUnit) -> Geometry {
-        Geometry {
-            arms,
-            unit,
-            teeth: None,
-        }
-    }
-
-    /// The connection in rigid motion: tooth numbers where there are any, else the arms as the simplest fractions.
-    pub(super) fn row(&self) -> RigidRow {
-        let arms = match &self.teeth {
-            Some(teeth) => teeth.row(),
-            None => {
-                let arms = self.arms.iter();
-                arms.map(|(b, arm)| (*b, fraction::nearest(*arm))).collect()
-            }
-        };
-        RigidRow { arms }
-    }
-}
 
 /// The geometry of a connection; `unit`: of its stiffness, as far as that tells.
 pub(super) fn geometry(
@@ -83,78 +47,6 @@ pub(super) fn geometry(
         }
         _ => levers(node, &path, unit, &mut find, mistakes),
     }
-}
-
-/// Finds bodies by name and notes that something holds them.
-pub(super) struct Finder<'b> {
-    bodies: &'b Bodies,
-    held: &'b mut [bool],
-}
-
-impl Finder<'_> {
-    pub(super) fn body(
-        &mut self,
-        name: &str,
-        at: Diagnostic,
-        mistakes: &mut Mistakes,
-    ) -> Option<usize> {
-        let found = self.bodies.get_index_of(name);
-        match found {
-            Some(body) => self.held[body] = true,
-            None => {
-                // The body that was probably meant is not reported as unheld on top.
-                let meant = nearest(name, self.bodies.keys());
-                if let Some(body) = meant.and_then(|name| self.bodies.get_index_of(name)) {
-                    self.held[body] = true;
-                }
-                // Without any body the error is above.
-                if !self.bodies.is_empty() {
-                    mistakes.add(unknown_body(name, self.bodies, at));
-                }
-            }
-        }
-        found
-    }
-
-    /// A body that turns.
-    pub(super) fn wheel(
-        &mut self,
-        name: &str,
-        at: Diagnostic,
-        mistakes: &mut Mistakes,
-    ) -> Option<usize> {
-        let body = self.body(name, at.clone(), mistakes)?;
-        if self.motion(body) == Some(Motion::Translation) {
-            let message = format!("`{name}` is a translating mass (inertia in kg), not a wheel");
-            let mistake = Diagnostic { message, ..at };
-            mistakes.add(mistake.with_help("use acts_on with lever arm 1 for it"));
-        }
-        Some(body)
-    }
-
-    /// The body that a scalar names.
-    pub(super) fn named(
-        &mut self,
-        node: &Node,
-        path: &str,
-        mistakes: &mut Mistakes,
-    ) -> Option<usize> {
-        let name = mistakes.note(node.as_text(path))?;
-        self.body(name, Diagnostic::at(node, path, ""), mistakes)
-    }
-
-    pub(super) fn motion(&self, body: usize) -> Option<Motion> {
-        self.bodies[body].map(|body| body.motion)
-    }
-}
-
-/// An unknown body, at the place of `at`.
-pub(super) fn unknown_body(name: &str, bodies: &Bodies, at: Diagnostic) -> Diagnostic {
-    Diagnostic {
-        message: format!("unknown body `{name}`"),
-        ..at
-    }
-    .with_help(did_you_mean(name, bodies.keys()))
 }
 
 /// R_A th_A + sign R_B th_B [m].

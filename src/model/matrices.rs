@@ -6,8 +6,8 @@
 //!
 //! Coordinates are bodies to everything else. K becomes linear connections with arms a_i, as many as its rank; C acts on their rates.
 
+use super::arms::Bodies;
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, word};
-use super::geometry::Bodies;
 use super::kinematics::RigidRow;
 use super::{Body, Connection, DeformationUnit, Drag, MatrixPart, Motion};
 use crate::element::Linear;

@@ -1,7 +1,7 @@
 //! Mean motion in a model file: the reference shaft, drag, and the torque that balances all others.
 
+use super::arms::Bodies;
 use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
-use super::geometry::Bodies;
 use super::kinematics::{Fault, RigidRow, speeds};
 use super::{Body, Drag, Load, LoadPart, Motion, Teeth};
 use crate::error::Diagnostic;
@@ -108,7 +108,7 @@ fn also<'n>(
         let found = bodies.get_index_of(name);
         if found.is_none() && !bodies.is_empty() {
             let at = Diagnostic::at_key(entry, &path, "");
-            mistakes.add(super::geometry::unknown_body(name, bodies, at));
+            mistakes.add(super::arms::unknown_body(name, bodies, at));
         }
         let measure = Measure::Si(UnitDimension::FREQUENCY);
         let speed = mistakes.number(&entry.node, &path, measure, Range::Any);
@@ -129,7 +129,7 @@ fn turning(node: &Node, path: &str, bodies: &Bodies, mistakes: &mut Mistakes) ->
         None if bodies.is_empty() => {}
         None => {
             let at = Diagnostic::at(node, path, "");
-            mistakes.add(super::geometry::unknown_body(name, bodies, at));
+            mistakes.add(super::arms::unknown_body(name, bodies, at));
         }
         Some((_, _, Some(body))) if body.motion == Motion::Translation => {
             let message = format!("`{name}` is a translating mass: it does not rotate");

@@ -1,5 +1,6 @@
 //! What the user writes, in SI units: bodies, connections, loads, damping, scaling; or a reduced, nondimensional system.
 
+mod arms;
 mod builder;
 mod change;
 mod connection;
@@ -26,6 +27,7 @@ mod teeth;
 mod train;
 mod value;
 
+pub use arms::Teeth;
 pub use builder::ModelBuilder;
 pub use fields::{NAMES, check_name, is_name};
 pub use geometry::GEOMETRY;
@@ -34,7 +36,6 @@ pub use measured::columns_of;
 pub use motion::{BodyCourse, BodyMotion};
 pub use read::{SCHEMA, locate, read};
 pub use slot::Reach;
-pub use teeth::Teeth;
 pub use value::{Follower, Knob, NamedNumber};
 
 use crate::element::Element;

@@ -1,8 +1,8 @@
 //! Measured motion of a body in a model file: speed or angle, over the cycle or over time.
 
+use super::arms::Bodies;
 use super::cycle::cycle;
 use super::fields::{Fields, Mistakes};
-use super::geometry::Bodies;
 use super::mean_motion::MeanMotion;
 use super::orders::Orders;
 use super::profile::profile;

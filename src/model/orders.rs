@@ -1,7 +1,7 @@
 //! Orders in a model file: multiples of the reference shaft's frequency, whole, broken or named after a mesh or a shaft.
 
+use super::arms::{Bodies, unknown_body};
 use super::fields::{Fields, Mistakes, is_scalar};
-use super::geometry::{Bodies, unknown_body};
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{self, Fraction};
 use crate::yaml::Node;

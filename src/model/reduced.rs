@@ -1,7 +1,7 @@
 //! Reduced, nondimensional systems in a model file.
 
+use super::arms::Bodies;
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries};
-use super::geometry::Bodies;
 use super::law::{LawUnits, law};
 use super::orders::{Orders, on_common_base};
 use super::series::{

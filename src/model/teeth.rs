@@ -1,19 +1,11 @@
-//! Meshes given by tooth numbers: base radii, exact ratios, tooth orders.
-//!
-//! ```text
-//! R_b = m_n z cos(alpha_t) / (2 cos beta),    tan(alpha_t) = tan(alpha_n) / cos(beta)
-//! ```
-//!
-//! m_n normal module, alpha_n normal pressure angle, beta helix angle, z teeth.
+//! Reading meshes that are given by tooth numbers.
 
 use super::DeformationUnit;
+use super::arms::{Finder, Geometry, Teeth};
 use super::fields::{Fields, Measure, Mistakes, Range, count};
-use super::geometry::{Finder, Geometry};
 use crate::error::Diagnostic;
-use crate::numeric::fraction::{Fraction, whole};
 use crate::quantity::UnitDimension;
 use crate::yaml::{Node, Value};
-use num_traits::Signed;
 
 /// Keys that give a tooth its shape.
 const SHAPE: [&str; 4] = ["module", "pressure_angle", "helix_angle", "centre_distance"];
@@ -23,110 +15,6 @@ const MOST_TEETH: usize = 100_000;
 const PRESSURE_ANGLE: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Largest pressure and helix angles \[rad\]: beyond lies no gear.
 const STEEPEST: f64 = 60.0 * std::f64::consts::PI / 180.0;
-
-/// A mesh of two wheels with teeth.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Teeth {
-    /// Bodies with their numbers of teeth; the second one is the ring of an internal mesh.
-    pub wheels: [(usize, usize); 2],
-    /// Whether the second wheel is a ring.
-    pub is_internal: bool,
-    /// The turning carrier of the mesh.
-    pub carrier: Option<usize>,
-    /// Normal module \[m\].
-    pub module: f64,
-    /// Normal pressure angle \[rad\].
-    pub pressure_angle: f64,
-    /// Helix angle \[rad\].
-    pub helix_angle: f64,
-    /// Working centre distance \[m\], where it is given.
-    pub centre_distance: Option<f64>,
-}
-
-impl Teeth {
-    /// Transverse pressure angle \[rad\].
-    pub fn transverse_pressure_angle(&self) -> f64 {
-        (self.pressure_angle.tan() / self.helix_angle.cos()).atan()
-    }
-
-    /// Helix angle on the base cylinder \[rad\]: sin(beta_b) = sin(beta) cos(alpha_n).
-    pub fn base_helix_angle(&self) -> f64 {
-        (self.helix_angle.sin() * self.pressure_angle.cos()).asin()
-    }
-
-    /// Base radii of both wheels \[m\].
-    pub fn base_radii(&self) -> [f64; 2] {
-        let share = self.transverse_pressure_angle().cos();
-        self.wheels
-            .map(|(_, z)| self.module * z as f64 * share / (2.0 * self.helix_angle.cos()))
-    }
-
-    /// Centre distance without profile shift \[m\].
-    pub fn reference_centre_distance(&self) -> f64 {
-        let [a, b] = self.wheels.map(|(_, z)| z as f64);
-        let sum = if self.is_internal { b - a } else { a + b };
-        self.module * sum / (2.0 * self.helix_angle.cos())
-    }
-
-    /// Sum of the profile shift coefficients (their difference in an internal mesh) that a centre distance asks for; `None`
-    /// where no involute mesh has it.
-    ///
-    /// ```text
-    /// x = z (inv alpha_w - inv alpha_t) / (2 tan alpha_n),    cos alpha_w = a_ref cos alpha_t / a
-    /// ```
-    pub fn profile_shift(&self, centre_distance: f64) -> Option<f64> {
-        let (alpha, reference) = (
-            self.transverse_pressure_angle(),
-            self.reference_centre_distance(),
-        );
-        let cosine = reference * alpha.cos() / centre_distance;
-        let involute = |angle: f64| angle.tan() - angle;
-        let [a, b] = self.wheels.map(|(_, z)| z as f64);
-        let teeth = if self.is_internal { b - a } else { a + b };
-        (cosine.abs() < 1.0).then(|| {
-            teeth * (involute(cosine.acos()) - involute(alpha)) / (2.0 * self.pressure_angle.tan())
-        })
-    }
-
-    /// Row of tooth numbers: what the lever arms are proportional to.
-    pub fn row(&self) -> Vec<(usize, Fraction)> {
-        let [a, b] = self.signed();
-        let mut row = vec![(self.wheels[0].0, whole(a)), (self.wheels[1].0, whole(b))];
-        row.extend(self.carrier.map(|carrier| (carrier, whole(-a - b))));
-        row
-    }
-
-    /// Lever arms \[m\]: base radii, and the carrier's so that the set strains nothing when it turns as one body.
-    fn arms(&self) -> Vec<(usize, f64)> {
-        let [a, b] = self.base_radii();
-        let b = if self.is_internal { -b } else { b };
-        let mut arms = vec![(self.wheels[0].0, a), (self.wheels[1].0, b)];
-        arms.extend(self.carrier.map(|carrier| (carrier, -a - b)));
-        arms
-    }
-
-    fn signed(&self) -> [i64; 2] {
-        let [a, b] = self.wheels.map(|(_, z)| z as i64);
-        [a, if self.is_internal { -b } else { b }]
-    }
-
-    /// Tooth passing order: z |w - w_carrier| over the reference's speed, in whose units `speeds` are.
-    pub fn order(&self, speeds: &[Fraction]) -> Fraction {
-        let (body, z) = self.wheels[0];
-        let slip = match self.carrier {
-            Some(carrier) => &speeds[body] - &speeds[carrier],
-            None => speeds[body].clone(),
-        };
-        slip.abs() * whole(z as i64)
-    }
-
-    /// Order at which the same two teeth meet again: the tooth order over lcm(z_1, z_2).
-    pub fn hunting_order(&self, order: &Fraction) -> Fraction {
-        let [a, b] = self.wheels.map(|(_, z)| z);
-        let multiple = a / crate::numeric::fraction::gcd(a, b) * b;
-        order / whole(multiple as i64)
-    }
-}
 
 /// Whether a node is a map: the teeth of a mesh, and not the radius of a body of that name.
 pub(super) fn is_map(node: &Node) -> bool {

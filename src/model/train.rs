@@ -1,9 +1,9 @@
 //! Trains in a model file: bodies, damping, loads, scaling.
 
+use super::arms::{Bodies, unknown_body};
 use super::connection::{Placed, connection, place};
 use super::drawing::centre_distances;
 use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar};
-use super::geometry::{Bodies, unknown_body};
 use super::load::load;
 use super::matrices::{self, PlacedMatrices};
 use super::mean_motion::{ConnectionRows, add_drag, balance, drag, reference};

@@ -4,14 +4,13 @@ use kuva::render::render::{Scene, TextAnchor};
 
 use super::beside::Taken;
 use super::draw::{TextStyle, marker, put_text, stroke};
-use super::legend::kind_text;
 use super::look::FAINT;
 use super::panel::Frame;
 use super::series::{Drawing, Series};
+use super::sheet::Sheet;
 use super::shown::Shown;
-use super::svg::Sheet;
 use super::text::text_width;
-use crate::report::Values;
+use crate::report::{Values, readable};
 
 /// Events nearer than this in the first panel, in pixels, are one group.
 const NEAR: f64 = 11.0;
@@ -231,6 +230,14 @@ fn digits(x: f64) -> String {
     };
     let decimals = (4 - size).clamp(0, 12) as usize;
     format!("{x:.decimals$}").replace('-', "\u{2212}")
+}
+
+/// Kind of an event as it is said.
+pub(super) fn kind_text(kind: &str) -> String {
+    match kind.strip_prefix("resonance_") {
+        Some(ratio) => format!("resonance {}", ratio.replace('_', ":")),
+        None => readable(kind).replace("neimark sacker", "Neimark-Sacker"),
+    }
 }
 
 #[cfg(test)]

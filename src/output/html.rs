@@ -8,7 +8,7 @@ use std::io::Write;
 
 use serde_json::Value;
 
-use super::legend::kind_text;
+use super::groups::kind_text;
 use super::{
     RunOptions, figure_file, orbit_data, page_sections as sections, plot_data, svg, table_file,
     table_files,

@@ -3,11 +3,12 @@
 use kuva::render::render::{Scene, TextAnchor};
 
 use super::draw::{TextStyle, crosses, dots, fill, marker, marks, put_text, stroke};
-use super::groups::{self, Group, SEVERAL};
-use super::look::{self, FAINT, NEUTRAL, Rank, tint};
-use super::series::{Drawing, Series, StabilityState};
+use super::groups::{self, Group, SEVERAL, kind_text};
+use super::look::{self, FAINT, NEUTRAL, Rank, StabilityState, tint};
+use super::room::Room;
+use super::series::{Drawing, Series};
+use super::sheet::Sheet;
 use super::shown::Shown;
-use super::svg::{Room, Sheet};
 use super::text::{cut, text_width};
 use crate::report::readable;
 
@@ -97,14 +98,6 @@ fn push_curve(list: &mut Vec<LegendEntry>, panel: &Shown<'_>, series: &Series<'_
         Drawing::Dots => push(list, Sample::Dot, series.color, label),
         Drawing::Coloured(_) | Drawing::Cells(_) | Drawing::Bars(_) => {}
         Drawing::Tornado(_) | Drawing::Events(_) => {}
-    }
-}
-
-/// Kind of an event as it is said.
-pub(super) fn kind_text(kind: &str) -> String {
-    match kind.strip_prefix("resonance_") {
-        Some(ratio) => format!("resonance {}", ratio.replace('_', ":")),
-        None => readable(kind).replace("neimark sacker", "Neimark-Sacker"),
     }
 }
 

@@ -1,7 +1,5 @@
 //! Colours and strokes: one colour per connection, methods told apart in grey print too.
 
-use super::series::StabilityState;
-
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), without the two that are weak on white; then others, so that
 /// bodies, modes and orders beside many connections have colours of their own; then the same, darker and lighter.
 pub(super) const PALETTE: [&str; 24] = [
@@ -96,6 +94,16 @@ pub(super) fn stroke(color: &str, rank: Rank) -> Stroke {
         _ => (1.2, NEUTRAL.to_string(), Mark::Square),
     };
     Stroke { width, color, mark }
+}
+
+/// Stability of a run of points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StabilityState {
+    Stable,
+    Unstable,
+    Unknown,
+    /// The curve has no stability.
+    Plain,
 }
 
 /// Width and dashes of a stroke for a state of stability.

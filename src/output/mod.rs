@@ -45,9 +45,13 @@ mod plot_data;
 mod raster;
 pub mod results;
 #[cfg(feature = "figures")]
+mod room;
+#[cfg(feature = "figures")]
 pub mod schematic;
 #[cfg(feature = "figures")]
 mod series;
+#[cfg(feature = "figures")]
+mod sheet;
 #[cfg(feature = "figures")]
 mod shown;
 #[cfg(feature = "figures")]

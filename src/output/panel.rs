@@ -9,11 +9,11 @@ use kuva::render::render::{Primitive, Scene, TextAnchor};
 
 use super::axis::{Axis, power_of_ten};
 use super::draw::{TextStyle, crosses, dots, fill, marks, put_text, stroke};
-use super::look::{self, FAINT, Mark, NEUTRAL, tint};
-use super::series::{Drawing, Series, StabilityState};
+use super::look::{self, FAINT, Mark, NEUTRAL, StabilityState, tint};
+use super::series::{Drawing, Series};
+use super::sheet::{LINE_HEIGHT, Sheet};
 use super::shown::Shown;
 use super::sparse;
-use super::svg::{LINE_HEIGHT, Sheet};
 use super::text::{cut, cut_front, text_width, wrapped};
 
 /// Pixels between the marks on a curve.

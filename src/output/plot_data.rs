@@ -5,10 +5,10 @@ use std::collections::HashSet;
 use serde_json::{Map, Value, json};
 
 use super::arrange::arranged;
-use super::legend::kind_text;
-use super::look::{self, FAINT};
+use super::groups::kind_text;
+use super::look::{self, FAINT, StabilityState};
 use super::raster::Level;
-use super::series::{Drawing, Series, StabilityRun, StabilityState, floats};
+use super::series::{Drawing, Series, StabilityRun, floats};
 use super::shown::{Shown, is_shared, shown};
 use super::sparse;
 use crate::error::Error;

@@ -3,20 +3,10 @@
 
 use std::ops::Range;
 
-use super::look::{FAINT, NEUTRAL, PALETTE, Rank};
+use super::look::{FAINT, NEUTRAL, PALETTE, Rank, StabilityState};
 use super::raster::Raster;
 use crate::error::{Diagnostic, Error};
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values, readable};
-
-/// Stability of a run of points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum StabilityState {
-    Stable,
-    Unstable,
-    Unknown,
-    /// The curve has no stability.
-    Plain,
-}
 
 /// Consecutive points drawn with one stroke. A run that follows another one of the same branch without a break starts at
 /// the last point of that one, so that no gap is left at a change of stability.

@@ -11,81 +11,20 @@ use super::draw::{TextStyle, put_text};
 use super::groups::{self, Group};
 use super::legend;
 use super::panel::{Frame, draw_panel};
+use super::room::Room;
+use super::sheet::{GAP, LINE_HEIGHT, Sheet};
 use super::shown::{Shown, is_shared, shown};
 use super::text::{text_width, wrapped};
 use crate::error::Error;
-use crate::report::{Figure, FigureSize, Report};
+use crate::report::{Figure, Report};
 
 const FONTS: &str = "DejaVu Sans, Verdana, Arial, Helvetica, sans-serif";
-pub(super) const LINE_HEIGHT: f64 = 1.3;
-/// Pixels per millimetre: 96 an inch.
-const MILLIMETRE: f64 = 96.0 / 25.4;
 /// Right of a panel, for the half of its last tick text.
 const RIGHT: f64 = 14.0;
-/// Between the panels of a row, and above a panel without heading.
-const GAP: f64 = 8.0;
 /// Below a panel without ticks of its own.
 const CLOSE: f64 = 10.0;
 /// Room of a colour bar with its ticks and its label.
 pub(super) const BAR: f64 = 78.0;
-
-/// Sizes of a figure in pixels.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sheet {
-    pub width: f64,
-    pub tick: u32,
-    pub label: u32,
-    title: u32,
-    /// Panels side by side.
-    columns: usize,
-    /// Height of a frame.
-    height: f64,
-}
-
-impl Sheet {
-    /// Height of ticks and label of an abscissa.
-    fn texts(&self) -> f64 {
-        f64::from(self.tick) * 1.6 + f64::from(self.label) * 1.9
-    }
-
-    fn new(size: FigureSize, panels: usize) -> Sheet {
-        let width = |millimetres: f64| (millimetres * MILLIMETRE).round();
-        match size {
-            // 7, 7.5 and 8 points.
-            FigureSize::OneColumn => {
-                let width = width(85.0);
-                let height = width * if panels <= 1 { 0.62 } else { 0.42 };
-                Sheet {
-                    width,
-                    tick: 9,
-                    label: 10,
-                    title: 11,
-                    columns: 1,
-                    height,
-                }
-            }
-            // 8, 8.5 and 10 points.
-            FigureSize::TwoColumns => {
-                let width = width(178.0);
-                let (columns, share) = match panels {
-                    0 | 1 => (1, 0.46),
-                    2 => (1, 0.30),
-                    3 => (1, 0.24),
-                    4..=8 => (2, 0.22),
-                    _ => (3, 0.16),
-                };
-                Sheet {
-                    width,
-                    tick: 11,
-                    label: 12,
-                    title: 14,
-                    columns,
-                    height: width * share,
-                }
-            }
-        }
-    }
-}
 
 /// The figure as an SVG document; the same input gives the same bytes.
 ///
@@ -147,46 +86,6 @@ fn scene(figure: &Figure, report: &Report) -> Result<Scene, Error> {
     );
     scene.height = end.max(bottom).round();
     Ok(scene)
-}
-
-/// Where legend and list of events go: `top` moves down with each.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Room {
-    pub left: f64,
-    pub top: f64,
-    pub width: f64,
-}
-
-impl Room {
-    fn below(sheet: &Sheet, frames: &[Frame], bottom: f64) -> Room {
-        let left = frames.first().map_or(GAP, |f| f.left);
-        let width = sheet.width - left - GAP;
-        Room {
-            left,
-            top: bottom,
-            width,
-        }
-    }
-
-    /// What a last row that is not full leaves free.
-    fn free(sheet: &Sheet, frames: &[Frame]) -> Option<Room> {
-        let columns = sheet.columns.min(frames.len()).max(1);
-        // The panel above the first free place has its ticks below it.
-        let above = match frames.len() % columns {
-            0 => return None,
-            _ => frames.get(frames.len() - columns)?,
-        };
-        let texts = if above.has_x_texts {
-            sheet.texts()
-        } else {
-            0.0
-        };
-        Some(Room {
-            left: above.left,
-            top: frames.last()?.top + texts,
-            width: sheet.width - above.left - GAP,
-        })
-    }
 }
 
 fn title(scene: &mut Scene, sheet: &Sheet, text: &str) -> f64 {

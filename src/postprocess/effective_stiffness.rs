@@ -2,6 +2,7 @@
 
 use crate::numeric::nonzeros::sparse_dot;
 use crate::numeric::symmetric::{self, symmetriser};
+use crate::solve::equilibrium::Equilibrium;
 use crate::system::System;
 use nalgebra::DMatrix;
 
@@ -27,6 +28,20 @@ pub fn alternating(a: &[f64], c: &[f64], scale: f64) -> Option<f64> {
 /// Rook & Singh (1995), eq. (8a).
 pub fn direct(mean_deformation: f64, mean_force: f64, scale: f64) -> Option<f64> {
     (mean_deformation.abs() > 1e-12 * scale).then(|| mean_force / mean_deformation)
+}
+
+/// Natural frequencies over omega_c of the train linearised at its static equilibrium, ascending, n values: 0 for motions that
+/// meet no stiffness there. `names`: those of the connections.
+///
+/// # Errors
+/// A connection that sticks to a jump of its force.
+pub fn frequencies_at_rest(
+    system: &System,
+    rest: &Equilibrium,
+    names: &[String],
+) -> Result<Vec<f64>, String> {
+    let slopes = rest.slopes(names)?;
+    Ok(natural_frequencies(system, &slopes))
 }
 
 /// Natural frequencies over omega_c, ascending, n values, of the system with every law replaced by a slope.

@@ -5,6 +5,7 @@
 //! any order, on any number of threads or machines, and go on after an interruption.
 
 mod collect;
+mod direction;
 mod figures;
 mod permutation;
 mod place;

@@ -1,10 +1,9 @@
 //! What the runs of a study do, and where in it a path leads.
 
 use super::ParameterStudy;
-use super::space::Direction;
 use crate::analysis::parameter::{frozen, said};
 use crate::analysis::read::{COMMON_KEYS, Parts, parts};
-use crate::analysis::{Analysis, Fault, Link, Setting};
+use crate::analysis::{Analysis, Fault, Setting};
 use crate::assembly::{Assembly, assemble};
 use crate::error::{Diagnostic, did_you_mean};
 use crate::model::{Knob, Model};
@@ -135,31 +134,6 @@ impl Target {
             _ => setting.model.path_of(written).map(Destination::Part),
         }
     }
-}
-
-/// Gives every parameter the numbers that follow it.
-///
-/// # Errors
-/// What is wrong with the key `link`.
-pub(super) fn link(
-    directions: &mut [Direction],
-    setting: &Setting<'_>,
-    link: &Link,
-) -> Result<(), Fault> {
-    let names = directions.iter().map(|d| d.column.name.clone());
-    let names: Vec<String> = names.collect();
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    for direction in directions {
-        let path = match &direction.place {
-            Destination::Number(knob) => knob.name(),
-            Destination::Part(path) => path,
-            Destination::Analysis(_) => &direction.column.name,
-        };
-        let list = link.followers(setting, path, &names);
-        let list = list.map_err(|message| Fault::new("link", message))?;
-        direction.followers.extend(list);
-    }
-    Ok(())
 }
 
 /// The entry that `analysis:` names or holds.

@@ -2,8 +2,9 @@
 
 use super::ParameterStudy;
 use super::collect::Collector;
+use super::direction::{Coordinate, Direction};
 use super::place::{Destination, Target};
-use super::space::{Coordinate, Direction, Space};
+use super::space::Space;
 use super::watch::RunWatch;
 use crate::analysis::cost::Cost;
 use crate::analysis::parameter::{entries, framed, joined, said};

@@ -1,35 +1,14 @@
 //! From the number of a run to the values of its parameters.
 
-use super::place::{Destination, Target, link};
+use super::direction::{Coordinate, Direction, link};
+use super::place::{Destination, Target};
 use super::sample::{Draw, Inverse};
 use super::settings::{Axis, Given, Range, Spacing};
 use super::{ParameterStudy, Sample};
 use crate::analysis::{Fault, Setting};
-use crate::model::Follower;
 use crate::quantity::{Quantity, UnitDimension};
-use crate::report::{Cell, Column, Values};
-use crate::yaml::Node;
+use crate::report::{Column, Values};
 use indexmap::IndexMap;
-
-/// A parameter of the study.
-#[derive(Debug, Clone)]
-pub(super) struct Direction {
-    /// Destinations of its values.
-    pub place: Destination,
-    /// Its column: name as written, SI unit, no values.
-    pub column: Column,
-    /// Unit that its values are written with; `None`: bare numbers.
-    unit: Option<String>,
-    /// Numbers of the model that follow it.
-    pub followers: Vec<Follower>,
-}
-
-/// A value of a parameter: SI base units where it has a unit.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Coordinate {
-    Number(f64),
-    Word(String),
-}
 
 /// All runs.
 #[derive(Debug)]
@@ -192,27 +171,6 @@ impl GridValues {
             Spacing::Linear => from + (to - from) * share,
             Spacing::Logarithmic => from * (to / from).powf(share),
         })
-    }
-}
-
-impl Coordinate {
-    /// As in the table.
-    pub fn cell(&self) -> Cell {
-        match self {
-            Coordinate::Number(value) => Cell::Float(*value),
-            Coordinate::Word(word) => Cell::Text(word.clone()),
-        }
-    }
-}
-
-impl Direction {
-    /// As in a document.
-    pub fn node(&self, value: &Coordinate) -> Node {
-        match (value, &self.unit) {
-            (Coordinate::Word(word), _) => Node::scalar(word.as_str()),
-            (Coordinate::Number(value), None) => Node::number(*value),
-            (Coordinate::Number(value), Some(unit)) => Node::quoted(format!("{value:?} {unit}")),
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is known of the error of every point of Galerkin branches.
 
-use super::report::Delivered;
+use super::delivered::Delivered;
 use super::verify::{self, Verification, recorded};
 use super::{BranchSettings, Swept};
 use crate::analysis::branch_table::{main, rms};

@@ -1,6 +1,6 @@
 //! Whether the harmonics reach the frequencies at which contacts ring.
 
-use super::report::Delivered;
+use super::delivered::Delivered;
 use super::verify::recorded;
 use super::{Method, Swept};
 use crate::solve::branch::BranchPoint;

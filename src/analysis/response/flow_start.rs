@@ -1,7 +1,7 @@
 //! The first periodic solution where there is no Galerkin method: what the motion from rest comes to.
 
 use super::Method;
-use super::report::{Delivered, Ending};
+use super::delivered::{Delivered, Ending};
 use super::source::Source;
 use super::trace::{Work, sizes};
 use crate::analysis::flow;

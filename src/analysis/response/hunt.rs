@@ -3,7 +3,7 @@
 //! Every random state is a guess for a fixed point of the flow without integration, which also finds unstable orbits, and after some
 //! periods, which finds what attracts. Solutions are told apart by the exact flow, so that truncation makes no two of one.
 
-use super::report::Delivered;
+use super::delivered::Delivered;
 use super::starts::{StartSearch, Starts};
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::flow;

@@ -4,7 +4,8 @@
 //! that gives the attractor its label. A period n attractor is measured over its n periods, any other over as many
 //! periods as the record has, from its first point on: means are means over these periods.
 
-use super::report::{Delivered, Ending, early_message};
+use super::delivered::{Delivered, Ending};
+use super::report::early_message;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_diagram::Direction;

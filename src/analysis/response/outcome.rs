@@ -1,7 +1,8 @@
 //! How a branch ended, and what a reader of its results has to know.
 
+use super::delivered::{Delivered, Ending};
 use super::guarded::Guarded;
-use super::report::{self, Delivered, Ending};
+use super::report;
 use super::swept::Swept;
 use super::trace::Work;
 use super::{Method, bandwidth};

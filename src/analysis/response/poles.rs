@@ -1,7 +1,7 @@
 //! Poles: where a multiplier of a linear train is 1, its response is infinite. On both sides of the pole there is one response,
 //! and the multipliers do not depend on it.
 
-use super::report::{Delivered, Ending};
+use super::delivered::{Delivered, Ending};
 use super::source::Source;
 use super::trace::Work;
 use super::{BranchSettings, Method};

@@ -1,7 +1,7 @@
 //! Breaks: where a force jumps, a branch ends at the orbit that grazes the jump, and others exist behind it.
 
+use super::delivered::{Delivered, Ending};
 use super::hunt::Hunt;
-use super::report::{Delivered, Ending};
 use super::source::Source;
 use super::trace::Work;
 use super::{BranchSettings, Method};

@@ -1,7 +1,7 @@
 //! Branches through points that other runs saved.
 
+use super::delivered::{Delivered, Ending};
 use super::hunt::Hunt;
-use super::report::{Delivered, Ending};
 use super::trace::{Work, sizes};
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::saved::SavedPoint;

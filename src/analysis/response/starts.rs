@@ -1,17 +1,10 @@
 //! Several starts: random states that lead to solutions which no branch has reached yet, and the branches through them.
 
-use super::hunt::Hunt;
-use super::report::Delivered;
-use super::source::Source;
-use super::trace::Work;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::{Fault, Setting};
-use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::Report;
-use crate::solve::continuation::Side;
 use crate::solve::jumps::refuse_hidden;
-use nalgebra::DVector;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -189,60 +182,4 @@ pub(super) fn report(searches: &[StartSearch], swept: &Swept<'_>, report: &mut R
         report.caption = format!("{} {}", report.caption, search.message(swept));
     }
     report.caption = report.caption.trim().to_owned();
-}
-
-impl Work<'_> {
-    /// Follows what random starts lead to, both ways, unless it lies on a branch delivered since `first`; then what begins on
-    /// these branches.
-    pub(super) fn follow_starts(&mut self, method: Method, first: usize) -> Result<(), Error> {
-        let (settings, swept) = (self.settings, self.swept);
-        let Some(starts) = &settings.starts else {
-            return Ok(());
-        };
-        let number = self.delivered.len();
-        for (value, lambda) in swept.starts().iter().enumerate() {
-            let mut hunt = Hunt::new((settings, swept), *lambda, first)?;
-            let (mut search, list) = hunt.search(starts, (method, value))?;
-            for found in &list {
-                if swept.setting.control.is_interrupted() {
-                    return Ok(());
-                }
-                if hunt.is_known(&self.delivered, found)? {
-                    search.known += 1;
-                } else if let Some(u) = hunt.unknowns(method, found)? {
-                    search.followed += 1;
-                    self.follow_both_ways(method, &u, *lambda, &found.origin)?;
-                }
-            }
-            self.searches.push(search);
-        }
-        self.follow_crossings(method, number)
-    }
-
-    /// Follows the branch through a solution; one way where it closes, or where the other one leaves the range.
-    pub(super) fn follow_both_ways(
-        &mut self,
-        method: Method,
-        u: &DVector<f64>,
-        lambda: f64,
-        origin: &str,
-    ) -> Result<(), Error> {
-        let (from, to) = self.swept.range;
-        for side in [Side::Forward, Side::Backward] {
-            let border = if side == Side::Forward { to } else { from };
-            if lambda == border {
-                continue;
-            }
-            let mut delivered = Delivered::new(method, self.settings.subharmonic);
-            delivered.start = Some(origin.into());
-            let source = Source::Inside(u.clone(), lambda, side);
-            self.follow(source, &mut delivered)?;
-            let is_closed = delivered.end.reason == "closed";
-            self.delivered.push(delivered);
-            if is_closed {
-                break;
-            }
-        }
-        Ok(())
-    }
 }

@@ -98,9 +98,14 @@ impl<'a> Swept<'a> {
     pub fn columns(&self, table: ResponseTable) -> impl Iterator<Item = (usize, &Heading)> {
         let headings = self
             .headings
-            .get_or_init(|| Sections::of(self).headings(&self.setting.units()));
+            .get_or_init(|| self.sections().headings(&self.setting.units()));
         let places = headings.iter().enumerate();
         places.filter_map(move |(k, (of, heading))| (*of == table).then_some((k, heading)))
+    }
+
+    /// Values recorded at every point.
+    pub fn sections(&self) -> Sections {
+        Sections::of(self.setting, &self.orders, |table| self.computes(table))
     }
 
     /// Whether a law has a gap, in the model as written or at an end of the range.

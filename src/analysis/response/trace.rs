@@ -2,10 +2,11 @@
 
 use super::accuracy::{self, Accuracies};
 use super::crossings::{self, Apart, Crossings};
+use super::delivered::{Delivered, Ending};
 use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
-use super::report::{self, Delivered, Ending};
+use super::report;
 use super::source::Source;
 use super::starts::{self, StartSearch};
 use super::verify::Verification;

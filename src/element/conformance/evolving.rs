@@ -3,6 +3,7 @@
 use super::{COVARIANCE_TOLERANCE, DERIVATIVE_TOLERANCE};
 use crate::element::evolving::{Evolution, Evolving, first_loading};
 use crate::element::tape::Tape;
+use crate::element::traced::Traced;
 use crate::element::{Element, Units, nondimensional};
 use std::f64::consts::TAU;
 
@@ -206,7 +207,9 @@ fn programs(law: &dyn Evolving, found: &mut Vec<String>) {
             return;
         };
         let outputs = [force.value, rate.value, force.dq, force.dv, force_z.dq];
-        let program = tape.program(&[&outputs[..], &[rate.dq, rate.dv, rate_z.dq]].concat());
+        let outputs = [&outputs[..], &[rate.dq, rate.dv, rate_z.dq]].concat();
+        let outputs: Vec<_> = outputs.iter().map(Traced::form).collect();
+        let program = tape.program(&outputs);
         let [q, v, phase, z] = *at;
         let (plain, recorded) = (numbers(&law.evolve(*at)), program.values([q, v, z, phase]));
         let size = plain.iter().fold(1.0, |m: f64, x| m.max(x.abs()));

@@ -46,5 +46,5 @@ fn record(element: &dyn Element, (q, v, phase): (f64, f64, f64)) -> Result<Progr
     let tape = Tape::default();
     let [q, v, phase] = tape.inputs(q, v, phase);
     let force = element.trace(q, v, phase)?;
-    Ok(tape.program(&[force.value, force.dq, force.dv]))
+    Ok(tape.program(&[force.value, force.dq, force.dv].map(|traced| traced.form())))
 }

@@ -11,8 +11,8 @@ use crate::output::draw::{TextStyle, fill, put_text, stroke};
 use crate::output::look::scale_color;
 use crate::output::raster::{Raster, edges};
 use crate::output::series::Series;
+use crate::output::sheet::Sheet;
 use crate::output::shown::{ColorBar, Shown};
-use crate::output::svg::Sheet;
 use crate::output::text::{cut, text_width};
 
 /// Colours of a scale that are told apart.

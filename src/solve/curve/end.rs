@@ -1,6 +1,6 @@
 //! Why curves end.
 
-use super::codimension::Codimension;
+use super::nature::Codimension;
 use crate::solve::continuation::PathEnd;
 
 /// Reason of the end of a curve.

@@ -2,11 +2,11 @@
 
 use super::CurveKind;
 use super::chord::{Chord, reverses};
-use super::codimension::{self, Codimension, CurveEvent};
+use super::codimension::{self, CurveEvent};
 use super::defining::{Defining, Spot};
 use super::end::CurveEnd;
 use super::grazing::Grazing;
-use super::nature::Nature;
+use super::nature::{Codimension, Nature};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::{

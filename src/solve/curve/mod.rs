@@ -25,13 +25,14 @@ mod seek;
 mod shots;
 mod touching;
 
-pub(crate) use codimension::{Codimension, CurveEvent};
+pub(crate) use codimension::CurveEvent;
 pub(crate) use defining::{Defining, Spot};
 pub(crate) use end::CurveEnd;
 pub use follow::Arm;
 pub(crate) use follow::follow;
 pub(crate) use follow::{CurveOptions, CurvePoint};
 pub(crate) use grazing::{Fate, Grazing};
+pub(crate) use nature::Codimension;
 pub use seek::Guess;
 pub(crate) use seek::corrected;
 pub(crate) use seek::{Guesses, NoStart, seek};

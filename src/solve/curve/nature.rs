@@ -1,6 +1,5 @@
 //! What is known of a place on a curve: multipliers, criticality, and the functions that vanish at codimension 2.
 
-use super::codimension::Codimension;
 use super::conditions::shifted;
 use super::defining::Spot;
 use super::shots::Passages;
@@ -10,6 +9,74 @@ use crate::solve::floquet;
 use nalgebra::DMatrix;
 use num_complex::Complex;
 use std::f64::consts::PI;
+
+/// Kind of a point on a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Codimension {
+    /// Two fold curves meet.
+    Cusp,
+    /// Multipliers +1 and -1.
+    FoldFlip,
+    /// A pair of the angle 2 pi / n.
+    Resonance(u8),
+    /// A period doubling changes its criticality.
+    GeneralisedFlip,
+    /// A Neimark-Sacker event changes its criticality.
+    GeneralisedTorus,
+    /// A pair on the circle and +1.
+    FoldTorus,
+    /// A pair on the circle and -1.
+    FlipTorus,
+    /// An extremum touches a breakpoint, another one than that of the curve.
+    MeetsGrazing {
+        /// Connection.
+        connection: usize,
+    },
+    /// A grazing curve meets one of folds.
+    GrazingFold,
+    /// A grazing curve meets one of period doublings.
+    GrazingFlip,
+    /// A grazing curve meets one of Neimark-Sacker events.
+    GrazingTorus,
+    /// The first parameter turns.
+    TurningFirst,
+    /// The second parameter turns.
+    TurningSecond,
+}
+
+impl Codimension {
+    /// Word for files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Codimension::Cusp => "cusp",
+            Codimension::FoldFlip => "fold_flip",
+            Codimension::Resonance(1) => "resonance_1_1",
+            Codimension::Resonance(2) => "resonance_1_2",
+            Codimension::Resonance(3) => "resonance_1_3",
+            Codimension::Resonance(_) => "resonance_1_4",
+            Codimension::GeneralisedFlip => "generalised_flip",
+            Codimension::GeneralisedTorus => "generalised_neimark_sacker",
+            Codimension::FoldTorus => "fold_neimark_sacker",
+            Codimension::FlipTorus => "flip_neimark_sacker",
+            Codimension::MeetsGrazing { .. }
+            | Codimension::GrazingFold
+            | Codimension::GrazingFlip
+            | Codimension::GrazingTorus => "meets_grazing",
+            Codimension::TurningFirst => "turning_1",
+            Codimension::TurningSecond => "turning_2",
+        }
+    }
+
+    /// Other curve at a crossing with a grazing curve.
+    pub fn met(self) -> Option<&'static str> {
+        match self {
+            Codimension::GrazingFold => Some("fold"),
+            Codimension::GrazingFlip => Some("period_doubling"),
+            Codimension::GrazingTorus => Some("neimark_sacker"),
+            _ => None,
+        }
+    }
+}
 
 /// A place on a curve with what is known there.
 #[derive(Debug, Clone)]

@@ -1,9 +1,9 @@
 //! Places in a step of a curve at which passages of breakpoints come or go: an extremum touches there.
 
 use super::Defining;
-use super::codimension::{Codimension, CurveEvent};
+use super::codimension::CurveEvent;
 use super::defining::Spot;
-use super::nature::Nature;
+use super::nature::{Codimension, Nature};
 use crate::error::SolveError;
 use crate::solve::continuation::Continuation;
 

@@ -270,11 +270,11 @@ fn trace(element: &dyn Element, q: f64) -> Result<ForcePiece, String> {
     Ok(match force.value.affine() {
         Some(affine) => ForcePiece::Affine(affine),
         None => {
-            let program = tape.program(&[force.value]);
+            let program = tape.program(&[force.value.form()]);
             ForcePiece::Smooth(Smooth {
                 hidden: hidden::find(&program),
                 force: program,
-                partials: tape.program(&[force.dq, force.dv]),
+                partials: tape.program(&[force.dq, force.dv].map(|traced| traced.form())),
             })
         }
     })
@@ -337,12 +337,12 @@ fn trace_evolving(law: &dyn Evolving, at: [f64; 4]) -> Result<Smooth, String> {
     let tape = Tape::default();
     let [force, rate] = law.trace(tape.inputs_with_memory(at))?;
     let [force_z, rate_z] = law.trace(tape.inputs_by_memory(at))?;
-    let program = tape.program(&[force.value, rate.value]);
+    let program = tape.program(&[force.value, rate.value].map(|traced| traced.form()));
     let partials = [force.dq, force.dv, force_z.dq, rate.dq, rate.dv, rate_z.dq];
     Ok(Smooth {
         hidden: hidden::find(&program),
         force: program,
-        partials: tape.program(&partials),
+        partials: tape.program(&partials.map(|traced| traced.form())),
     })
 }
 

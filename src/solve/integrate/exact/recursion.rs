@@ -4,11 +4,61 @@ use super::acting::Acting;
 use super::decay::Ending;
 use super::entries::dense;
 use super::regions::Regions;
-use super::series::{Series, Span};
+use super::series::{Series, Span, add};
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
 
 impl Series {
+    /// Coefficients of q and of the deformations from a state [q; v].
+    ///
+    /// ```text
+    /// (k + 2)(k + 1) q_{k+2} = h^2 Q_k - h Gam (k + 1) q_{k+1} - h^2 kappa (slope x_k + offset [k = 0] + forces_k)
+    /// ```
+    pub(crate) fn expand(
+        &mut self,
+        system: &System,
+        (acting, regions): (&mut Acting, &Regions),
+        span: Span,
+        state: &[f64],
+    ) {
+        let at = self.instant(system, span);
+        self.loads.expand(&at, &mut self.load);
+        for (load, c) in self.load.iter_mut().zip(&self.constant) {
+            load[0] += c;
+        }
+        if let Some(errors) = &self.errors {
+            errors.expand(&at, &mut self.error);
+            for s in &self.stiffness {
+                let factor = s.value * self.slope[s.column];
+                add(&mut self.load[s.row], factor, &self.error[s.column]);
+            }
+        }
+        if let Some(holding) = &mut self.holding {
+            let errors = self.errors.is_some().then_some(self.error.as_slice());
+            holding.project_loads(&mut self.load, errors);
+        }
+        if acting.list.is_empty() {
+            self.count = COUNT;
+            self.recur(state);
+        } else {
+            self.count = self.terms;
+            acting.expand(&at);
+            self.recur_acting(system, (acting, regions), span, state);
+        }
+        if self.errors.is_some() {
+            for (x, error) in self.deformation.iter_mut().zip(&self.error) {
+                *x = error.map(|e| -e);
+            }
+            for w in &self.map {
+                add(&mut self.deformation[w.row], w.value, &self.q[w.column]);
+            }
+        }
+        if let Some(holding) = &mut self.holding {
+            let forces = acting.list.iter().map(|p| acting.whole_force(*p));
+            holding.close(&self.q, self.unit, forces);
+        }
+    }
+
     pub(super) fn recur(&mut self, state: &[f64]) {
         match state.len() / 2 {
             1 => self.recur_small::<1>(state),

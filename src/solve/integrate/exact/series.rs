@@ -9,7 +9,6 @@ use super::frequencies::frequency_bound;
 use super::holding::Holding;
 use super::laws::LawPart;
 use super::pace::Pace;
-use super::regions::Regions;
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::{LoadKind, System};
@@ -24,25 +23,25 @@ pub struct Series {
     pub damping: Vec<MatrixEntry>,
     /// h^2 kappa.
     pub(super) stiffness: Vec<MatrixEntry>,
-    map: Vec<MatrixEntry>,
+    pub(super) map: Vec<MatrixEntry>,
     pub(super) loads: Sources,
     /// Transmission errors; `None` when W is the identity and there are none.
     pub(super) errors: Option<Sources>,
     /// Excitation frequency for which the loads were prepared.
     frequency: f64,
     pub(super) load: Vec<Polynomial>,
-    error: Vec<Polynomial>,
+    pub(super) error: Vec<Polynomial>,
     /// Coefficients of the coordinates.
     pub q: Vec<Polynomial>,
     /// Coefficients of the deformations, where they are not the coordinates.
-    deformation: Vec<Polynomial>,
+    pub(super) deformation: Vec<Polynomial>,
     /// h^2 kappa diag(slope) W of the current regions.
     pub coupled: Vec<MatrixEntry>,
     /// What each product kappa_ie W_ej adds: target in `coupled`, connection e, value.
     links: Vec<MatrixEntry>,
     /// -h^2 kappa offset of the current regions.
     pub(super) constant: Vec<f64>,
-    slope: Vec<f64>,
+    pub(super) slope: Vec<f64>,
     /// Error of a step allowed where the force is not a constant multiple of the deformation, relative to the motion.
     pub(super) control: Control,
     /// Coefficients at most there.
@@ -243,57 +242,7 @@ impl Series {
         self.pace.unit
     }
 
-    /// Coefficients of q and of the deformations from a state [q; v].
-    ///
-    /// ```text
-    /// (k + 2)(k + 1) q_{k+2} = h^2 Q_k - h Gam (k + 1) q_{k+1} - h^2 kappa (slope x_k + offset [k = 0] + forces_k)
-    /// ```
-    pub(crate) fn expand(
-        &mut self,
-        system: &System,
-        (acting, regions): (&mut Acting, &Regions),
-        span: Span,
-        state: &[f64],
-    ) {
-        let at = self.instant(system, span);
-        self.loads.expand(&at, &mut self.load);
-        for (load, c) in self.load.iter_mut().zip(&self.constant) {
-            load[0] += c;
-        }
-        if let Some(errors) = &self.errors {
-            errors.expand(&at, &mut self.error);
-            for s in &self.stiffness {
-                let factor = s.value * self.slope[s.column];
-                add(&mut self.load[s.row], factor, &self.error[s.column]);
-            }
-        }
-        if let Some(holding) = &mut self.holding {
-            let errors = self.errors.is_some().then_some(self.error.as_slice());
-            holding.project_loads(&mut self.load, errors);
-        }
-        if acting.list.is_empty() {
-            self.count = COUNT;
-            self.recur(state);
-        } else {
-            self.count = self.terms;
-            acting.expand(&at);
-            self.recur_acting(system, (acting, regions), span, state);
-        }
-        if self.errors.is_some() {
-            for (x, error) in self.deformation.iter_mut().zip(&self.error) {
-                *x = error.map(|e| -e);
-            }
-            for w in &self.map {
-                add(&mut self.deformation[w.row], w.value, &self.q[w.column]);
-            }
-        }
-        if let Some(holding) = &mut self.holding {
-            let forces = acting.list.iter().map(|p| acting.whole_force(*p));
-            holding.close(&self.q, self.unit, forces);
-        }
-    }
-
-    fn instant(&self, system: &System, span: Span) -> Instant {
+    pub(super) fn instant(&self, system: &System, span: Span) -> Instant {
         let begin = system.moment_on(span.tau, span.middle);
         let phase = within_turn(begin.phase);
         let inside = system.moment_on(span.middle, span.middle);
@@ -395,7 +344,7 @@ pub(super) fn is_next_turn(begin: f64, middle: f64) -> bool {
     middle >= TAU && begin > TAU - TURN
 }
 
-fn add(sum: &mut Polynomial, factor: f64, part: &Polynomial) {
+pub(super) fn add(sum: &mut Polynomial, factor: f64, part: &Polynomial) {
     for k in 0..COUNT {
         sum[k] += factor * part[k];
     }
