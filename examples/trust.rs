@@ -327,7 +327,7 @@ fn line(case: &str, quantity: &str, exact: f64, alone: f64, reported: f64) {
 
 /// Value of a column in the row of a frequency.
 fn at(report: &Report, table: &str, omega: f64, column: &str) -> f64 {
-    let table = report.table(table).expect("the table was asked for");
+    let table = report.table(table).expect("the table was requested");
     let row = floats(table, "omega").iter().position(|w| *w == omega);
     row.map_or(f64::NAN, |row| floats(table, column)[row])
 }

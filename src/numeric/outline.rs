@@ -410,7 +410,7 @@ mod tests {
                 Outlook::Once { .. } => 1,
                 Outlook::Unclear => 2,
             }] += 1;
-            // Sums of so many terms round relative to their sizes.
+            // Sums of this many terms round relative to their sizes.
             let rounding = 1e-15 * c.iter().map(|c| c.abs()).sum::<f64>();
             for x in [0.0, 0.3, 0.7, 1.0] {
                 let value = evaluate(&c, x).0;

@@ -159,7 +159,7 @@ impl Elimination {
         self.later.iter().map(|l| 1 + 2 * l.len()).sum()
     }
 
-    /// Multiplications of a factorisation, in units of size^3: a third a pivot block, one a block of its row, one a product.
+    /// Multiplications of a factorisation, in units of size^3: a third per pivot block, one per block of its row, one per product.
     pub fn operations(&self) -> f64 {
         let one = |later: &Vec<usize>| {
             let m = later.len() as f64;

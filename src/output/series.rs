@@ -22,7 +22,7 @@ pub(super) enum Drawing {
     Runs(Vec<StabilityRun>),
     Crosses,
     Dots,
-    /// One kind a point.
+    /// One kind per point.
     Events(Vec<String>),
     /// One value per point, for its colour.
     Coloured(Vec<f64>),

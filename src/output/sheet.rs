@@ -28,7 +28,7 @@ impl Sheet {
         f64::from(self.tick) * 1.6 + f64::from(self.label) * 1.9
     }
 
-    /// The sheet of a figure with so many panels.
+    /// The sheet of a figure with a given number of panels.
     pub fn new(size: FigureSize, panels: usize) -> Sheet {
         let width = |millimetres: f64| (millimetres * MILLIMETRE).round();
         match size {

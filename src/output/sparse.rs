@@ -1,4 +1,4 @@
-//! Fewer points where a picture could not tell more apart: a file holds what was asked for, a picture what it can show.
+//! Fewer points where a picture could not tell more apart: a file holds what was requested, a picture what it can show.
 
 use std::collections::HashSet;
 use std::ops::Range;

@@ -226,7 +226,7 @@ pub trait PeriodicResidual: Residual {
         Ok(1)
     }
 
-    /// Restricts the problem to orbits that repeat themselves in so many equal parts of the response period, and returns the number
+    /// Restricts the problem to orbits that repeat themselves in a number of equal parts of the response period, and returns the number
     /// so far. Multipliers are those of one part: at -1, where orbits of two parts branch off, the problem stays regular.
     fn restrict(&mut self, _parts: usize) -> usize {
         1

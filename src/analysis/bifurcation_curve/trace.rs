@@ -148,7 +148,7 @@ fn grazings(
 /// Difference, in ranges, between the two places of a confirmed point.
 const SAME: f64 = 1e-7;
 
-/// Locates every so many points again along a branch in the first parameter.
+/// Relocates points at regular intervals, along a branch in the first parameter.
 fn confirm(
     problem: &mut Defining<'_>,
     pieces: &mut [CurvePiece],

@@ -80,7 +80,7 @@ impl Space {
         self.runs
     }
 
-    /// Values of a run, one a direction.
+    /// Values of a run, one per direction.
     pub fn values(&self, run: u64) -> Vec<Coordinate> {
         match &self.layout {
             Layout::Grid(lines) => {

@@ -247,7 +247,7 @@ impl<'a> Field<'a> {
         OrbitTable::new(setting).with_rows(ORBITS.1)
     }
 
-    /// Whether the orbit of a cell is kept: every so many cells of the coarsest grid.
+    /// Whether the orbit of a cell is kept: at regular intervals on the coarsest grid.
     fn keeps(&self, (i, j): Place) -> bool {
         let step = self.stride(0);
         let is_coarse = i.is_multiple_of(step) && j.is_multiple_of(step);

@@ -92,7 +92,7 @@ impl BranchSettings {
     }
 
     /// The same settings with `quadrature: auto` resolved for the systems along a parameter, and why forces are sampled where
-    /// nobody asked for it.
+    /// nobody requested it.
     pub(super) fn resolved(&self, swept: &Swept<'_>) -> (BranchSettings, Option<String>) {
         let mut settings = self.clone();
         if self.quadrature != Quadrature::Auto {

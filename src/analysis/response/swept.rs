@@ -39,7 +39,7 @@ pub(in crate::analysis) struct Swept<'a> {
     stability: bool,
     subharmonic: usize,
     kind: SweptKind,
-    /// Headings of the values recorded at every point, each with its table, as soon as they are asked for.
+    /// Headings of the values recorded at every point, each with its table; computed on first use.
     headings: OnceLock<Vec<(ResponseTable, Heading)>>,
 }
 
@@ -70,7 +70,7 @@ pub(in crate::analysis) struct Here<'a> {
 }
 
 impl<'a> Swept<'a> {
-    /// Harmonics of the reference frequency in so many unknowns of the Galerkin method, for a subharmonic index.
+    /// Harmonics of the reference frequency that a number of unknowns of the Galerkin method has, for a subharmonic index.
     pub fn harmonics(&self, unknowns: usize, subharmonic: usize) -> usize {
         let system = &self.setting.assembly.system;
         unknowns / system.dof() / 2 / subharmonic / system.revolutions()

@@ -122,7 +122,7 @@ impl<'a> Impacts<'a> {
         self.contacts[e].force = (low.min(lowest), high.max(highest));
     }
 
-    /// Whether a switch tells anything: a contact that is held over the end of a period comes to rest anew when the next begins.
+    /// Whether a switch tells anything: a contact that is held over the end of a period comes to rest again when the next begins.
     pub fn is_news(&self, switch: &Switch) -> bool {
         switch.kind != SwitchKind::Holding || self.contacts[switch.connection].flank != switch.to
     }

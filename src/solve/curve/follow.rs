@@ -42,7 +42,7 @@ pub(crate) struct CurvePoint {
     pub criticality: f64,
     /// Number of the mark that it was solved at.
     pub mark: Option<usize>,
-    /// Type of a grazing, where it was asked for.
+    /// Type of a grazing, where requested.
     pub grazing: Option<Grazing>,
 }
 

@@ -64,7 +64,7 @@ impl Floquet {
         self.of_part(system, (orbit, extrema), 1).0
     }
 
-    /// The same over the first of so many equal parts of the period, and all characteristic exponents of an orbit along which the variational
+    /// The same over the first of several equal parts of the period, and all characteristic exponents of an orbit along which the variational
     /// equation has constant coefficients.
     pub(crate) fn of_part(
         &mut self,

@@ -106,7 +106,7 @@ impl<F: Family> Accuracy<F> {
         }
     }
 
-    /// Judges orbits that repeat themselves in so many equal parts of the period.
+    /// Judges orbits that repeat themselves in a number of equal parts of the period.
     pub(crate) fn restrict(&mut self, parts: usize) {
         self.fine.restrict(parts);
     }

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 /// Amplitude of other harmonics, relative to the largest coefficient, up to which an orbit consists of equal parts.
 const EQUAL_PARTS: f64 = 1e-8;
 
-/// The largest divisor of `most` in so many equal parts of which an orbit repeats itself.
+/// The largest divisor of `most` that is a number of equal parts in which an orbit repeats itself.
 pub(super) fn of(u: &DVector<f64>, dof: usize, most: usize) -> usize {
     let coefficients = u.len() / dof;
     let largest = u.amax();

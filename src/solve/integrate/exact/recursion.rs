@@ -73,8 +73,8 @@ impl Series {
     fn recur_small<const N: usize>(&mut self, state: &[f64]) {
         let damping = dense::<N>(&self.damping);
         let stiffness = dense::<N>(&self.coupled);
-        let load: &[Polynomial; N] = self.load.first_chunk().expect("one a coordinate");
-        let q: &mut [Polynomial; N] = self.q.first_chunk_mut().expect("one a coordinate");
+        let load: &[Polynomial; N] = self.load.first_chunk().expect("one per coordinate");
+        let q: &mut [Polynomial; N] = self.q.first_chunk_mut().expect("one per coordinate");
         // q_k and (k + 1) q_{k+1}
         let (mut now, mut rate) = ([0.0; N], [0.0; N]);
         for i in 0..N {
