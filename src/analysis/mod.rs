@@ -45,6 +45,7 @@ pub use event_table::EVENTS;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use link::Link;
+pub use crate::postprocess::effective_stiffness::frequencies_at_rest;
 pub use modes::Modes;
 pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;

@@ -9,7 +9,7 @@ use crate::interrupt::Interrupt;
 use crate::machine;
 use crate::model::ReportUnits;
 use crate::output;
-use crate::postprocess::effective_stiffness::frequencies_at_rest;
+use crate::analysis::frequencies_at_rest;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::solve::galerkin::stored_blocks;
 use crate::solve::integrate::{IntegratorChoice, automatic};
