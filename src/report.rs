@@ -6,7 +6,7 @@ mod figure;
 mod plot;
 mod words;
 
-pub use comparison::{Change, Comparison, Difference};
+pub use comparison::{Comparison, Difference, ReportChange};
 pub use description::{ArmNote, BodyNote, ConnectionNote, Description};
 pub use figure::{
     Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, NamedFigure, Panel, Scale,

@@ -29,7 +29,7 @@ mod scrutiny;
 mod shard;
 mod shelf;
 
-pub use bundle::Extent;
+pub use bundle::StudyExtent;
 pub use compare::{compare, default_folder};
 pub use merge::merge;
 pub use redraw::redraw;

@@ -17,7 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Instant;
-use sweep::{Point, SweepPlan, Work, exponents, integrations};
+use sweep::{SweepPlan, SweepPoint, SweepWork, exponents, integrations};
 
 /// Settings of `bifurcation_diagram`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -41,7 +41,7 @@ pub struct BifurcationDiagram {
     pub points: usize,
     /// Direction in which the attractor is followed; default: from `from` to `to`.
     #[serde(default)]
-    pub direction: Option<Direction>,
+    pub direction: Option<SweepDirection>,
     /// Excitation periods before the record, at every value.
     #[serde(default = "defaults::periods")]
     pub transient: usize,
@@ -78,7 +78,7 @@ fn frequency() -> String {
 /// Direction of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Direction {
+pub enum SweepDirection {
     /// Increasing parameter.
     Up,
     /// Decreasing parameter.
@@ -97,22 +97,22 @@ pub struct Seeds {
     pub seed: u64,
     /// Box around the static equilibrium at rest.
     #[serde(rename = "box", default)]
-    pub reach: Reach,
+    pub reach: StartBox,
 }
 
 /// Half widths of the box of initial states.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a number, or {q: [..], v: [..]}")]
-pub enum Reach {
+pub enum StartBox {
     /// The same for every coordinate and rate, nondimensional.
     Uniform(f64),
     /// One per coordinate and rate, in the units of `initial`.
     Each(Initial),
 }
 
-impl Default for Reach {
+impl Default for StartBox {
     fn default() -> Self {
-        Reach::Uniform(1.0)
+        StartBox::Uniform(1.0)
     }
 }
 
@@ -147,7 +147,7 @@ impl Analysis for BifurcationDiagram {
         let plan = self
             .plan(setting)
             .map_err(|f| columns::refused(setting, f))?;
-        let work = Work::new(setting, &plan);
+        let work = SweepWork::new(setting, &plan);
         let points = match &plan.seeds {
             None => work.followed(),
             Some(seeds) => work.scattered(seeds),
@@ -169,10 +169,10 @@ impl Analysis for BifurcationDiagram {
     }
 }
 
-impl Direction {
+impl SweepDirection {
     /// Values in the orders of the sweeps, as written without a direction.
     pub fn sweeps<T: Clone>(
-        direction: Option<Direction>,
+        direction: Option<SweepDirection>,
         written: Vec<(f64, T)>,
     ) -> Vec<Vec<(f64, T)>> {
         let mut rising = written.clone();
@@ -180,9 +180,9 @@ impl Direction {
         let falling = rising.iter().rev().cloned().collect();
         match direction {
             None => vec![written],
-            Some(Direction::Up) => vec![rising],
-            Some(Direction::Down) => vec![falling],
-            Some(Direction::Both) => vec![rising, falling],
+            Some(SweepDirection::Up) => vec![rising],
+            Some(SweepDirection::Down) => vec![falling],
+            Some(SweepDirection::Both) => vec![rising, falling],
         }
     }
 }
@@ -199,7 +199,7 @@ impl BifurcationDiagram {
     fn records(&self) -> usize {
         let runs = match (&self.seeds, self.direction) {
             (Some(seeds), _) => seeds.count,
-            (None, Some(Direction::Both)) => 2,
+            (None, Some(SweepDirection::Both)) => 2,
             (None, _) => 1,
         };
         runs.saturating_mul(self.points)
@@ -265,12 +265,12 @@ impl BifurcationDiagram {
             faults.push(Fault::new("initial", message));
         }
         match &seeds.reach {
-            Reach::Uniform(width) if !(*width >= 0.0 && width.is_finite()) => {
+            StartBox::Uniform(width) if !(*width >= 0.0 && width.is_finite()) => {
                 let message = format!("{width} must be >= 0: a half width");
                 faults.push(Fault::new("seeds.box", message));
             }
-            Reach::Uniform(_) => {}
-            Reach::Each(widths) => {
+            StartBox::Uniform(_) => {}
+            StartBox::Each(widths) => {
                 faults.extend(widths.check(setting, "seeds.box"));
                 let all = [("q", &widths.q), ("v", &widths.v)];
                 for (name, list) in all {
@@ -302,7 +302,7 @@ impl BifurcationDiagram {
             _ => from + (to - from) * k as f64 / last as f64,
         };
         let written = (0..self.points).map(|k| (value(k), ())).collect();
-        let sweeps = Direction::sweeps(self.direction, written);
+        let sweeps = SweepDirection::sweeps(self.direction, written);
         let values = |sweep: Vec<(f64, ())>| sweep.into_iter().map(|x| x.0).collect();
         let sweeps = sweeps.into_iter().map(values).collect();
         let seeds = self.seeds.as_ref().map(|seeds| seeds.states(setting));
@@ -322,7 +322,7 @@ impl BifurcationDiagram {
         })
     }
 
-    fn report(&self, setting: &Setting<'_>, plan: &SweepPlan, points: &[Point]) -> Report {
+    fn report(&self, setting: &Setting<'_>, plan: &SweepPlan, points: &[SweepPoint]) -> Report {
         let mut rows = MapRows::new(setting);
         let mut values = Vec::new();
         for point in points {
@@ -380,7 +380,7 @@ impl BifurcationDiagram {
         setting: &Setting<'_>,
         plan: &SweepPlan,
         labels: &[String],
-        points: &[Point],
+        points: &[SweepPoint],
     ) -> Figure {
         let list = columns::coordinates(setting);
         let written = Words::of_number(&self.parameter, &plan.unit);
@@ -424,7 +424,7 @@ impl BifurcationDiagram {
 }
 
 /// `parameter, speed_rpm, run, label, lyapunov_1..`, exponents in units of omega_c.
-fn summary_table(setting: &Setting<'_>, plan: &SweepPlan, points: &[Point]) -> Table {
+fn summary_table(setting: &Setting<'_>, plan: &SweepPlan, points: &[SweepPoint]) -> Table {
     let values: Vec<f64> = points.iter().map(|p| p.value).collect();
     let mut list = plan.columns(setting, &values);
     list.extend([

@@ -4,7 +4,7 @@ use super::Setting;
 use super::columns::{float, integer, speed_rpm, text};
 use super::response::{Method, ResponseTable, Swept};
 use super::sections::Sections;
-use crate::measure::{Heading, Solved};
+use crate::measure::{ColumnHeading, Solved};
 use crate::postprocess::measures::Meter;
 use crate::report::Table;
 use crate::solve::attractor::Label;
@@ -74,7 +74,7 @@ impl Recorder for MeasureRecorder<'_> {
 }
 
 /// Headings of one measure of every connection, each with the place of its values among the recorded ones.
-pub(super) fn main(swept: &Swept<'_>, measure: &str) -> Vec<(usize, Heading)> {
+pub(super) fn main(swept: &Swept<'_>, measure: &str) -> Vec<(usize, ColumnHeading)> {
     let main = swept.columns(ResponseTable::Main);
     let is_measure = |name: &str| {
         name.strip_prefix(measure)
@@ -85,7 +85,7 @@ pub(super) fn main(swept: &Swept<'_>, measure: &str) -> Vec<(usize, Heading)> {
 }
 
 /// The r.m.s. deformations among them.
-pub(super) fn rms(swept: &Swept<'_>) -> Vec<(usize, Heading)> {
+pub(super) fn rms(swept: &Swept<'_>) -> Vec<(usize, ColumnHeading)> {
     main(swept, "rms")
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Fault, Setting};
 use crate::error::{Diagnostic, Error};
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::model::Structure;
 use crate::report::{Column, FrequencyAxis, FrequencyUnit, Report, Values};
 use crate::solve::attractor::lyapunov::Exponents;
@@ -33,7 +33,7 @@ pub(super) fn text(name: &str, values: Vec<String>) -> Column {
 }
 
 /// `T`, or `t` in seconds.
-pub(super) fn time(setting: &Setting<'_>) -> Heading {
+pub(super) fn time(setting: &Setting<'_>) -> ColumnHeading {
     let name = if setting.is_si() { "t" } else { "T" };
     setting.units().time(name)
 }
@@ -77,7 +77,7 @@ pub(super) fn speed_rpm(
 ) -> Option<Column> {
     reference(setting)?;
     let factor = setting.assembly.scales.frequency * 60.0 / TAU;
-    let heading = Heading::new("speed_rpm", "rpm", factor);
+    let heading = ColumnHeading::new("speed_rpm", "rpm", factor);
     Some(heading.column(frequencies))
 }
 
@@ -90,13 +90,13 @@ pub(super) fn frequency_label(setting: &Setting<'_>, otherwise: &str) -> String 
 }
 
 /// Rate of one connection.
-pub(super) fn rate(setting: &Setting<'_>, connection: usize) -> Heading {
+pub(super) fn rate(setting: &Setting<'_>, connection: usize) -> ColumnHeading {
     let name = &setting.assembly.connections[connection];
     setting.units().rate(format!("v.{name}"), connection)
 }
 
 /// Displacement of one connection.
-fn displacement(setting: &Setting<'_>, connection: usize) -> Heading {
+fn displacement(setting: &Setting<'_>, connection: usize) -> ColumnHeading {
     let name = &setting.assembly.connections[connection];
     setting
         .units()
@@ -104,18 +104,18 @@ fn displacement(setting: &Setting<'_>, connection: usize) -> Heading {
 }
 
 /// `q.c.., v.c.., f.c..` of the connections: deformations, their rates, forces.
-pub(super) fn connections(setting: &Setting<'_>) -> Vec<Heading> {
+pub(super) fn connections(setting: &Setting<'_>) -> Vec<ColumnHeading> {
     let names = setting.assembly.connections.iter().enumerate();
     let force = |(k, name): (usize, &String)| setting.units().force(format!("f.{name}"), k);
     let count = names.len();
-    let mut list: Vec<Heading> = (0..count).map(|k| displacement(setting, k)).collect();
+    let mut list: Vec<ColumnHeading> = (0..count).map(|k| displacement(setting, k)).collect();
     list.extend((0..count).map(|k| rate(setting, k)));
     list.extend(names.map(force));
     list
 }
 
 /// `z.c` of the connections that remember something; `z.c.1`, `z.c.2`, .. where they remember more than one number.
-pub(super) fn memories(setting: &Setting<'_>) -> Vec<Heading> {
+pub(super) fn memories(setting: &Setting<'_>) -> Vec<ColumnHeading> {
     let names = setting.assembly.connections.iter().enumerate();
     let mounts = setting.assembly.system.mounts();
     names
@@ -133,7 +133,7 @@ pub(super) fn memories(setting: &Setting<'_>) -> Vec<Heading> {
 }
 
 /// The relative coordinates, their rates, and what connections remember.
-pub(super) fn states(setting: &Setting<'_>) -> Vec<Heading> {
+pub(super) fn states(setting: &Setting<'_>) -> Vec<ColumnHeading> {
     let mut list = coordinates(setting);
     list.extend(memories(setting));
     list
@@ -147,13 +147,13 @@ pub(super) fn connection_of(setting: &Setting<'_>, coordinate: usize) -> Option<
 
 /// The relative coordinates, geometric, without transmission error: `q.c.., v.c..` where they are the deformation of connection c
 /// and its rate, else `r.c.., dr.c..`.
-pub(super) fn coordinates(setting: &Setting<'_>) -> Vec<Heading> {
+pub(super) fn coordinates(setting: &Setting<'_>) -> Vec<ColumnHeading> {
     let names = &setting.assembly.coordinates;
     let described = |i: usize, is_rate: bool| {
         let own = match connection_of(setting, i) {
             Some(k) if is_rate => rate(setting, k),
             Some(k) => displacement(setting, k),
-            None => Heading::number(""),
+            None => ColumnHeading::number(""),
         };
         let kind = match (is_deformation(setting, i), is_rate) {
             (true, false) => "q",
@@ -161,7 +161,7 @@ pub(super) fn coordinates(setting: &Setting<'_>) -> Vec<Heading> {
             (false, false) => "r",
             (false, true) => "dr",
         };
-        Heading {
+        ColumnHeading {
             name: format!("{kind}.{}", names[i]),
             ..own
         }
@@ -186,7 +186,7 @@ fn is_deformation(setting: &Setting<'_>, coordinate: usize) -> bool {
 }
 
 /// `acceleration.<body>..` from SI values. None for reduced systems.
-pub(super) fn accelerations(setting: &Setting<'_>) -> Vec<Heading> {
+pub(super) fn accelerations(setting: &Setting<'_>) -> Vec<ColumnHeading> {
     setting.units().accelerations("acceleration")
 }
 

@@ -3,7 +3,7 @@
 use super::cost::{Cost, Period};
 use super::{Fault, Initial, Setting, limits};
 use crate::quantity::Quantity;
-use crate::solve::attractor::{ALIGNMENT, LabelOptions, Lengths, MapSize, Stop};
+use crate::solve::attractor::{ALIGNMENT, LabelOptions, Lengths, MapSize, RecordStop};
 use crate::solve::equilibrium::{NoEquilibrium, equilibrium};
 use crate::solve::integrate::{
     self, IntegrationEnd, Integrator, IntegratorChoice, IntegratorOptions, Strain,
@@ -118,15 +118,15 @@ impl PreparedMotion {
 
 /// Why a motion ended, with the name of the connection, its state and the time where a force is not analytic, in the units of the
 /// report.
-pub fn tell(stop: Stop, setting: &Setting<'_>) -> String {
-    if let Stop::Failed(
+pub fn tell(stop: RecordStop, setting: &Setting<'_>) -> String {
+    if let RecordStop::Failed(
         IntegrationEnd::Locked(connection) | IntegrationEnd::Sticks(connection),
         _,
     ) = stop
     {
         return format!("{}: {stop}", setting.assembly.connections[connection]);
     }
-    let Stop::Failed(IntegrationEnd::NotAnalytic(at), period) = stop else {
+    let RecordStop::Failed(IntegrationEnd::NotAnalytic(at), period) = stop else {
         return stop.to_string();
     };
     let scales = &setting.assembly.scales;

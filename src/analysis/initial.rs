@@ -1,6 +1,6 @@
 //! Initial states as a user writes them.
 
-use super::saved::Wanted;
+use super::saved::SavedReference;
 use super::{Fault, Setting, columns, flow};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::system::System;
@@ -115,7 +115,7 @@ impl Initial {
                 "a saved point is a folder of `results`, an `analysis` in it and a `point`";
             return (!is_absent).then(|| Err(message.into()));
         };
-        let wanted = Wanted {
+        let wanted = SavedReference {
             folder,
             analysis,
             branch: self.branch.unwrap_or(0),

@@ -13,12 +13,12 @@ use serde::{Deserialize, Serialize};
 /// two parameters has such a map for each of them: `{gear_1.drag: {gear_2.drag: "0.4*x"}}`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
-pub struct Link(IndexMap<String, Entry>);
+pub struct Link(IndexMap<String, LinkEntry>);
 
 /// A formula, or formulas for the followers of one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Entry {
+pub enum LinkEntry {
     /// The same at every value.
     Number(f64),
     /// A formula of x.
@@ -74,7 +74,7 @@ impl Link {
         let mut list = Vec::new();
         for (name, entry) in &self.0 {
             match entry {
-                Entry::Of(own) => {
+                LinkEntry::Of(own) => {
                     let is_this = name == path
                         || setting.model.path_of(name).is_ok_and(|known| known == path);
                     let is_known = is_this || all.contains(&name.as_str());
@@ -86,15 +86,17 @@ impl Link {
                         list.push(one(setting, follower, &formula.text(), path)?);
                     }
                 }
-                Entry::Number(_) | Entry::Formula(_) if all.len() > 1 => {
+                LinkEntry::Number(_) | LinkEntry::Formula(_) if all.len() > 1 => {
                     let example = all.first().copied().unwrap_or_default();
                     return Err(format!(
                         "link.{name}: the analysis has {} parameters, so say which one is x: link: {{{example}: {{{name}: ..}}}}",
                         all.len()
                     ));
                 }
-                Entry::Number(value) => list.push(one(setting, name, &format!("{value:?}"), path)?),
-                Entry::Formula(text) => list.push(one(setting, name, text, path)?),
+                LinkEntry::Number(value) => {
+                    list.push(one(setting, name, &format!("{value:?}"), path)?)
+                }
+                LinkEntry::Formula(text) => list.push(one(setting, name, text, path)?),
             }
         }
         Ok(list)

@@ -37,23 +37,23 @@ mod time_history;
 mod torus;
 mod transient;
 
+pub use crate::postprocess::effective_stiffness::frequencies_at_rest;
 pub use basins::Basins;
 pub use bifurcation_curve::BifurcationCurve;
-pub use bifurcation_diagram::{BifurcationDiagram, Direction, Reach, Seeds};
+pub use bifurcation_diagram::{BifurcationDiagram, Seeds, StartBox, SweepDirection};
 pub use effective_frequencies::EffectiveFrequencies;
 pub use event_table::EVENTS;
 pub use frequency_response::FrequencyResponse;
 pub use initial::Initial;
 pub use link::Link;
-pub use crate::postprocess::effective_stiffness::frequencies_at_rest;
 pub use modes::Modes;
 pub use operating_point::OperatingPoint;
 pub use parameter_response::ParameterResponse;
 pub use parameter_study::ParameterStudy;
 pub use poincare_map::PoincareMap;
 pub use regime_map::RegimeMap;
-pub use response::{EventState, Method, Orbits, ResponseTable, Tables};
-pub use run_up::{Order, RunUp};
+pub use response::{EventState, Method, Orbits, ResponseTable, TableChoice};
+pub use run_up::{ReportedOrder, RunUp};
 pub use time_history::TimeHistory;
 pub use torus::Torus;
 pub use transient::SpeedProfile;
@@ -62,7 +62,7 @@ use crate::assembly::Assembly;
 use crate::error::{Error, SolveError};
 use crate::interrupt::Interrupt;
 use crate::machine;
-use crate::measure::Units;
+use crate::measure::ReportedUnits;
 use crate::model::{Model, ReportUnits, Structure};
 use crate::quantity::{Quantity, UnitDimension};
 use crate::report::{Report, Table};
@@ -368,8 +368,8 @@ impl Control for AtomicBool {
 
 impl Setting<'_> {
     /// Units of the results.
-    pub fn units(&self) -> Units<'_> {
-        Units::new(self.model, self.assembly)
+    pub fn units(&self) -> ReportedUnits<'_> {
+        ReportedUnits::new(self.model, self.assembly)
     }
 
     /// Whether results are in SI units.

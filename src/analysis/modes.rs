@@ -5,7 +5,7 @@ use super::{Analysis, Fault, Setting, columns, limits};
 use crate::error::Error;
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::report::{Curve, CurveStyle, Figure, Panel, Report, Table};
-use crate::solve::attractor::Stop;
+use crate::solve::attractor::RecordStop;
 use crate::solve::equilibrium::equilibrium;
 use crate::system::System;
 use schemars::JsonSchema;
@@ -116,7 +116,8 @@ impl Analysis for Modes {
                 .zip(list)
                 .for_each(|(column, w)| column.push(w));
         }
-        let ended_early = (stiffness.len() < self.points).then(|| Stop::Interrupted.to_string());
+        let ended_early =
+            (stiffness.len() < self.points).then(|| RecordStop::Interrupted.to_string());
         let (_, scale) = unit(setting);
         let scaled = |list: Vec<f64>| list.into_iter().map(|w| w * scale).collect();
         let frequencies = frequencies.into_iter().map(scaled).collect();

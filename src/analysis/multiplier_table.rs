@@ -10,7 +10,7 @@ use num_complex::Complex;
 
 /// `multipliers` and `multiplier_estimates` (19)-(22), each by falling modulus, as far as they are computed.
 pub(super) fn multipliers(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Vec<Table> {
-    let rows: Vec<Row<'_>> = (traced.iter().enumerate())
+    let rows: Vec<MultiplierRow<'_>> = (traced.iter().enumerate())
         .flat_map(|(b, t)| {
             let points = t.points.iter().enumerate();
             points.map(move |(p, point)| (b, p, point))
@@ -56,9 +56,9 @@ pub(super) fn multipliers(swept: &Swept<'_>, traced: &[TracedMethod<'_>]) -> Vec
 }
 
 /// Branch, index and content of a point.
-type Row<'a> = (usize, usize, &'a BranchPoint);
+type MultiplierRow<'a> = (usize, usize, &'a BranchPoint);
 
-fn table(name: &str, rows: &[Row<'_>], parts: impl Iterator<Item = Column>) -> Table {
+fn table(name: &str, rows: &[MultiplierRow<'_>], parts: impl Iterator<Item = Column>) -> Table {
     let mut columns = vec![
         integer("branch", rows.iter().map(|r| r.0 as i64).collect()),
         integer("point", rows.iter().map(|r| r.1 as i64).collect()),

@@ -1,7 +1,7 @@
 //! Everything about the attractor at one frequency, in one row.
 
 use super::cost::Cost;
-use super::{Analysis, Fault, FrequencyResponse, Order, Setting};
+use super::{Analysis, Fault, FrequencyResponse, ReportedOrder, Setting};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
@@ -31,7 +31,7 @@ pub struct OperatingPoint {
     pub extend: Option<usize>,
     /// Orders of the reference whose amplitudes in deformations, forces and accelerations are reported.
     #[serde(default)]
-    pub orders: Vec<Order>,
+    pub orders: Vec<ReportedOrder>,
     /// Whether small deviations are followed, without which nothing is called chaotic; true when absent.
     #[serde(default)]
     pub lyapunov: Option<bool>,

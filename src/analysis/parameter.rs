@@ -5,7 +5,7 @@ use super::{Link, Setting};
 use crate::assembly::{Assembly, Scales, assemble, reassemble, renumber};
 use crate::element::Relation;
 use crate::error::Diagnostic;
-use crate::model::{Follower, FrequencyScale, Knob, Model, Reach, Structure};
+use crate::model::{Affected, Follower, FrequencyScale, Knob, Model, Structure};
 use crate::quantity::Quantity;
 use crate::system::System;
 use crate::yaml::Node;
@@ -274,16 +274,16 @@ pub struct Variation<'a> {
     /// Scales frozen; the numbers as they were last.
     model: Model,
     /// What the numbers enter; `None` if one of them has no place of its own in the mechanics.
-    reach: Option<Reach>,
+    reach: Option<Affected>,
 }
 
 impl<'a> Variation<'a> {
     /// The model of a setting, to be varied in some numbers.
     pub fn new(setting: &Setting<'a>, knobs: Vec<Knob>) -> Variation<'a> {
-        let reaches: Option<Vec<Reach>> = knobs.iter().map(Knob::reach).collect();
+        let reaches: Option<Vec<Affected>> = knobs.iter().map(Knob::reach).collect();
         Variation {
             unchanged: setting.assembly,
-            reach: reaches.map(|list| list.into_iter().max().unwrap_or(Reach::Laws)),
+            reach: reaches.map(|list| list.into_iter().max().unwrap_or(Affected::Laws)),
             knobs,
             model: frozen(setting.model.clone(), &setting.assembly.scales),
         }

@@ -29,7 +29,7 @@ impl SavedPoint {
     /// # Errors
     /// No such folder, analysis or point.
     pub(super) fn read(&self) -> Result<Saved, String> {
-        let wanted = Wanted {
+        let wanted = SavedReference {
             folder: &self.results,
             analysis: &self.analysis,
             branch: self.branch,
@@ -41,7 +41,7 @@ impl SavedPoint {
 
 /// Reference to a point of saved results.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted<'a> {
+pub(super) struct SavedReference<'a> {
     pub folder: &'a Path,
     pub analysis: &'a str,
     /// Branch, curve, run or attractor.
@@ -50,12 +50,12 @@ pub(super) struct Wanted<'a> {
 }
 
 /// A row of a table by the names of its columns; cells that are not numbers are left out.
-type Row = HashMap<String, f64>;
+type SavedRow = HashMap<String, f64>;
 
 /// A point with the numbers that its run varied.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Saved {
-    row: Row,
+    row: SavedRow,
     /// Columns of varied numbers, and what these are called.
     varied: Vec<(&'static str, String)>,
 }
@@ -65,7 +65,7 @@ const BRANCHES: [&str; 4] = ["curve", "branch", "attractor", "run"];
 /// Largest table that is read.
 const MOST_BYTES: u64 = 1 << 30;
 
-impl Wanted<'_> {
+impl SavedReference<'_> {
     /// The point with its state: from the main table, completed by the first row of its orbit and by the table of points.
     ///
     /// # Errors
@@ -116,7 +116,7 @@ impl Wanted<'_> {
     }
 
     /// The first row of a table with the number of the point.
-    fn row(self, file: &Path) -> Result<Row, String> {
+    fn row(self, file: &Path) -> Result<SavedRow, String> {
         let told = |what: String| format!("{}: {what}", file.display());
         is_readable(file)?;
         let mut reader = csv::Reader::from_path(file).map_err(|e| told(e.to_string()))?;
@@ -125,7 +125,7 @@ impl Wanted<'_> {
             let record = record.map_err(|e| told(e.to_string()))?;
             let cells = headers.iter().zip(&record);
             let numbers = cells.filter_map(|(h, c)| Some((h.to_string(), c.parse::<f64>().ok()?)));
-            let row: Row = numbers.collect();
+            let row: SavedRow = numbers.collect();
             let branch = BRANCHES.iter().find_map(|name| row.get(*name));
             let is_branch = branch.is_none_or(|b| *b == self.branch as f64);
             if is_branch && row.get("point") == Some(&(self.point as f64)) {
@@ -184,7 +184,7 @@ impl Saved {
     /// # Errors
     /// The first coordinate that the tables do not have.
     pub fn state(&self, setting: &Setting<'_>) -> Result<Vec<f64>, String> {
-        let value = |heading: crate::measure::Heading| {
+        let value = |heading: crate::measure::ColumnHeading| {
             let value = self.get(&heading.name).map(|x| x / heading.factor);
             value.ok_or_else(|| {
                 format!(

@@ -3,8 +3,9 @@
 use super::Setting;
 use super::response::ResponseTable;
 use crate::measure::{
-    Connections, ContactMetrics, EffectiveFrequencies, EstimatedMultipliers, Heading, Losses,
-    Measure, Orders, PeakAccelerations, Sheet, Solved, TransmissionErrors, Units,
+    ColumnHeading, Connections, ContactMetrics, EffectiveFrequencyColumns, EstimatedMultipliers,
+    Losses, Measure, OrderAmplitudes, PeakAccelerations, ReportedUnits, Sheet, Solved,
+    TransmissionErrors,
 };
 use crate::model::Structure;
 use crate::system::Mount;
@@ -51,13 +52,13 @@ impl Sections {
         let mut main: Vec<Box<dyn Measure>> = vec![
             Box::new(Connections),
             Box::new(transmission_errors(setting)),
-            Box::new(EffectiveFrequencies { dof }),
+            Box::new(EffectiveFrequencyColumns { dof }),
         ];
         if !connections.is_empty() {
             main.push(Box::new(Losses { connections }));
         }
         if !orders.is_empty() {
-            main.push(Box::new(Orders::new(orders)));
+            main.push(Box::new(OrderAmplitudes::new(orders)));
         }
         let mut list = vec![(ResponseTable::Main, main)];
         if computes(ResponseTable::Rattle) {
@@ -85,7 +86,7 @@ impl Sections {
     }
 
     /// Headings of all values of a point, each with its table.
-    pub fn headings(&self, units: &Units<'_>) -> Vec<(ResponseTable, Heading)> {
+    pub fn headings(&self, units: &ReportedUnits<'_>) -> Vec<(ResponseTable, ColumnHeading)> {
         let of = |s: &Section| {
             let headings = s.sheet.headings(units).into_iter();
             let table = s.table;

@@ -1,7 +1,7 @@
 //! The stretch of motion on an attractor that is measured.
 
 use super::{Setting, flow};
-use crate::solve::attractor::{Attractor, Label, Stop};
+use crate::solve::attractor::{Attractor, Label, RecordStop};
 use crate::solve::integrate::{IntegrationEnd, IntegratorOptions};
 use crate::solve::orbit::Orbit;
 use crate::solve::segment_orbit::SegmentOrbit;
@@ -13,7 +13,7 @@ pub(super) enum Unmeasured {
     /// The integrator does not take the system.
     Refused(String),
     /// The motion was not followed to its end.
-    Stopped(Stop),
+    Stopped(RecordStop),
 }
 
 /// An attractor as one response period of its system: a period n attractor over its n periods, any other over as many periods as the record
@@ -37,12 +37,12 @@ pub(super) fn measured(
     let width = TAU / periods as f64;
     for k in 0..periods {
         if setting.control.is_interrupted() {
-            return Err(Unmeasured::Stopped(Stop::Interrupted));
+            return Err(Unmeasured::Stopped(RecordStop::Interrupted));
         }
         let span = (k as f64 * width, (k + 1) as f64 * width);
         let end = integrator.advance(&system, span, &mut state, &mut orbit);
         if end != IntegrationEnd::Reached {
-            return Err(Unmeasured::Stopped(Stop::of(end, k + 1)));
+            return Err(Unmeasured::Stopped(RecordStop::of(end, k + 1)));
         }
     }
     Ok((system, Orbit::Segments(orbit)))

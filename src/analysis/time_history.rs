@@ -7,12 +7,12 @@ mod selection;
 use super::cost::{Cost, Period};
 use super::flow::{self, PreparedMotion};
 use super::poincare_map::REPORTED;
-use super::transient::{self, History, Impacts, Rows, SpeedProfile, switch_table};
+use super::transient::{self, HistoryKeys, Impacts, Rows, SpeedProfile, switch_table};
 use super::{Analysis, Fault, Initial, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::report::{Report, Table};
-use crate::solve::attractor::Stop;
+use crate::solve::attractor::RecordStop;
 use crate::solve::integrate::{
     IntegrationEnd, IntegratorChoice, IntegratorOptions, Observer, Segment, Switch,
 };
@@ -245,8 +245,8 @@ impl TimeHistory {
     }
 
     /// The motion with `duration`, if given.
-    fn history(&self) -> Option<History<'_>> {
-        Some(History {
+    fn history(&self) -> Option<HistoryKeys<'_>> {
+        Some(HistoryKeys {
             at: self.at.as_ref(),
             duration: self.duration.as_ref()?,
             speed: self.speed.as_ref(),
@@ -278,7 +278,7 @@ impl TimeHistory {
         let total = self.transient + self.periods();
         for period in 0..total {
             if setting.control.is_interrupted() {
-                stop = Some(Stop::Interrupted);
+                stop = Some(RecordStop::Interrupted);
                 break;
             }
             if period == self.transient {
@@ -301,7 +301,7 @@ impl TimeHistory {
                 } else {
                     IntegrationEnd::Diverged
                 };
-                stop = Some(Stop::of(end, period + 1));
+                stop = Some(RecordStop::of(end, period + 1));
                 break;
             }
             if period >= self.transient {

@@ -6,7 +6,7 @@ use super::{
     scaling,
 };
 use crate::error::Diagnostic;
-use crate::model::{Model, Reach, Structure, Train};
+use crate::model::{Affected, Model, Structure, Train};
 use crate::system::{LoadSource, System};
 use nalgebra::DMatrix;
 
@@ -17,31 +17,33 @@ use nalgebra::DMatrix;
 pub(crate) fn renumber(
     model: &Model,
     known: &Assembly,
-    reach: Reach,
+    reach: Affected,
 ) -> Result<System, Vec<Diagnostic>> {
     let system = &known.system;
     if system.still().is_some() {
         return Ok(assemble(model)?.system);
     }
     match (&model.structure, reach, &known.coupling) {
-        (Structure::Train(train), Reach::Laws, _) => {
+        (Structure::Train(train), Affected::Laws, _) => {
             let train = held::settled(train)?;
             Ok(system.with_mounts(scaling::mounts(&train.train, &known.scales)))
         }
-        (Structure::Train(train), Reach::Loads, _) => {
+        (Structure::Train(train), Affected::Loads, _) => {
             Ok(system.with_loads(loads(train, &known.scales, system)))
         }
-        (Structure::Train(train), Reach::Matrices, Some(coupling)) => {
+        (Structure::Train(train), Affected::Matrices, Some(coupling)) => {
             let train = held::settled(train)?;
             let train = train.train.as_ref();
             Ok(numbers(train, coupling, &scales(train, &known.scales))?.0)
         }
-        (Structure::Reduced(own), Reach::Laws, _) => Ok(system.with_mounts(reduced::mounts(own))),
-        (Structure::Reduced(own), Reach::Loads, _) => {
+        (Structure::Reduced(own), Affected::Laws, _) => {
+            Ok(system.with_mounts(reduced::mounts(own)))
+        }
+        (Structure::Reduced(own), Affected::Loads, _) => {
             Ok(system.with_loads(reduced::loads(&own.loads)))
         }
-        (Structure::Reduced(own), Reach::Matrices, _) => reduced::system(own),
-        (Structure::Train(_), Reach::Matrices, None) => Ok(assemble(model)?.system),
+        (Structure::Reduced(own), Affected::Matrices, _) => reduced::system(own),
+        (Structure::Train(_), Affected::Matrices, None) => Ok(assemble(model)?.system),
     }
 }
 

@@ -14,7 +14,7 @@ const SAME: f64 = 1e-6;
 const SHOWN: usize = 3;
 
 /// One lever arm, and the value of it that closes the loop.
-struct Arm {
+struct LeverArm {
     connection: usize,
     body: usize,
     found: f64,
@@ -65,7 +65,7 @@ pub(super) fn locked(train: &Train) -> Option<String> {
 
 /// Arms of a loop that can close it alone: without their body the rows are dependent, y R = 0, and the entries of the body
 /// must follow, sum of y_i R_i = 0.
-fn candidates(train: &Train, involved: &[usize]) -> Vec<Arm> {
+fn candidates(train: &Train, involved: &[usize]) -> Vec<LeverArm> {
     let arms = |c: usize| train.connections[c].arms.iter().copied();
     let mut bodies: Vec<usize> = (involved.iter())
         .flat_map(|c| arms(*c).map(|(body, _)| body))
@@ -102,7 +102,7 @@ fn candidates(train: &Train, involved: &[usize]) -> Vec<Arm> {
             let is_near = (wanted / found - 1.0).abs() < FARTHEST;
             if found != 0.0 && v[(least, i)].abs() > DEPENDENT && is_near && wanted != found {
                 let score = score(train, *body, found, wanted);
-                list.push(Arm {
+                list.push(LeverArm {
                     connection: *connection,
                     body: *body,
                     found,
@@ -127,7 +127,7 @@ fn score(train: &Train, body: usize, found: f64, wanted: f64) -> i64 {
 }
 
 /// A lever arm for people: in mm where it is a length.
-fn length(train: &Train, arm: &Arm, value: f64) -> String {
+fn length(train: &Train, arm: &LeverArm, value: f64) -> String {
     let is_length = train.connections[arm.connection].unit == DeformationUnit::Metre
         && train.bodies[arm.body].motion == Motion::Rotation;
     let digits = |x: f64| -> f64 { format!("{x:.6e}").parse().unwrap_or(x) };

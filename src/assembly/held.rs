@@ -23,7 +23,7 @@ struct Bound {
 }
 
 /// A train with the motions that the frame or other motions bind.
-pub(super) struct Settled<'a> {
+pub(super) struct SettledTrain<'a> {
     /// Those over the cycle have become transmission errors.
     pub train: Cow<'a, Train>,
     /// Those over time, which stay: the coordinates beside them are bound.
@@ -42,7 +42,7 @@ pub(super) struct Settled<'a> {
 /// # Errors
 /// Speeds of which no angle can be made; motions over time beside others over the cycle; connections between prescribed motions and
 /// the frame alone.
-pub(super) fn settled(train: &Train) -> Result<Settled<'_>, Vec<Diagnostic>> {
+pub(super) fn settled(train: &Train) -> Result<SettledTrain<'_>, Vec<Diagnostic>> {
     let bound = match train.motions.is_empty() {
         true => Vec::new(),
         false => bound(train, &couple(train)?),
@@ -52,7 +52,7 @@ pub(super) fn settled(train: &Train) -> Result<Settled<'_>, Vec<Diagnostic>> {
     let (timed, bound): (Vec<Bound>, Vec<Bound>) = bound.into_iter().partition(all_timed);
     if bound.is_empty() {
         let train = Cow::Borrowed(train);
-        return Ok(Settled { train, timed });
+        return Ok(SettledTrain { train, timed });
     }
     let mut changed = train.clone();
     let mut list = Vec::new();
@@ -75,7 +75,7 @@ pub(super) fn settled(train: &Train) -> Result<Settled<'_>, Vec<Diagnostic>> {
         }
     }
     match list.is_empty() {
-        true => Ok(Settled {
+        true => Ok(SettledTrain {
             train: Cow::Owned(changed),
             timed,
         }),
@@ -83,7 +83,7 @@ pub(super) fn settled(train: &Train) -> Result<Settled<'_>, Vec<Diagnostic>> {
     }
 }
 
-impl Settled<'_> {
+impl SettledTrain<'_> {
     /// How many motions over time bind coordinates.
     pub(super) fn timed_count(&self) -> usize {
         self.timed.len()

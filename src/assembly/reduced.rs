@@ -29,12 +29,12 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
     if matches!(reduced.damping, ReducedDamping::ModalRatio(_)) {
         warnings.extend(full_damping(n));
     }
-    let spectrum = Spectrum::new(&full_contact);
+    let spectrum = SquaredFrequencies::new(&full_contact);
     let system = system_of(reduced, &full_contact, &|| spectrum.root(&full_contact))?;
     let squares = match &spectrum {
-        Spectrum::Symmetric { values, .. } => values.iter().copied().collect(),
-        Spectrum::Real(values) => values.clone(),
-        Spectrum::None(reason) => {
+        SquaredFrequencies::Symmetric { values, .. } => values.iter().copied().collect(),
+        SquaredFrequencies::Real(values) => values.clone(),
+        SquaredFrequencies::None(reason) => {
             warnings.push(format!("natural frequencies are not listed: {reason}"));
             Vec::new()
         }
@@ -61,7 +61,7 @@ pub(super) fn assemble(reduced: &Reduced) -> Result<Assembly, Vec<Diagnostic>> {
 pub(super) fn system(reduced: &Reduced) -> Result<System, Vec<Diagnostic>> {
     let full_contact = full_contact(reduced);
     system_of(reduced, &full_contact, &|| {
-        Spectrum::new(&full_contact).root(&full_contact)
+        SquaredFrequencies::new(&full_contact).root(&full_contact)
     })
 }
 
@@ -141,7 +141,7 @@ fn coordinate_names(map: &DMatrix<f64>, elements: &[String]) -> Vec<String> {
 }
 
 /// Eigenvalues of kappa W, the squares of the natural frequencies in full contact.
-enum Spectrum {
+enum SquaredFrequencies {
     /// diag(scale) kappa W diag(scale)^-1 is symmetric, as for every train without loops.
     Symmetric {
         scale: Vec<f64>,
@@ -154,10 +154,10 @@ enum Spectrum {
     None(String),
 }
 
-impl Spectrum {
-    fn new(matrix: &DMatrix<f64>) -> Spectrum {
+impl SquaredFrequencies {
+    fn new(matrix: &DMatrix<f64>) -> SquaredFrequencies {
         if matrix.iter().any(|x| !x.is_finite()) {
-            return Spectrum::None("kappa W is not finite".into());
+            return SquaredFrequencies::None("kappa W is not finite".into());
         }
         if let Some(scale) = symmetriser(matrix) {
             let n = matrix.nrows();
@@ -167,9 +167,9 @@ impl Spectrum {
             });
             if let Some((values, vectors)) = symmetric_eigen(symmetric) {
                 if values[0] < 0.0 {
-                    return Spectrum::None(negative(values[0]));
+                    return SquaredFrequencies::None(negative(values[0]));
                 }
-                return Spectrum::Symmetric {
+                return SquaredFrequencies::Symmetric {
                     scale,
                     values,
                     vectors,
@@ -182,10 +182,10 @@ impl Spectrum {
     /// The principal square root, or why there is none.
     fn root(&self, matrix: &DMatrix<f64>) -> Result<DMatrix<f64>, String> {
         match self {
-            Spectrum::None(reason) => Err(reason.clone()),
-            Spectrum::Real(_) => square_root(matrix)
+            SquaredFrequencies::None(reason) => Err(reason.clone()),
+            SquaredFrequencies::Real(_) => square_root(matrix)
                 .ok_or_else(|| "kappa W is singular or too close to it for a square root".into()),
-            Spectrum::Symmetric {
+            SquaredFrequencies::Symmetric {
                 scale,
                 values,
                 vectors,
@@ -211,29 +211,29 @@ fn negative(value: f64) -> String {
     )
 }
 
-fn general(matrix: &DMatrix<f64>) -> Spectrum {
+fn general(matrix: &DMatrix<f64>) -> SquaredFrequencies {
     let budget = 1000 + 100 * matrix.nrows();
     let Some(schur) = Schur::try_new(matrix.clone(), f64::EPSILON, budget) else {
-        return Spectrum::None("the eigenvalues of kappa W could not be found".into());
+        return SquaredFrequencies::None("the eigenvalues of kappa W could not be found".into());
     };
     let list = schur.complex_eigenvalues();
     let largest = list.iter().fold(0.0_f64, |m, x| m.max(x.norm()));
     if let Some(x) = list.iter().find(|x| x.im.abs() > REAL * largest) {
         let (re, im) = (x.re, x.im.abs());
-        return Spectrum::None(format!(
+        return SquaredFrequencies::None(format!(
             "kappa W has the complex eigenvalues {re:.6} +- {im:.6} i"
         ));
     }
     let mut values: Vec<f64> = list.iter().map(|x| x.re).collect();
     values.sort_by(f64::total_cmp);
     if values[0] < -REAL * largest {
-        return Spectrum::None(negative(values[0]));
+        return SquaredFrequencies::None(negative(values[0]));
     }
     let floor = values.len() as f64 * f64::EPSILON * largest;
     for x in &mut values {
         *x = if *x < floor { 0.0 } else { *x };
     }
-    Spectrum::Real(values)
+    SquaredFrequencies::Real(values)
 }
 
 /// Principal square root by the coupled Newton iteration of Denman and Beavers with determinantal scaling; `None` when it

@@ -3,13 +3,13 @@
 use super::digits::number;
 use super::{CheckArguments, kinematics, numbers, print};
 use crate::analysis::cost::Cost;
+use crate::analysis::frequencies_at_rest;
 use crate::assembly::summary;
 use crate::error::Error;
 use crate::interrupt::Interrupt;
 use crate::machine;
 use crate::model::ReportUnits;
 use crate::output;
-use crate::analysis::frequencies_at_rest;
 use crate::solve::equilibrium::{Equilibrium, equilibrium};
 use crate::solve::galerkin::stored_blocks;
 use crate::solve::integrate::{IntegratorChoice, automatic};

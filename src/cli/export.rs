@@ -3,12 +3,12 @@
 use super::{ExportArguments, print};
 use crate::error::Error;
 use crate::output::export::{ExportFormat, Names, export as write};
-use crate::output::results::{self, Rows};
+use crate::output::results::{self, HeldRows};
 use std::process::ExitCode;
 
 /// Writes and says what.
 pub fn export(arguments: &ExportArguments) -> Result<ExitCode, Error> {
-    let mut results = results::read(&arguments.folder, Rows::All)?;
+    let mut results = results::read(&arguments.folder, HeldRows::All)?;
     results.check_names(&arguments.only)?;
     if !arguments.only.is_empty() {
         results

@@ -1,6 +1,6 @@
 //! Progress on a terminal, and what ends a run before its end: signals and limits.
 
-use super::signals::{self, Signal};
+use super::signals::{self, SignalNumber};
 use crate::analysis::{Control, Emergency};
 use crate::error::Error;
 use crate::interrupt::Interrupt;
@@ -26,7 +26,7 @@ const GRACE: Duration = Duration::from_millis(1400);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cause {
     /// A signal.
-    Signal(Signal),
+    Signal(SignalNumber),
     /// The limit of time.
     Time(Duration),
     /// The limit of memory, in bytes; `None`: that of the machine.
@@ -35,7 +35,7 @@ pub enum Cause {
 
 /// Limits that the user gives.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Limits {
+pub struct RunLimits {
     /// Of time.
     pub time: Option<Duration>,
     /// Of memory, in bytes.
@@ -47,7 +47,7 @@ pub struct Terminal {
     interrupt: Interrupt,
     cause: Arc<OnceLock<Cause>>,
     began: Instant,
-    limits: Limits,
+    limits: RunLimits,
     /// What writes the finished results when a run does not hear of an interruption.
     emergency: Arc<Mutex<Option<Emergency>>>,
     bar: ProgressBar,
@@ -57,7 +57,7 @@ pub struct Terminal {
 
 impl Terminal {
     /// A bar for a number of analyses; none if quiet or if standard error is not a terminal.
-    pub fn new(analyses: usize, quiet: bool, limits: Limits) -> Terminal {
+    pub fn new(analyses: usize, quiet: bool, limits: RunLimits) -> Terminal {
         let bar = ProgressBar::with_draw_target(Some(TICKS), ProgressDrawTarget::hidden());
         if !quiet && std::io::stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::stderr());
@@ -158,7 +158,7 @@ fn leave(outcome: Result<Vec<String>, Error>, status: u8) -> u8 {
 }
 
 /// The limit that a run has reached.
-fn reached(limits: Limits, began: Instant) -> Option<Cause> {
+fn reached(limits: RunLimits, began: Instant) -> Option<Cause> {
     if let Some(time) = limits.time.filter(|time| began.elapsed() >= *time) {
         return Some(Cause::Time(time));
     }

@@ -1,6 +1,6 @@
 //! `gearlash run`.
 
-use super::progress::{Limits, Terminal};
+use super::progress::{RunLimits, Terminal};
 use super::{ENDED_EARLY, RunArguments, print, say};
 use crate::error::{Diagnostic, Error};
 use crate::report::{Report, Values};
@@ -28,7 +28,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, Error> {
         }
     };
     let settings = RunSettings { out, figures, jobs };
-    let limits = Limits {
+    let limits = RunLimits {
         time: arguments.time_limit,
         memory: arguments.memory_limit,
     };

@@ -1,14 +1,14 @@
 //! Signals: the first one asks a run to write what it has and to end, the second one ends the process at once.
 
 /// Number of a signal; the exit status is 128 more.
-pub type Signal = u8;
+pub type SignalNumber = u8;
 
 /// Ctrl-C.
 #[cfg(not(unix))]
-const INTERRUPT: Signal = 2;
+const INTERRUPT: SignalNumber = 2;
 
 /// Exit status of a process that a signal has ended.
-pub fn status(signal: Signal) -> u8 {
+pub fn status(signal: SignalNumber) -> u8 {
     128 + signal
 }
 
@@ -17,7 +17,7 @@ pub fn status(signal: Signal) -> u8 {
 /// # Errors
 /// Errors of the operating system: signals then end the process at once.
 #[cfg(unix)]
-pub fn watch(first: impl Fn(Signal) + Send + 'static) -> std::io::Result<()> {
+pub fn watch(first: impl Fn(SignalNumber) + Send + 'static) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXCPU, SIGXFSZ};
     use signal_hook::iterator::Signals;
     // Whoever started the process may have told it to ignore some, as `nohup` does.
@@ -31,7 +31,7 @@ pub fn watch(first: impl Fn(Signal) + Send + 'static) -> std::io::Result<()> {
     let listen = move || {
         let mut has_come = false;
         for signal in signals.forever() {
-            let signal = Signal::try_from(signal).unwrap_or_default();
+            let signal = SignalNumber::try_from(signal).unwrap_or_default();
             // The limit of computing time is announced every second.
             if has_come && i32::from(signal) != SIGXCPU {
                 std::process::exit(i32::from(status(signal)));
@@ -62,7 +62,7 @@ fn ignored() -> u64 {
 /// # Errors
 /// Errors of the operating system: signals then end the process at once.
 #[cfg(not(unix))]
-pub fn watch(first: impl Fn(Signal) + Send + 'static) -> std::io::Result<()> {
+pub fn watch(first: impl Fn(SignalNumber) + Send + 'static) -> std::io::Result<()> {
     let has_come = std::sync::atomic::AtomicBool::new(false);
     let handler = move || {
         if has_come.swap(true, std::sync::atomic::Ordering::Relaxed) {

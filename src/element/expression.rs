@@ -14,7 +14,7 @@ pub use relation::Relation;
 
 use formula::{Formula, FormulaNode, Variable, is_reserved};
 use indexmap::IndexMap;
-use kinks::Kinks;
+use kinks::FoundKinks;
 use program::{Point, run};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -46,10 +46,10 @@ const MAX_STACK: usize = 64;
 pub struct Expression {
     force: String,
     parameters: IndexMap<String, f64>,
-    formula: Result<Formula, Fault>,
+    formula: Result<Formula, FormulaError>,
     /// Parameters as the instructions number them.
     values: Vec<f64>,
-    kinks: Kinks,
+    kinks: FoundKinks,
     /// Flank in each region between breakpoints.
     flanks: Vec<i8>,
     is_discontinuous: bool,
@@ -69,17 +69,17 @@ struct ExpressionKeys {
 /// An error in a formula and its position.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message} (character {})", place + 1)]
-pub struct Fault {
+pub struct FormulaError {
     /// Characters before the place.
     pub place: usize,
     /// Found and expected values.
     pub message: String,
 }
 
-impl Fault {
+impl FormulaError {
     /// `start`: bytes before the place.
-    fn new(text: &str, start: usize, message: impl Into<String>) -> Fault {
-        Fault {
+    fn new(text: &str, start: usize, message: impl Into<String>) -> FormulaError {
+        FormulaError {
             place: text[..start].chars().count(),
             message: message.into(),
         }
@@ -106,7 +106,7 @@ impl From<ExpressionKeys> for Expression {
             parameters,
             formula,
             values: Vec::new(),
-            kinks: Kinks::default(),
+            kinks: FoundKinks::default(),
             flanks: Vec::new(),
             is_discontinuous: false,
             jumps_with_the_phase: false,
@@ -131,7 +131,7 @@ impl Expression {
     ///
     /// # Errors
     /// The error in the formula and its position. [`Element::validate`] reports errors in the parameters.
-    pub fn new(force: &str, parameters: &[(&str, f64)]) -> Result<Expression, Fault> {
+    pub fn new(force: &str, parameters: &[(&str, f64)]) -> Result<Expression, FormulaError> {
         let parameters = parameters.iter().map(|(name, x)| ((*name).to_owned(), *x));
         let law = Expression::from(ExpressionKeys {
             force: force.to_owned(),
@@ -284,7 +284,7 @@ impl Element for Expression {
         v: Symbol<'t>,
         phase: Symbol<'t>,
     ) -> Result<Symbol<'t>, String> {
-        let formula = self.formula.as_ref().map_err(Fault::to_string)?;
+        let formula = self.formula.as_ref().map_err(FormulaError::to_string)?;
         if let Some(hidden) = self.kinks.hidden.first() {
             let (word, character) = self.word_at(hidden.place);
             return Err(format!(

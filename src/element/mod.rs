@@ -28,7 +28,7 @@ mod tanh_friction;
 pub use backlash::{Backlash, ImpactDampingLaw};
 pub use clutch::{Clutch, Stage};
 pub use cubic::Cubic;
-pub use expression::{Expression, Fault as ExpressionFault, Relation};
+pub use expression::{Expression, FormulaError, Relation};
 pub use jenkins::Jenkins;
 pub use linear::Linear;
 pub use one_sided::{OneSided, Side};
@@ -40,11 +40,10 @@ pub use registry::{
 pub use rigid_stop::RigidStop;
 pub use scale::Scale;
 pub use tanh_friction::TanhFriction;
-pub use traced::Traced;
+pub use traced::{Symbol, Traced};
 
 use automaton::Automaton;
 use evolving::Evolving;
-use traced::Symbol;
 
 /// Force of a law and its partial derivatives at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

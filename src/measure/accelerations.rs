@@ -3,7 +3,7 @@
 //! The motion is sampled once for all bodies; where the samples of a body show a peak that may be its largest, the search
 //! evaluates that body alone, from the two or three connections that act on it. The cost grows with the number of bodies.
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::assembly::{Action, Anchor, Assembly, Torque};
 use crate::element::ResponseSeries;
 use crate::model::{Load, Model, Structure};
@@ -44,9 +44,9 @@ impl PeakAccelerations {
 }
 
 impl Measure for PeakAccelerations {
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let mut list = units.accelerations("peak_acceleration");
-        let index = |body: &LooseBody| Heading::number(format!("rattle_index.{}", body.name));
+        let index = |body: &LooseBody| ColumnHeading::number(format!("rattle_index.{}", body.name));
         list.extend(self.loose.iter().map(index));
         list
     }

@@ -1,6 +1,6 @@
 //! Motion, stiffness and force of every connection.
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::postprocess::connection::Measures;
 
 /// `mean.c, rms.c, min.c, ..`: the columns of the main table, connection by connection.
@@ -8,7 +8,7 @@ use crate::postprocess::connection::Measures;
 pub struct Connections;
 
 impl Measure for Connections {
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let one = |(e, c): (usize, &String)| {
             [
                 units.displacement(format!("mean.{c}"), e),
@@ -16,10 +16,10 @@ impl Measure for Connections {
                 units.displacement(format!("min.{c}"), e),
                 units.displacement(format!("max.{c}"), e),
                 units.rate(format!("rms_velocity.{c}"), e),
-                Heading::number(format!("effective_stiffness.{c}")),
-                Heading::number(format!("effective_stiffness_dc.{c}")),
-                Heading::number(format!("contact_ratio.{c}")),
-                Heading::number(format!("impacts.{c}")),
+                ColumnHeading::number(format!("effective_stiffness.{c}")),
+                ColumnHeading::number(format!("effective_stiffness_dc.{c}")),
+                ColumnHeading::number(format!("contact_ratio.{c}")),
+                ColumnHeading::number(format!("impacts.{c}")),
                 units.force(format!("force_mean.{c}"), e),
                 units.force(format!("force_max.{c}"), e),
                 units.force(format!("force_std.{c}"), e),

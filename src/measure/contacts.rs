@@ -1,6 +1,6 @@
 //! Contacts, impacts and forces of every connection: what rattle is judged by.
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::postprocess::connection::Measures;
 use crate::postprocess::contacts::effective_mass;
 
@@ -9,26 +9,26 @@ use crate::postprocess::contacts::effective_mass;
 pub(crate) struct ContactMetrics;
 
 impl Measure for ContactMetrics {
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let one = |(e, c): (usize, &String)| {
             [
-                Heading::number(format!("contact_ratio.{c}")),
-                Heading::number(format!("contact_loss.{c}")),
-                Heading::number(format!("contact_front.{c}")),
-                Heading::number(format!("contact_back.{c}")),
-                Heading::number(format!("impacts.{c}")),
-                Heading::number(format!("impacts_front.{c}")),
-                Heading::number(format!("impacts_back.{c}")),
+                ColumnHeading::number(format!("contact_ratio.{c}")),
+                ColumnHeading::number(format!("contact_loss.{c}")),
+                ColumnHeading::number(format!("contact_front.{c}")),
+                ColumnHeading::number(format!("contact_back.{c}")),
+                ColumnHeading::number(format!("impacts.{c}")),
+                ColumnHeading::number(format!("impacts_front.{c}")),
+                ColumnHeading::number(format!("impacts_back.{c}")),
                 units.rate(format!("impact_velocity_max.{c}"), e),
                 units.rate(format!("impact_velocity_mean.{c}"), e),
                 units.energy(format!("impact_energy_max.{c}"), e),
                 units.energy(format!("impact_energy.{c}"), e),
-                Heading::code(format!("regime.{c}")),
+                ColumnHeading::code(format!("regime.{c}")),
                 units.force(format!("force_mean.{c}"), e),
                 units.force(format!("force_std.{c}"), e),
                 units.force(format!("force_min.{c}"), e),
                 units.force(format!("force_peak.{c}"), e),
-                Heading::number(format!("force_peak_factor.{c}")),
+                ColumnHeading::number(format!("force_peak_factor.{c}")),
             ]
         };
         units

@@ -1,17 +1,17 @@
 //! Natural frequencies of the system with every law replaced by its effective stiffness.
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::postprocess::effective_stiffness::natural_frequencies;
 
 /// `effective_frequency.1..n`.
 #[derive(Debug)]
-pub struct EffectiveFrequencies {
+pub struct EffectiveFrequencyColumns {
     /// n, coordinates.
     pub dof: usize,
 }
 
-impl Measure for EffectiveFrequencies {
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+impl Measure for EffectiveFrequencyColumns {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let one = |i: usize| units.frequency(format!("effective_frequency.{i}"));
         (1..=self.dof).map(one).collect()
     }

@@ -1,6 +1,6 @@
 //! Energy dissipated by connections with memory.
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 
 /// `energy_lost.c`: energy dissipated per excitation period, for connections with memory.
 #[derive(Debug)]
@@ -10,7 +10,7 @@ pub(crate) struct Losses {
 }
 
 impl Measure for Losses {
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let names = units.connections();
         let one = |e: &usize| units.energy(format!("energy_lost.{}", names[*e]), *e);
         self.connections.iter().map(one).collect()

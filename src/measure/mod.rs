@@ -13,12 +13,12 @@ mod units;
 pub(crate) use accelerations::PeakAccelerations;
 pub use connections::Connections;
 pub(crate) use contacts::ContactMetrics;
-pub use frequencies::EffectiveFrequencies;
+pub use frequencies::EffectiveFrequencyColumns;
 pub(crate) use losses::Losses;
 pub(crate) use multipliers::EstimatedMultipliers;
-pub use orders::Orders;
+pub use orders::OrderAmplitudes;
 pub(crate) use transmission::TransmissionErrors;
-pub use units::{Heading, Numbers, Units};
+pub use units::{ColumnHeading, Numbers, ReportedUnits};
 
 use crate::assembly::Assembly;
 use crate::model::Model;
@@ -45,7 +45,7 @@ pub struct Solved<'a> {
 /// A measured quantity, or several that are computed together.
 pub trait Measure {
     /// Its columns in the units of a report.
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading>;
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading>;
 
     /// Appends the values of one solution, one per column; NaN is an empty cell.
     fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>);
@@ -63,7 +63,7 @@ impl Sheet {
     }
 
     /// Columns of all measures.
-    pub(crate) fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+    pub(crate) fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let lists = self.measures.iter().map(|m| m.headings(units));
         lists.flatten().collect()
     }

@@ -1,6 +1,6 @@
 //! Floquet multipliers estimated from the averaged system, Rook & Singh (1995), eqs. (19)-(22).
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::postprocess::floquet_estimate::averaged_multipliers;
 
 /// `re.1, im.1, ..`, by falling modulus.
@@ -11,8 +11,8 @@ pub(crate) struct EstimatedMultipliers {
 }
 
 impl Measure for EstimatedMultipliers {
-    fn headings(&self, _units: &Units<'_>) -> Vec<Heading> {
-        let one = |k: usize| ["re", "im"].map(|part| Heading::number(format!("{part}.{k}")));
+    fn headings(&self, _units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
+        let one = |k: usize| ["re", "im"].map(|part| ColumnHeading::number(format!("{part}.{k}")));
         (1..=2 * self.dof).flat_map(one).collect()
     }
 

@@ -1,6 +1,6 @@
 //! Amplitudes of single orders: deformations, forces and absolute accelerations.
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::solve::orbit::Orbit;
 use std::f64::consts::TAU;
 
@@ -16,16 +16,16 @@ const WHOLE: f64 = 1e-9;
 /// `order_K.q.c`, `order_K.f.c`, `order_K.acceleration.BODY`: amplitude of order K of the reference in the deformation and the force of
 /// every connection and in the acceleration of every body. Empty where the response period is no whole number of its waves.
 #[derive(Debug)]
-pub struct Orders {
+pub struct OrderAmplitudes {
     /// Orders with their names.
     orders: Vec<(f64, String)>,
 }
 
-impl Orders {
+impl OrderAmplitudes {
     /// For orders of the reference.
-    pub fn new(orders: &[f64]) -> Orders {
+    pub fn new(orders: &[f64]) -> OrderAmplitudes {
         let named = orders.iter().map(|order| (*order, name(*order)));
-        Orders {
+        OrderAmplitudes {
             orders: named.collect(),
         }
     }
@@ -65,8 +65,8 @@ fn state(at: &Solved<'_>, tau: f64, out: &mut [f64]) {
     }
 }
 
-impl Measure for Orders {
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+impl Measure for OrderAmplitudes {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let names = units.connections();
         let mut list = Vec::new();
         for (_, order) in &self.orders {

@@ -1,6 +1,6 @@
 //! Dynamic transmission error of connections with a static one.
 
-use super::{Heading, Measure, Solved, Units};
+use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::postprocess::measures::Meter;
 use crate::solve::orbit::Orbit;
 
@@ -30,7 +30,7 @@ impl TransmissionErrors {
 }
 
 impl Measure for TransmissionErrors {
-    fn headings(&self, units: &Units<'_>) -> Vec<Heading> {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let names = units.connections();
         let one = |k: &usize| {
             [

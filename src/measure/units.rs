@@ -17,7 +17,7 @@ pub enum Numbers {
 
 /// A column without its numbers: name, unit, and factor from nondimensional to reported values.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Heading {
+pub struct ColumnHeading {
     /// Name of the column.
     pub name: String,
     /// Unit; empty: dimensionless.
@@ -28,10 +28,10 @@ pub struct Heading {
     pub numbers: Numbers,
 }
 
-impl Heading {
+impl ColumnHeading {
     /// A heading of real numbers.
-    pub fn new(name: impl Into<String>, unit: impl Into<String>, factor: f64) -> Heading {
-        Heading {
+    pub fn new(name: impl Into<String>, unit: impl Into<String>, factor: f64) -> ColumnHeading {
+        ColumnHeading {
             name: name.into(),
             unit: unit.into(),
             factor,
@@ -40,21 +40,21 @@ impl Heading {
     }
 
     /// A dimensionless quantity.
-    pub fn number(name: impl Into<String>) -> Heading {
-        Heading::new(name, "", 1.0)
+    pub fn number(name: impl Into<String>) -> ColumnHeading {
+        ColumnHeading::new(name, "", 1.0)
     }
 
     /// A whole number.
-    pub fn code(name: impl Into<String>) -> Heading {
-        Heading {
+    pub fn code(name: impl Into<String>) -> ColumnHeading {
+        ColumnHeading {
             numbers: Numbers::Whole,
-            ..Heading::number(name)
+            ..ColumnHeading::number(name)
         }
     }
 
     /// The same quantity under a longer name.
-    pub(crate) fn prefixed(self, prefix: &str) -> Heading {
-        Heading {
+    pub(crate) fn prefixed(self, prefix: &str) -> ColumnHeading {
+        ColumnHeading {
             name: format!("{prefix}{}", self.name),
             ..self
         }
@@ -81,15 +81,15 @@ impl Heading {
 
 /// Units of a report: SI, or none in nondimensional reports.
 #[derive(Debug, Clone, Copy)]
-pub struct Units<'a> {
+pub struct ReportedUnits<'a> {
     model: &'a Model,
     assembly: &'a Assembly,
 }
 
-impl<'a> Units<'a> {
+impl<'a> ReportedUnits<'a> {
     /// Units of the report that a model asks for; its assembly has the scales.
-    pub fn new(model: &'a Model, assembly: &'a Assembly) -> Units<'a> {
-        Units { model, assembly }
+    pub fn new(model: &'a Model, assembly: &'a Assembly) -> ReportedUnits<'a> {
+        ReportedUnits { model, assembly }
     }
 
     /// Whether results are in SI units.
@@ -103,22 +103,27 @@ impl<'a> Units<'a> {
     }
 
     /// Nondimensional, or with a unit and a factor in SI reports.
-    fn scaled(&self, name: impl Into<String>, unit: impl Into<String>, factor: f64) -> Heading {
+    fn scaled(
+        &self,
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        factor: f64,
+    ) -> ColumnHeading {
         if self.is_si() {
-            Heading::new(name, unit, factor)
+            ColumnHeading::new(name, unit, factor)
         } else {
-            Heading::number(name)
+            ColumnHeading::number(name)
         }
     }
 
     /// A deformation of a connection.
-    pub fn displacement(&self, name: impl Into<String>, connection: usize) -> Heading {
+    pub fn displacement(&self, name: impl Into<String>, connection: usize) -> ColumnHeading {
         let unit = self.model.units_of(connection).0;
         self.scaled(name, unit, self.assembly.scales.displacement[connection])
     }
 
     /// A rate of deformation of a connection.
-    pub fn rate(&self, name: impl Into<String>, connection: usize) -> Heading {
+    pub fn rate(&self, name: impl Into<String>, connection: usize) -> ColumnHeading {
         let scales = &self.assembly.scales;
         let unit = format!("{}/s", self.model.units_of(connection).0);
         self.scaled(
@@ -129,7 +134,7 @@ impl<'a> Units<'a> {
     }
 
     /// A force of a connection.
-    pub fn force(&self, name: impl Into<String>, connection: usize) -> Heading {
+    pub fn force(&self, name: impl Into<String>, connection: usize) -> ColumnHeading {
         let scales = &self.assembly.scales;
         let unit = self.model.units_of(connection).1;
         let factor = scales.stiffness[connection] * scales.displacement[connection];
@@ -137,7 +142,7 @@ impl<'a> Units<'a> {
     }
 
     /// An energy of a connection.
-    pub fn energy(&self, name: impl Into<String>, connection: usize) -> Heading {
+    pub fn energy(&self, name: impl Into<String>, connection: usize) -> ColumnHeading {
         let scales = &self.assembly.scales;
         let (k, l) = (
             scales.stiffness[connection],
@@ -147,18 +152,18 @@ impl<'a> Units<'a> {
     }
 
     /// A frequency over omega_c, in hertz in SI reports.
-    pub fn frequency(&self, name: impl Into<String>) -> Heading {
+    pub fn frequency(&self, name: impl Into<String>) -> ColumnHeading {
         self.scaled(name, "Hz", self.assembly.scales.frequency / TAU)
     }
 
     /// A time, in seconds in SI reports.
-    pub fn time(&self, name: impl Into<String>) -> Heading {
+    pub fn time(&self, name: impl Into<String>) -> ColumnHeading {
         self.scaled(name, "s", 1.0 / self.assembly.scales.frequency)
     }
 
     /// `NAME.<body>` of accelerations from SI values: rad/s^2 (m/s^2 for translating masses), or rad/T^2 (m/T^2), divided by
     /// omega_c^2, in nondimensional reports. None for reduced systems.
-    pub fn accelerations(&self, name: &str) -> Vec<Heading> {
+    pub fn accelerations(&self, name: &str) -> Vec<ColumnHeading> {
         let Structure::Train(train) = &self.model.structure else {
             return Vec::new();
         };
@@ -172,7 +177,7 @@ impl<'a> Units<'a> {
                 Motion::Rotation => "rad",
                 Motion::Translation => "m",
             };
-            Heading::new(format!("{name}.{body}"), format!("{angle}/{per}"), factor)
+            ColumnHeading::new(format!("{name}.{body}"), format!("{angle}/{per}"), factor)
         };
         train.bodies.iter().map(one).collect()
     }

@@ -2,7 +2,7 @@
 
 use super::arms::{Bodies, Geometry};
 use super::drawing::on_line_of_action;
-use super::fields::{Fields, Measure, Mistakes, Range, is_scalar};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, is_scalar};
 use super::geometry::geometry;
 use super::law::{LawUnits, law};
 use super::orders::Orders;
@@ -64,8 +64,8 @@ pub(super) fn connection(
     // What can be checked without the geometry is checked all the same, as if in metres.
     let written = geometry.as_ref().map(|g| g.unit);
     let si = |d: fn(DeformationUnit) -> UnitDimension| match written {
-        Some(unit) => Measure::Si(d(unit)),
-        None => Measure::Si(d(guessed_unit(fields))),
+        Some(unit) => NumberMeasure::Si(d(unit)),
+        None => NumberMeasure::Si(d(guessed_unit(fields))),
     };
     let stiffness = si(DeformationUnit::stiffness);
     let stiffness = fields.number("stiffness", stiffness, Range::Positive, mistakes);
@@ -102,7 +102,7 @@ pub(super) fn connection(
     });
     let lag = fields.number(
         "lag",
-        Measure::Si(UnitDimension::NUMBER),
+        NumberMeasure::Si(UnitDimension::NUMBER),
         Range::Any,
         mistakes,
     );

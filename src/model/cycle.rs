@@ -1,6 +1,6 @@
 //! Measured torque over a cycle of one or more revolutions: a broken line, all of whose orders are exact.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, entries};
 use super::measured;
 use super::orders::Orders;
 use super::profile::unit;
@@ -155,7 +155,7 @@ fn values(
 ) -> Option<Vec<f64>> {
     let list = entries(node, path, mistakes);
     let mut read = |(path, node): &(String, &Node)| {
-        let value = mistakes.number(node, path, Measure::Si(torque), Range::Any)?;
+        let value = mistakes.number(node, path, NumberMeasure::Si(torque), Range::Any)?;
         let has_unit = Quantity::from_node(node, path).is_ok_and(|q| q.dimension.is_some());
         Some(if has_unit { value } else { value * factor })
     };

@@ -1,7 +1,7 @@
 //! Numbers of a gear drawing: backlash on the line of action, centre distances.
 
 use super::arms::Bodies;
-use super::fields::{Fields, Measure, Mistakes, Range};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range};
 use super::law::{BACKLASH, HALF_GAP};
 use super::{Connection, Teeth};
 use crate::error::Diagnostic;
@@ -77,7 +77,12 @@ fn half_gap(node: &Node, path: &str, teeth: &Teeth, mistakes: &mut Mistakes) -> 
         "angular" => UnitDimension::ANGLE,
         _ => UnitDimension::LENGTH,
     };
-    let backlash = fields.number(way, Measure::Si(dimension), Range::NotNegative, mistakes)?;
+    let backlash = fields.number(
+        way,
+        NumberMeasure::Si(dimension),
+        Range::NotNegative,
+        mistakes,
+    )?;
     let onto_line = match way {
         "circumferential" => teeth.transverse_pressure_angle().cos(),
         "normal" => 1.0 / teeth.base_helix_angle().cos(),

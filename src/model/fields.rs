@@ -82,7 +82,7 @@ impl Mistakes {
         &mut self,
         node: &Node,
         path: &str,
-        measure: Measure,
+        measure: NumberMeasure,
         range: Range,
     ) -> Option<f64> {
         let value = self.note(number(node, path, measure, range));
@@ -92,9 +92,9 @@ impl Mistakes {
             let found = FoundNumber {
                 value: value.or(written.map(|w| w.value)).unwrap_or(f64::NAN),
                 dimension: match measure {
-                    Measure::Si(dimension) => Some(dimension),
-                    Measure::AnySi => unit,
-                    Measure::Bare => None,
+                    NumberMeasure::Si(dimension) => Some(dimension),
+                    NumberMeasure::AnySi => unit,
+                    NumberMeasure::Bare => None,
                 },
                 has_unit: unit.is_some(),
                 range,
@@ -172,7 +172,7 @@ impl Mistakes {
 
 /// Dimension of a number.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Measure {
+pub(super) enum NumberMeasure {
     /// SI units; a quantity with a unit is converted.
     Si(UnitDimension),
     /// SI units of whatever dimension is written.
@@ -182,14 +182,19 @@ pub(super) enum Measure {
 }
 
 /// A finite number of a scalar node.
-fn number(node: &Node, path: &str, measure: Measure, range: Range) -> Result<f64, Diagnostic> {
+fn number(
+    node: &Node,
+    path: &str,
+    measure: NumberMeasure,
+    range: Range,
+) -> Result<f64, Diagnostic> {
     let quantity = Quantity::from_node(node, path)?;
     let value = match measure {
-        Measure::Si(dimension) => quantity
+        NumberMeasure::Si(dimension) => quantity
             .si(dimension)
             .map_err(|message| Diagnostic::at(node, path, message))?,
-        Measure::AnySi => quantity.value,
-        Measure::Bare => bare(&quantity).map_err(|message| {
+        NumberMeasure::AnySi => quantity.value,
+        NumberMeasure::Bare => bare(&quantity).map_err(|message| {
             Diagnostic::at(node, path, message).with_help(
                 "reduced systems are nondimensional; use bodies and connections for SI units",
             )
@@ -296,7 +301,7 @@ impl<'n> Fields<'n> {
     pub(super) fn number(
         &self,
         key: &str,
-        measure: Measure,
+        measure: NumberMeasure,
         range: Range,
         mistakes: &mut Mistakes,
     ) -> Option<f64> {

@@ -1,7 +1,7 @@
 //! What a connection acts on: bodies with their lever arms.
 
 use super::arms::{Bodies, Finder, Geometry};
-use super::fields::{Fields, Measure, Mistakes, Range, entries};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, entries};
 use super::teeth;
 use super::{DeformationUnit, Motion};
 use crate::error::Diagnostic;
@@ -70,7 +70,7 @@ fn wheels(
     for (name, entry) in fields.entries() {
         let path = fields.path_of(name);
         let body = find.wheel(name, Diagnostic::at_key(entry, &path, ""), mistakes);
-        let radius = Measure::Si(UnitDimension::LENGTH);
+        let radius = NumberMeasure::Si(UnitDimension::LENGTH);
         let radius = mistakes.number(&entry.node, &path, radius, Range::Positive);
         let side = if arms.is_empty() { 1.0 } else { sign };
         arms.extend(body.zip(radius).map(|(body, radius)| (body, side * radius)));
@@ -132,7 +132,7 @@ fn levers(
             DeformationUnit::Metre if is_turning => UnitDimension::LENGTH,
             _ => UnitDimension::NUMBER,
         };
-        let arm = mistakes.number(&entry.node, &path, Measure::Si(measure), Range::Any);
+        let arm = mistakes.number(&entry.node, &path, NumberMeasure::Si(measure), Range::Any);
         if arm == Some(0.0) {
             let message = "a lever arm of 0 has no effect: leave the body out";
             mistakes.add(Diagnostic::at(&entry.node, &path, message));

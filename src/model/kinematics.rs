@@ -19,7 +19,7 @@ pub struct RigidRow {
 
 /// Reason why the given speeds do not determine all others.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Fault {
+pub enum SpeedConflict {
     /// A connection contradicts the others.
     Locked {
         /// The connection.
@@ -45,7 +45,7 @@ pub fn speeds(
     bodies: usize,
     rows: &[RigidRow],
     given: &[(usize, Fraction)],
-) -> Result<Vec<Fraction>, Fault> {
+) -> Result<Vec<Fraction>, SpeedConflict> {
     let mut motion = RigidMotion {
         rows,
         speeds: vec![None; bodies],
@@ -66,7 +66,7 @@ pub fn speeds(
     motion.eliminate()?;
     let unknown = motion.speeds.iter().position(Option::is_none);
     match unknown {
-        Some(body) => Err(Fault::Undetermined { body }),
+        Some(body) => Err(SpeedConflict::Undetermined { body }),
         None => Ok(motion.speeds.into_iter().flatten().collect()),
     }
 }
@@ -88,7 +88,7 @@ impl RigidMotion<'_> {
     }
 
     /// Takes the speed that every row with a single unknown one gives.
-    fn propagate(&mut self) -> Result<(), Fault> {
+    fn propagate(&mut self) -> Result<(), SpeedConflict> {
         while let Some(k) = self.due.pop_front() {
             if self.is_used[k] {
                 continue;
@@ -127,7 +127,7 @@ impl RigidMotion<'_> {
     }
 
     /// Whether a row with known speeds closes.
-    fn check(&self, k: usize) -> Result<(), Fault> {
+    fn check(&self, k: usize) -> Result<(), SpeedConflict> {
         let (sum, largest) = self.sum(k);
         if is_rounding(&sum, largest) {
             return Ok(());
@@ -138,11 +138,11 @@ impl RigidMotion<'_> {
             (!term.is_zero()).then(|| (*body, fraction::to_f64(&share)))
         };
         let closing = self.rows[k].arms.iter().rev().find_map(turns);
-        Err(Fault::Locked { row: k, closing })
+        Err(SpeedConflict::Locked { row: k, closing })
     }
 
     /// Rows with several unknown speeds, such as those of planets: Gauss elimination, exact.
-    fn eliminate(&mut self) -> Result<(), Fault> {
+    fn eliminate(&mut self) -> Result<(), SpeedConflict> {
         let mut pivots: BTreeMap<usize, Equation> = BTreeMap::new();
         for k in (0..self.rows.len())
             .filter(|k| !self.is_used[*k])
@@ -157,7 +157,7 @@ impl RigidMotion<'_> {
                 match equation.is_closed() {
                     true => continue,
                     false => {
-                        return Err(Fault::Locked {
+                        return Err(SpeedConflict::Locked {
                             row: k,
                             closing: None,
                         });
@@ -248,7 +248,7 @@ mod tests {
         }
     }
 
-    fn text(list: Result<Vec<Fraction>, Fault>) -> Vec<String> {
+    fn text(list: Result<Vec<Fraction>, SpeedConflict>) -> Vec<String> {
         list.expect("speeds")
             .iter()
             .map(Fraction::to_string)
@@ -266,7 +266,7 @@ mod tests {
         assert_eq!(text(speeds(4, &rows, &given)), ["1", "0", "5/17", "-5/7"]);
         let fault = speeds(4, &rows, &given[..1]);
         assert!(
-            matches!(fault, Err(Fault::Undetermined { .. })),
+            matches!(fault, Err(SpeedConflict::Undetermined { .. })),
             "{fault:?}"
         );
     }
@@ -276,7 +276,7 @@ mod tests {
         let rows = [row(&[(0, 1), (1, 1)]), row(&[(0, 2), (1, 3)])];
         let fault = speeds(2, &rows, &[(0, whole(1))]);
         let closing = Some((1, 2.0 / 3.0));
-        assert_eq!(fault, Err(Fault::Locked { row: 1, closing }));
+        assert_eq!(fault, Err(SpeedConflict::Locked { row: 1, closing }));
     }
 
     #[test]

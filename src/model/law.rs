@@ -1,7 +1,7 @@
 //! Laws in a model file: units first, then typetag.
 
 use super::DeformationUnit;
-use super::fields::{Fields, Measure, Mistakes, entries, word};
+use super::fields::{Fields, Mistakes, NumberMeasure, entries, word};
 use crate::element::{
     Element, InvalidParameter, Linear, ParameterInfo, ParameterKind, find, registered,
 };
@@ -25,16 +25,16 @@ pub(super) enum LawUnits {
 }
 
 impl LawUnits {
-    fn measure(self, parameter: &ParameterInfo) -> Measure {
+    fn measure(self, parameter: &ParameterInfo) -> NumberMeasure {
         let LawUnits::Si(unit) = self else {
-            return Measure::Bare;
+            return NumberMeasure::Bare;
         };
         if parameter.kind == ParameterKind::Map {
-            return Measure::AnySi;
+            return NumberMeasure::AnySi;
         }
         let d = parameter.dimension;
         let displacement = unit.dimension();
-        Measure::Si(UnitDimension::of_law(
+        NumberMeasure::Si(UnitDimension::of_law(
             d.displacement,
             d.time,
             d.force,
@@ -43,10 +43,10 @@ impl LawUnits {
     }
 
     /// A displacement.
-    pub(super) fn displacement(self) -> Measure {
+    pub(super) fn displacement(self) -> NumberMeasure {
         match self {
-            LawUnits::Si(unit) => Measure::Si(unit.dimension()),
-            LawUnits::Bare => Measure::Bare,
+            LawUnits::Si(unit) => NumberMeasure::Si(unit.dimension()),
+            LawUnits::Bare => NumberMeasure::Bare,
         }
     }
 }

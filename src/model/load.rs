@@ -1,7 +1,7 @@
 //! Loads in a model file: harmonics, measured cycles, functions of time.
 
 use super::cycle::cycle;
-use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, entries, is_scalar};
 use super::orders::Orders;
 use super::profile::profile;
 use super::series::wave;
@@ -29,7 +29,7 @@ pub(super) fn load(
     mistakes: &mut Mistakes,
 ) -> Option<(Load, Option<String>)> {
     let fields = Fields::known(node, path, &KEYS, mistakes)?;
-    let measure = Measure::Si(torque);
+    let measure = NumberMeasure::Si(torque);
     let mean = fields.number("mean", measure, Range::Any, mistakes);
     let mut load = Load {
         series: Periodic::Fourier {
@@ -60,7 +60,7 @@ pub(super) fn load(
 /// One harmonic; its amplitude may depend on the speed.
 fn harmonic(
     (node, path): (&Node, &str),
-    measure: Measure,
+    measure: NumberMeasure,
     orders: &mut Orders<'_>,
     load: &mut Load,
     mistakes: &mut Mistakes,
@@ -89,11 +89,11 @@ fn harmonic(
 fn amplitude(
     own: &Fields<'_>,
     written: &Node,
-    measure: Measure,
+    measure: NumberMeasure,
     mistakes: &mut Mistakes,
 ) -> Option<(f64, Growth)> {
     let path = own.path_of("amplitude");
-    let speed = Measure::Si(UnitDimension::FREQUENCY);
+    let speed = NumberMeasure::Si(UnitDimension::FREQUENCY);
     let given = ["speed_power", "at"].map(|key| own.get(key));
     if is_scalar(written) {
         let amplitude = mistakes.number(written, &path, measure, Range::Any)?;
@@ -107,7 +107,7 @@ fn amplitude(
             }
             return Some((amplitude, Growth::Constant));
         };
-        let bare = Measure::Si(UnitDimension::NUMBER);
+        let bare = NumberMeasure::Si(UnitDimension::NUMBER);
         let power = own.number("speed_power", bare, Range::Any, mistakes)?;
         let reference = own.number("at", speed, Range::Positive, mistakes)?;
         let growth = match power == 0.0 {

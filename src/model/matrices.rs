@@ -7,7 +7,7 @@
 //! Coordinates are bodies to everything else. K becomes linear connections with arms a_i, as many as its rank; C acts on their rates.
 
 use super::arms::Bodies;
-use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, word};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, check_name, entries, word};
 use super::kinematics::RigidRow;
 use super::{Body, Connection, DeformationUnit, Drag, MatrixPart, Motion};
 use crate::element::Linear;
@@ -189,7 +189,7 @@ fn symmetric(node: &Node, path: &str, n: usize, mistakes: &mut Mistakes) -> Opti
         widths.push(row.len());
         for (j, (path, node)) in row.iter().enumerate() {
             let value = match bare(node, path) {
-                Ok(_) => mistakes.number(node, path, Measure::AnySi, Range::Any),
+                Ok(_) => mistakes.number(node, path, NumberMeasure::AnySi, Range::Any),
                 Err(mistake) => mistakes.note(Err(mistake)),
             };
             let value = value.unwrap_or(0.0);

@@ -1,8 +1,8 @@
 //! Mean motion in a model file: the reference shaft, drag, and the torque that balances all others.
 
 use super::arms::Bodies;
-use super::fields::{Fields, Measure, Mistakes, Range, entries, is_scalar};
-use super::kinematics::{Fault, RigidRow, speeds};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, entries, is_scalar};
+use super::kinematics::{RigidRow, SpeedConflict, speeds};
 use super::{Body, Drag, Load, LoadPart, Motion, Teeth};
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{self, Fraction, whole};
@@ -60,7 +60,7 @@ pub(super) fn reference(
         "the shaft to whose revolutions orders refer, such as {body: crank, speed: 800 rpm}";
     let body = fields.required("body", wanted, mistakes)?;
     let body = turning(body, &fields.path_of("body"), bodies, mistakes);
-    let measure = Measure::Si(UnitDimension::FREQUENCY);
+    let measure = NumberMeasure::Si(UnitDimension::FREQUENCY);
     fields.required("speed", "its mean speed, such as 800 rpm", mistakes);
     let speed = fields.number("speed", measure, Range::Any, mistakes);
     if let (Some(0.0), Some(node)) = (speed, fields.get("speed")) {
@@ -110,7 +110,7 @@ fn also<'n>(
             let at = Diagnostic::at_key(entry, &path, "");
             mistakes.add(super::arms::unknown_body(name, bodies, at));
         }
-        let measure = Measure::Si(UnitDimension::FREQUENCY);
+        let measure = NumberMeasure::Si(UnitDimension::FREQUENCY);
         let speed = mistakes.number(&entry.node, &path, measure, Range::Any);
         list.extend(
             found
@@ -143,14 +143,14 @@ fn turning(node: &Node, path: &str, bodies: &Bodies, mistakes: &mut Mistakes) ->
 /// A train that cannot turn, or turns as it likes.
 fn explain(
     root: &Fields<'_>,
-    fault: Fault,
+    fault: SpeedConflict,
     (node, path): (&Node, &str),
     bodies: &Bodies,
     rows: &ConnectionRows<'_>,
 ) -> Diagnostic {
     let name = |body: usize| bodies.get_index(body).map_or("", |(name, _)| name.as_str());
     match fault {
-        Fault::Undetermined { body } => {
+        SpeedConflict::Undetermined { body } => {
             let message = format!(
                 "the speed of `{}` does not follow: the train has another rigid-body mode",
                 name(body)
@@ -164,7 +164,7 @@ fn explain(
             };
             Diagnostic::at(node, path, message).with_help(help)
         }
-        Fault::Locked { row, closing } => {
+        SpeedConflict::Locked { row, closing } => {
             let path = format!("connections.{}", rows.names[row]);
             let node = root.node.at(&path).unwrap_or(node);
             let message = "locks the train: it contradicts the ratios of the other connections";
@@ -193,7 +193,7 @@ pub(super) fn drag(
         Motion::Translation => (UnitDimension::FORCE, UnitDimension::DAMPING),
     };
     if is_scalar(node) {
-        let constant = mistakes.number(node, path, Measure::Si(torque), Range::NotNegative);
+        let constant = mistakes.number(node, path, NumberMeasure::Si(torque), Range::NotNegative);
         return Some(Drag {
             constant: constant?,
             viscous: 0.0,
@@ -201,7 +201,12 @@ pub(super) fn drag(
     }
     let fields = Fields::known(node, path, &["constant", "viscous"], mistakes)?;
     let mut part = |key, dimension| {
-        let value = fields.number(key, Measure::Si(dimension), Range::NotNegative, mistakes);
+        let value = fields.number(
+            key,
+            NumberMeasure::Si(dimension),
+            Range::NotNegative,
+            mistakes,
+        );
         value.unwrap_or(0.0)
     };
     Some(Drag {

@@ -35,7 +35,7 @@ pub use mean_motion::MeanMotion;
 pub use measured::columns_of;
 pub use motion::{BodyCourse, BodyMotion};
 pub use read::{SCHEMA, locate, read};
-pub use slot::Reach;
+pub use slot::Affected;
 pub use value::{Follower, Knob, NamedNumber};
 
 use crate::element::Element;

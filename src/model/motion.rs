@@ -72,7 +72,7 @@ pub(super) fn motions(
         let ratio = mean.map_or(0.0, |motion| {
             motion.speed.signum() * fraction::to_f64(&motion.ratios[number])
         });
-        let turning = Turning {
+        let turning = TurningBody {
             kind: body.motion,
             ratio,
             speed: mean.map_or(0.0, |motion| motion.speed.abs()),
@@ -121,7 +121,7 @@ pub(super) fn refuse_loads(
 }
 
 /// What the train says of a body.
-struct Turning {
+struct TurningBody {
     kind: Motion,
     /// Mean speed over the frequency of the reference, with its sign; 0 where nothing is known of it.
     ratio: f64,
@@ -136,7 +136,7 @@ enum Quality {
     Angle,
 }
 
-impl Turning {
+impl TurningBody {
     fn dimension(&self, quality: Quality) -> UnitDimension {
         match (self.kind, quality) {
             (Motion::Rotation, Quality::Speed) => UnitDimension::FREQUENCY,
@@ -166,7 +166,7 @@ impl Turning {
 fn course(
     node: &Node,
     path: &str,
-    turning: &Turning,
+    turning: &TurningBody,
     orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
 ) -> Option<(BodyCourse, Option<String>)> {
@@ -196,7 +196,7 @@ fn course(
 fn speed_over_cycle(
     node: &Node,
     path: &str,
-    (table, turning): (Periodic, &Turning),
+    (table, turning): (Periodic, &TurningBody),
     revolutions: f64,
     mistakes: &mut Mistakes,
 ) -> Option<(BodyCourse, Option<String>)> {
@@ -241,7 +241,7 @@ fn per_phase_of(slope: Periodic) -> BodyCourse {
 /// A measured deviation from even rotation: the exact orders of its broken line.
 fn angle_over_cycle(
     (table, kept): (Periodic, usize),
-    turning: &Turning,
+    turning: &TurningBody,
     revolutions: f64,
     path: &str,
 ) -> (BodyCourse, Option<String>) {

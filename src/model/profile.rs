@@ -1,6 +1,6 @@
 //! Functions of time in a model file: points, or columns of a table.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, entries};
 use super::measured;
 use crate::error::Diagnostic;
 use crate::numeric::broken_line::BrokenLine;
@@ -83,9 +83,9 @@ fn points(
             mistakes.add(Diagnostic::at(row, path, message));
             continue;
         };
-        let time = Measure::Si(UnitDimension::TIME);
+        let time = NumberMeasure::Si(UnitDimension::TIME);
         let t = mistakes.number(t, t_path, time, Range::Any);
-        let y = mistakes.number(y, y_path, Measure::Si(dimension), Range::Any);
+        let y = mistakes.number(y, y_path, NumberMeasure::Si(dimension), Range::Any);
         list.extend(t.zip(y));
     }
     if mistakes.count() > before {

@@ -1,11 +1,11 @@
 //! Reduced, nondimensional systems in a model file.
 
 use super::arms::Bodies;
-use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, check_name, entries};
 use super::law::{LawUnits, law};
 use super::orders::{Orders, on_common_base};
 use super::series::{
-    UNIT_KEYS, Unit, harmonic_order, stiffness_variation, transmission_error, unit,
+    OrderUnit, UNIT_KEYS, harmonic_order, stiffness_variation, transmission_error, unit,
 };
 use super::train::MOST_CONNECTIONS;
 use super::{Reduced, ReducedDamping, ReducedElement};
@@ -99,7 +99,7 @@ fn matrix(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<DMatrix<f6
 fn vector(node: &Node, path: &str, mistakes: &mut Mistakes) -> Vec<f64> {
     let list = entries(node, path, mistakes);
     list.iter()
-        .filter_map(|(path, node)| mistakes.number(node, path, Measure::Bare, Range::Any))
+        .filter_map(|(path, node)| mistakes.number(node, path, NumberMeasure::Bare, Range::Any))
         .collect()
 }
 
@@ -157,7 +157,7 @@ fn damping(node: &Node, n: Option<usize>, mistakes: &mut Mistakes) -> Option<Red
         }
         return Some(ReducedDamping::Matrix(gamma));
     }
-    let value = mistakes.number(node, &own, Measure::Bare, Range::NotNegative)?;
+    let value = mistakes.number(node, &own, NumberMeasure::Bare, Range::NotNegative)?;
     Some(match kind {
         "modal_ratio" => ReducedDamping::ModalRatio(value),
         _ => ReducedDamping::StiffnessProportional(value),
@@ -244,7 +244,7 @@ fn loads(
                 continue;
             };
             let written = one.required("order", "1 for the excitation frequency", mistakes);
-            let unit = Unit::reference();
+            let unit = OrderUnit::reference();
             let order = harmonic_order(written, &one.path_of("order"), (&unit, orders), mistakes);
             let cos = part(&one, "cos", n, mistakes);
             let sin = part(&one, "sin", n, mistakes);

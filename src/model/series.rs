@@ -1,6 +1,6 @@
 //! Periodic functions in a model file: loads, stiffness variation, transmission error.
 
-use super::fields::{Fields, Measure, Mistakes, Range, entries};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, entries};
 use super::orders::Orders;
 use crate::error::Diagnostic;
 use crate::numeric::fraction::{Fraction, gcd};
@@ -14,17 +14,17 @@ pub(super) const UNIT_KEYS: [&str; 2] = ["order_unit", "base_order"];
 
 /// Unit of the orders of one series.
 #[derive(Debug, Clone)]
-pub(super) struct Unit {
+pub(super) struct OrderUnit {
     /// Order 1 of the series, in orders of the reference.
     pub order: Fraction,
     /// Tooth passing order of the connection.
     pub mesh: Option<Fraction>,
 }
 
-impl Unit {
+impl OrderUnit {
     /// Orders of the reference.
-    pub(super) fn reference() -> Unit {
-        Unit {
+    pub(super) fn reference() -> OrderUnit {
+        OrderUnit {
             order: Fraction::one(),
             mesh: None,
         }
@@ -40,8 +40,8 @@ const MEAN_ONE: f64 = 1e-9;
 pub(super) fn transmission_error(
     node: &Node,
     path: &str,
-    measure: Measure,
-    (unit, orders): (&Unit, &mut Orders<'_>),
+    measure: NumberMeasure,
+    (unit, orders): (&OrderUnit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
     let keys = ["mean", "harmonics", "table"].into_iter().chain(UNIT_KEYS);
@@ -57,7 +57,7 @@ pub(super) fn transmission_error(
 pub(super) fn stiffness_variation(
     node: &Node,
     path: &str,
-    (unit, orders): (&Unit, &mut Orders<'_>),
+    (unit, orders): (&OrderUnit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
     let keys = ["mean", "harmonics", "table", "rectangular"];
@@ -65,7 +65,7 @@ pub(super) fn stiffness_variation(
     let fields = Fields::known(node, path, &keys, mistakes)?;
     let unit = &own_unit(&fields, unit, orders, mistakes);
     let before = mistakes.count();
-    let ratio = Measure::Si(UnitDimension::NUMBER);
+    let ratio = NumberMeasure::Si(UnitDimension::NUMBER);
     let series = match (fields.get("table"), fields.get("rectangular")) {
         (Some(_), Some(_)) => {
             let message = "table and rectangular exclude each other";
@@ -111,12 +111,12 @@ fn is_negative(series: &Periodic) -> bool {
 /// The unit of a series, its own or that of its connection.
 fn own_unit(
     fields: &Fields<'_>,
-    outer: &Unit,
+    outer: &OrderUnit,
     orders: &Orders<'_>,
     mistakes: &mut Mistakes,
-) -> Unit {
+) -> OrderUnit {
     let order = written_unit(fields, outer.mesh.as_ref(), orders, mistakes);
-    Unit {
+    OrderUnit {
         order: order.unwrap_or_else(|| outer.order.clone()),
         mesh: outer.mesh.clone(),
     }
@@ -128,8 +128,8 @@ pub(super) fn unit(
     mesh: Option<&Fraction>,
     orders: &Orders<'_>,
     mistakes: &mut Mistakes,
-) -> Unit {
-    Unit {
+) -> OrderUnit {
+    OrderUnit {
         order: written_unit(fields, mesh, orders, mistakes).unwrap_or_else(Fraction::one),
         mesh: mesh.cloned(),
     }
@@ -156,7 +156,7 @@ fn written_unit(
 /// The unit of a table or a rectangle as a multiple of the base order.
 fn periods(
     fields: &Fields<'_>,
-    unit: &Unit,
+    unit: &OrderUnit,
     orders: &mut Orders<'_>,
     mistakes: &mut Mistakes,
 ) -> usize {
@@ -166,9 +166,9 @@ fn periods(
 /// mean + sum amplitude cos(order unit phase + phase_0): cos part amplitude cos(phase_0), sin part -amplitude sin(phase_0).
 fn fourier(
     fields: &Fields<'_>,
-    measure: Measure,
+    measure: NumberMeasure,
     default_mean: f64,
-    (unit, orders): (&Unit, &mut Orders<'_>),
+    (unit, orders): (&OrderUnit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Periodic {
     let mean = fields.number("mean", measure, Range::Any, mistakes);
@@ -196,7 +196,7 @@ fn fourier(
 /// The order of a harmonic.
 fn order_of(
     own: &Fields<'_>,
-    (unit, orders): (&Unit, &mut Orders<'_>),
+    (unit, orders): (&OrderUnit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> usize {
     let written = own.required("order", "1 for the excitation frequency", mistakes);
@@ -223,7 +223,7 @@ pub(super) fn wave(
 pub(super) fn harmonic_order(
     node: Option<&Node>,
     path: &str,
-    (unit, orders): (&Unit, &mut Orders<'_>),
+    (unit, orders): (&OrderUnit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> usize {
     let Some(node) = node else {
@@ -241,7 +241,7 @@ fn is_bare(node: &Node) -> bool {
 }
 
 fn angle(fields: &Fields<'_>, key: &str, mistakes: &mut Mistakes) -> f64 {
-    let radian = Measure::Si(UnitDimension::ANGLE);
+    let radian = NumberMeasure::Si(UnitDimension::ANGLE);
     let value = fields.number(key, radian, Range::Any, mistakes);
     let value = value.unwrap_or(0.0);
     let written = fields.get(key).filter(|_| value.abs() > TURN);
@@ -258,8 +258,8 @@ fn angle(fields: &Fields<'_>, key: &str, mistakes: &mut Mistakes) -> f64 {
 
 fn table(
     fields: &Fields<'_>,
-    measure: Measure,
-    (unit, orders): (&Unit, &mut Orders<'_>),
+    measure: NumberMeasure,
+    (unit, orders): (&OrderUnit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
     let base_order = periods(fields, unit, orders, mistakes);
@@ -293,7 +293,7 @@ fn is_short(node: &Node, len: usize) -> bool {
 fn rectangular(
     node: &Node,
     outer: &Fields<'_>,
-    (unit, orders): (&Unit, &mut Orders<'_>),
+    (unit, orders): (&OrderUnit, &mut Orders<'_>),
     mistakes: &mut Mistakes,
 ) -> Option<Periodic> {
     let base_order = periods(outer, unit, orders, mistakes);
@@ -312,7 +312,7 @@ fn rectangular(
             mistakes,
         );
     }
-    let ratio = Measure::Si(UnitDimension::NUMBER);
+    let ratio = NumberMeasure::Si(UnitDimension::NUMBER);
     let mut value = |key| fields.number(key, ratio, Range::Any, mistakes);
     let (high, low, duty) = (value("high"), value("low"), value("duty"));
     let phase = angle(&fields, "phase", mistakes);

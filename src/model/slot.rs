@@ -8,7 +8,7 @@ use crate::quantity::Quantity;
 
 /// Parts of the system that a number affects, directly or through derived values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Reach {
+pub enum Affected {
     /// Force laws alone.
     Laws,
     /// Series of loads alone.
@@ -123,11 +123,11 @@ impl Slot {
     }
 
     /// What changes with it.
-    pub(super) fn reach(self) -> Reach {
+    pub(super) fn reach(self) -> Affected {
         match self {
-            Slot::Law(..) => Reach::Laws,
-            Slot::Mean(_) | Slot::Amplitude(..) | Slot::Phase(..) => Reach::Loads,
-            _ => Reach::Matrices,
+            Slot::Law(..) => Affected::Laws,
+            Slot::Mean(_) | Slot::Amplitude(..) | Slot::Phase(..) => Affected::Loads,
+            _ => Affected::Matrices,
         }
     }
 
@@ -425,13 +425,13 @@ mod tests {
             loads: {A: {mean: 1, harmonics: [{order: 1, amplitude: 2, phase: 0.3}]}}\n";
         let model = Model::from_yaml(text).unwrap();
         for (name, reach) in [
-            ("A.inertia", Some(Reach::Matrices)),
-            ("c.stiffness", Some(Reach::Matrices)),
-            ("c.gap", Some(Reach::Laws)),
-            ("c.impact_damping", Some(Reach::Laws)),
-            ("A.mean", Some(Reach::Loads)),
-            ("A.amplitude", Some(Reach::Loads)),
-            ("A.phase", Some(Reach::Loads)),
+            ("A.inertia", Some(Affected::Matrices)),
+            ("c.stiffness", Some(Affected::Matrices)),
+            ("c.gap", Some(Affected::Laws)),
+            ("c.impact_damping", Some(Affected::Laws)),
+            ("A.mean", Some(Affected::Loads)),
+            ("A.amplitude", Some(Affected::Loads)),
+            ("A.phase", Some(Affected::Loads)),
         ] {
             assert_eq!(model.knob(name).unwrap().reach(), reach, "{name}");
         }

@@ -2,7 +2,7 @@
 
 use super::DeformationUnit;
 use super::arms::{Finder, Geometry, Teeth};
-use super::fields::{Fields, Measure, Mistakes, Range, count};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, count};
 use crate::error::Diagnostic;
 use crate::quantity::UnitDimension;
 use crate::yaml::{Node, Value};
@@ -121,7 +121,7 @@ fn mesh(
     carrier: Option<usize>,
     mistakes: &mut Mistakes,
 ) -> Option<Geometry> {
-    let length = Measure::Si(UnitDimension::LENGTH);
+    let length = NumberMeasure::Si(UnitDimension::LENGTH);
     fields.required("module", "the normal module, such as 2.25 mm", mistakes);
     let module = fields.number("module", length, Range::Positive, mistakes);
     let pressure_angle = angle(fields, "pressure_angle", PRESSURE_ANGLE, mistakes);
@@ -170,7 +170,7 @@ fn angle(fields: &Fields<'_>, key: &str, absent: f64, mistakes: &mut Mistakes) -
         return Some(absent);
     };
     let path = fields.path_of(key);
-    let measure = Measure::Si(UnitDimension::ANGLE);
+    let measure = NumberMeasure::Si(UnitDimension::ANGLE);
     let value = mistakes.number(node, &path, measure, Range::NotNegative)?;
     if value <= STEEPEST {
         return Some(value);

@@ -3,7 +3,7 @@
 use super::arms::{Bodies, unknown_body};
 use super::connection::{Placed, connection, place};
 use super::drawing::centre_distances;
-use super::fields::{Fields, Measure, Mistakes, Range, check_name, entries, is_scalar};
+use super::fields::{Fields, Mistakes, NumberMeasure, Range, check_name, entries, is_scalar};
 use super::load::load;
 use super::matrices::{self, PlacedMatrices};
 use super::mean_motion::{ConnectionRows, add_drag, balance, drag, reference};
@@ -159,7 +159,7 @@ fn body(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Body> {
         Some(UnitDimension::MASS) => (Motion::Translation, UnitDimension::MASS),
         _ => (Motion::Rotation, UnitDimension::INERTIA),
     };
-    let inertia = mistakes.number(node, &path, Measure::Si(dimension), Range::Positive)?;
+    let inertia = mistakes.number(node, &path, NumberMeasure::Si(dimension), Range::Positive)?;
     let drag = match fields.get("drag") {
         Some(node) => drag(node, &fields.path_of("drag"), motion, mistakes)?,
         None => Drag::default(),
@@ -260,7 +260,7 @@ fn refuse_unheld(root: &Fields<'_>, bodies: &Bodies, held: &[bool], mistakes: &m
 fn damping(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Damping> {
     let keys = ["modal_ratio", "modal_ratios", "stiffness_proportional"];
     let fields = Fields::known(node, path, &keys, mistakes)?;
-    let ratio = Measure::Si(UnitDimension::NUMBER);
+    let ratio = NumberMeasure::Si(UnitDimension::NUMBER);
     let uniform = fields.number("modal_ratio", ratio, Range::NotNegative, mistakes);
     let modal = match fields.get("modal_ratios") {
         None => uniform.map(ModalDamping::Uniform),
@@ -280,7 +280,7 @@ fn damping(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Damping> 
                 .map(ModalDamping::PerMode)
         }
     };
-    let time = Measure::Si(UnitDimension::TIME);
+    let time = NumberMeasure::Si(UnitDimension::TIME);
     let share = fields.number("stiffness_proportional", time, Range::NotNegative, mistakes);
     Some(Damping {
         modal,
@@ -356,7 +356,8 @@ fn scaling(
             Ok(Some(UnitDimension::ANGLE)) => (UnitDimension::ANGLE, DeformationUnit::Radian),
             _ => (UnitDimension::LENGTH, DeformationUnit::Metre),
         };
-        scaling.length = mistakes.number(node, &path, Measure::Si(dimension), Range::Positive);
+        scaling.length =
+            mistakes.number(node, &path, NumberMeasure::Si(dimension), Range::Positive);
         let others = connections.into_iter().flatten();
         let others: Vec<&str> = others
             .filter(|(_, c)| c.unit != unit && c.length.is_none())
@@ -393,7 +394,7 @@ fn frequency(node: &Node, path: &str, mistakes: &mut Mistakes) -> Option<Frequen
             _ => {}
         }
     }
-    let measure = Measure::Si(UnitDimension::FREQUENCY);
+    let measure = NumberMeasure::Si(UnitDimension::FREQUENCY);
     let value = mistakes.number(node, path, measure, Range::Positive)?;
     Some(FrequencyScale::Value(value))
 }

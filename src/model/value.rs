@@ -1,7 +1,7 @@
 //! Models as values: read from a text, a file or a tree, with numbers that have names.
 
 use super::fields::FoundNumber;
-use super::slot::{Reach, Slot};
+use super::slot::{Affected, Slot};
 use super::{Model, matrices, measured, read};
 use crate::element::{ParameterRange, Relation};
 use crate::error::{Diagnostic, Error};
@@ -62,7 +62,7 @@ impl Knob {
     }
 
     /// Parts affected by a change; `None` if the document must be read again.
-    pub(crate) fn reach(&self) -> Option<Reach> {
+    pub(crate) fn reach(&self) -> Option<Affected> {
         let own = self.slot.map(Slot::reach)?;
         let mut others = self.followers.iter().map(|follower| follower.knob.reach());
         others.try_fold(own, |all, other| Some(all.max(other?)))

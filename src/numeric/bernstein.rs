@@ -16,15 +16,15 @@ const NARROWEST: f64 = 1e-15;
 /// Coefficients of the head that [`hull`] converts.
 const HEAD: usize = 8;
 
-pub(super) type Table = [[f64; SIZE]; SIZE];
+pub(super) type BernsteinTable = [[f64; SIZE]; SIZE];
 
 /// BINOMIAL[k][j] = C(j, k), zero for j < k.
-static BINOMIAL: Table = binomial();
+static BINOMIAL: BernsteinTable = binomial();
 
 /// RECIPROCAL[n][k] = 1 / C(n, k), zero for k > n.
-static RECIPROCAL: Table = reciprocal();
+static RECIPROCAL: BernsteinTable = reciprocal();
 
-pub(super) const fn binomial() -> Table {
+pub(super) const fn binomial() -> BernsteinTable {
     let mut table = [[0.0; SIZE]; SIZE];
     let mut j = 0;
     while j < SIZE {
@@ -39,7 +39,7 @@ pub(super) const fn binomial() -> Table {
     table
 }
 
-pub(super) const fn reciprocal() -> Table {
+pub(super) const fn reciprocal() -> BernsteinTable {
     let binomial = binomial();
     let mut table = [[0.0; SIZE]; SIZE];
     let mut n = 0;

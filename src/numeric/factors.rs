@@ -3,7 +3,7 @@
 use super::block::{BlockLu, TOO_STILL};
 use super::condensation::Condensation;
 use super::dense::Lu;
-use super::jacobian::{Blocks, Jacobian, Structure};
+use super::jacobian::{Blocks, Jacobian, JacobianStructure};
 use super::pairs;
 use super::pattern::{self, Elimination, Pattern};
 use crate::interrupt;
@@ -65,11 +65,11 @@ const LARGEST_DENSE: usize = 6000;
 
 impl Factors {
     /// Buffers for matrices of this shape.
-    pub fn new(structure: &Structure) -> Factors {
+    pub fn new(structure: &JacobianStructure) -> Factors {
         let dim = structure.dim();
         let dense = match structure {
-            Structure::Dense(_) => Some(Lu::new(dim)),
-            Structure::Block(_) | Structure::BorderedBlock(_) => None,
+            JacobianStructure::Dense(_) => Some(Lu::new(dim)),
+            JacobianStructure::Block(_) | JacobianStructure::BorderedBlock(_) => None,
         };
         Factors {
             rest: Rest::Unknown,

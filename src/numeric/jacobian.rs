@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// Shape of a Jacobian.
 #[derive(Debug, Clone)]
-pub enum Structure {
+pub enum JacobianStructure {
     /// n x n entries.
     Dense(usize),
     /// Blocks of a pattern.
@@ -20,29 +20,29 @@ pub enum Structure {
 /// Blocks below which every entry is stored: their analysis costs more than it saves.
 const FEW: usize = 3;
 
-impl Structure {
+impl JacobianStructure {
     /// Blocks, except for one or two coordinates.
-    pub fn chosen(pattern: Pattern) -> Structure {
+    pub fn chosen(pattern: Pattern) -> JacobianStructure {
         if pattern.blocks() < FEW {
-            return Structure::Dense(pattern.dim());
+            return JacobianStructure::Dense(pattern.dim());
         }
-        Structure::Block(Arc::new(pattern))
+        JacobianStructure::Block(Arc::new(pattern))
     }
 
     /// Rows.
     pub fn dim(&self) -> usize {
         match self {
-            Structure::Dense(dim) => *dim,
-            Structure::Block(pattern) => pattern.dim(),
-            Structure::BorderedBlock(pattern) => pattern.dim() + 1,
+            JacobianStructure::Dense(dim) => *dim,
+            JacobianStructure::Block(pattern) => pattern.dim(),
+            JacobianStructure::BorderedBlock(pattern) => pattern.dim() + 1,
         }
     }
 
     /// Whether every one of these pairs of blocks has its place.
     pub fn holds(&self, pairs: impl IntoIterator<Item = (usize, usize)>) -> bool {
         match self {
-            Structure::Dense(_) => true,
-            Structure::Block(pattern) | Structure::BorderedBlock(pattern) => {
+            JacobianStructure::Dense(_) => true,
+            JacobianStructure::Block(pattern) | JacobianStructure::BorderedBlock(pattern) => {
                 (pairs.into_iter()).all(|(i, j)| pattern.position(i, j).is_some())
             }
         }
@@ -52,11 +52,13 @@ impl Structure {
     ///
     /// # Panics
     /// It has a border already.
-    pub fn bordered(&self) -> Structure {
+    pub fn bordered(&self) -> JacobianStructure {
         match self {
-            Structure::Dense(dim) => Structure::Dense(dim + 1),
-            Structure::Block(pattern) => Structure::BorderedBlock(Arc::clone(pattern)),
-            Structure::BorderedBlock(_) => panic!("one border only"),
+            JacobianStructure::Dense(dim) => JacobianStructure::Dense(dim + 1),
+            JacobianStructure::Block(pattern) => {
+                JacobianStructure::BorderedBlock(Arc::clone(pattern))
+            }
+            JacobianStructure::BorderedBlock(_) => panic!("one border only"),
         }
     }
 }
@@ -109,22 +111,24 @@ impl Border {
 
 impl Jacobian {
     /// Zero matrix of this shape.
-    pub fn new(structure: &Structure) -> Jacobian {
+    pub fn new(structure: &JacobianStructure) -> Jacobian {
         match structure {
-            Structure::Dense(dim) => Jacobian::Dense(zeros(*dim, *dim)),
-            Structure::Block(pattern) => Jacobian::Block(Blocks::new(pattern, false)),
-            Structure::BorderedBlock(pattern) => Jacobian::Block(Blocks::new(pattern, true)),
+            JacobianStructure::Dense(dim) => Jacobian::Dense(zeros(*dim, *dim)),
+            JacobianStructure::Block(pattern) => Jacobian::Block(Blocks::new(pattern, false)),
+            JacobianStructure::BorderedBlock(pattern) => {
+                Jacobian::Block(Blocks::new(pattern, true))
+            }
         }
     }
 
     /// Takes this shape, with zeros, unless it has it already.
-    pub fn reshape(&mut self, structure: &Structure) {
+    pub fn reshape(&mut self, structure: &JacobianStructure) {
         let has_it = match (&*self, structure) {
-            (Jacobian::Dense(matrix), Structure::Dense(dim)) => matrix.nrows() == *dim,
-            (Jacobian::Block(blocks), Structure::Block(pattern)) => {
+            (Jacobian::Dense(matrix), JacobianStructure::Dense(dim)) => matrix.nrows() == *dim,
+            (Jacobian::Block(blocks), JacobianStructure::Block(pattern)) => {
                 blocks.border.is_none() && is_same(&blocks.pattern, pattern)
             }
-            (Jacobian::Block(blocks), Structure::BorderedBlock(pattern)) => {
+            (Jacobian::Block(blocks), JacobianStructure::BorderedBlock(pattern)) => {
                 blocks.border.is_some() && is_same(&blocks.pattern, pattern)
             }
             _ => false,
@@ -236,13 +240,13 @@ impl Jacobian {
     }
 
     /// Its shape.
-    pub fn structure(&self) -> Structure {
+    pub fn structure(&self) -> JacobianStructure {
         match self {
-            Jacobian::Dense(matrix) => Structure::Dense(matrix.nrows()),
+            Jacobian::Dense(matrix) => JacobianStructure::Dense(matrix.nrows()),
             Jacobian::Block(blocks) if blocks.border.is_some() => {
-                Structure::BorderedBlock(Arc::clone(&blocks.pattern))
+                JacobianStructure::BorderedBlock(Arc::clone(&blocks.pattern))
             }
-            Jacobian::Block(blocks) => Structure::Block(Arc::clone(&blocks.pattern)),
+            Jacobian::Block(blocks) => JacobianStructure::Block(Arc::clone(&blocks.pattern)),
         }
     }
 

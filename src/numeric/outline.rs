@@ -161,14 +161,14 @@ impl<const L: usize> Outline<L> {
 
 /// What outlines say about passages, for as many polynomials as registers hold.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Survey<const L: usize> {
+pub(crate) struct PassageSurvey<const L: usize> {
     /// 0: there is none; 1: there is exactly one; 2: the polynomial has to be looked at as a whole.
     kind: [f64; L],
     guess: [f64; L],
     start: [f64; L],
 }
 
-impl<const L: usize> Survey<L> {
+impl<const L: usize> PassageSurvey<L> {
     /// Of polynomial l.
     #[inline(always)]
     pub(crate) fn look(&self, l: usize) -> Outlook {
@@ -191,8 +191,8 @@ impl<const L: usize> Outline<L> {
         simd: S,
         direction: Direction,
         (level, tolerance): (&[f64; L], &[f64; L]),
-    ) -> Survey<L> {
-        let mut survey = Survey {
+    ) -> PassageSurvey<L> {
+        let mut survey = PassageSurvey {
             kind: [0.0; L],
             guess: [0.0; L],
             start: [0.0; L],
@@ -217,7 +217,7 @@ impl<const L: usize> Outline<L> {
         part: usize,
         direction: Direction,
         (level, tolerance): (S::f64s, S::f64s),
-        out: &mut Survey<L>,
+        out: &mut PassageSurvey<L>,
     ) {
         let number = |x: f64| simd.splat_f64s(x);
         let of = |each: &[f64; L]| S::as_simd_f64s(each).0[part];
@@ -345,9 +345,9 @@ mod tests {
     fn agree(batch: &[([f64; 24], f64, Outlook); LANES]) {
         struct All<'a>(&'a [([f64; 24], f64, Outlook); LANES], Direction);
         impl pulp::WithSimd for All<'_> {
-            type Output = Survey<LANES>;
+            type Output = PassageSurvey<LANES>;
 
-            fn with_simd<S: Simd>(self, simd: S) -> Survey<LANES> {
+            fn with_simd<S: Simd>(self, simd: S) -> PassageSurvey<LANES> {
                 let coefficients: [[f64; LANES]; 24] =
                     std::array::from_fn(|k| self.0.map(|(c, ..)| c[k]));
                 let level = self.0.map(|(_, level, _)| level);

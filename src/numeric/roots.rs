@@ -124,7 +124,7 @@ pub(crate) fn newton_from(
     (a, fa): (f64, f64),
     b: f64,
 ) -> f64 {
-    let mut newton = Newton::new(guess, (a, fa), b);
+    let mut newton = BracketedNewton::new(guess, (a, fa), b);
     loop {
         let at = f(newton.x);
         if newton.is_over(at) {
@@ -135,7 +135,7 @@ pub(crate) fn newton_from(
 
 /// Newton's method inside a bracket, step by step.
 #[derive(Debug, Clone, Copy)]
-pub struct Newton {
+pub struct BracketedNewton {
     /// Where the function is wanted next; in the end the root.
     pub x: f64,
     negative: f64,
@@ -146,12 +146,12 @@ pub struct Newton {
     left: u32,
 }
 
-impl Newton {
+impl BracketedNewton {
     /// From a guess between a and b.
     #[inline]
-    pub fn new(guess: f64, (a, fa): (f64, f64), b: f64) -> Newton {
+    pub fn new(guess: f64, (a, fa): (f64, f64), b: f64) -> BracketedNewton {
         let (negative, positive) = if fa < 0.0 { (a, b) } else { (b, a) };
-        Newton {
+        BracketedNewton {
             x: guess,
             negative,
             positive,
@@ -198,7 +198,7 @@ impl Newton {
     }
 }
 
-/// Steps of [`Newton`] at most.
+/// Steps of [`BracketedNewton`] at most.
 pub(super) const MOST_NEWTON: u32 = 100;
 
 /// A little below x^(1 / n), `share` = 1 / n, n >= 3: by less than 3 %, for n >= 20 by less than 1 %.

@@ -5,7 +5,7 @@ use kuva::render::render_utils::generate_ticks;
 
 /// A range with its ticks.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(super) struct DrawnAxis {
     pub low: f64,
     pub high: f64,
     pub ticks: Vec<Tick>,
@@ -25,7 +25,7 @@ const MARGIN: f64 = 0.05;
 /// Room of a logarithmic axis, as a factor.
 const LOG_ROOM: f64 = 1.15;
 
-impl Axis {
+impl DrawnAxis {
     /// Axis over exactly this range, in whichever order its ends are given.
     pub fn exact(ends: (f64, f64), count: usize) -> Self {
         let (low, high) = widened(ends.0.min(ends.1), ends.0.max(ends.1));
@@ -33,7 +33,7 @@ impl Axis {
         let slack = 1e-9 * (high - low);
         values.retain(|t| *t >= low - slack && *t <= high + slack);
         let (exponent, ticks) = texts(&values);
-        Axis {
+        DrawnAxis {
             low,
             high,
             ticks,
@@ -70,7 +70,7 @@ impl Axis {
                 _ => format!("{f}{}", power_of_ten(p)),
             },
         });
-        Axis {
+        DrawnAxis {
             low,
             high,
             ticks: ticks.filter(|t| within(&t.value)).collect(),
@@ -86,7 +86,7 @@ impl Axis {
             value: (count - 1 - k) as f64,
             text: name.clone(),
         };
-        Axis {
+        DrawnAxis {
             low: -0.6,
             high: count.max(1) as f64 - 0.4,
             ticks: names.iter().enumerate().map(tick).collect(),
@@ -104,7 +104,7 @@ impl Axis {
         let to_zero = high <= 0.0 && high > 0.5 * low;
         let bottom = if from_zero { 0.0 } else { low - room };
         let top = if to_zero { 0.0 } else { high + room };
-        Axis::exact((bottom, top), count)
+        DrawnAxis::exact((bottom, top), count)
     }
 
     /// Axis around the data with some room, wherever zero is; data without negative values stay at or above zero.
@@ -118,7 +118,7 @@ impl Axis {
         } else {
             low - room
         };
-        Axis::exact((bottom, high + room), count)
+        DrawnAxis::exact((bottom, high + room), count)
     }
 
     /// Where a value lies: 0 at the low end, 1 at the high end. Far outside values are brought near, so that coordinates
@@ -201,20 +201,20 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
 mod tests {
     use super::*;
 
-    fn labels(axis: &Axis) -> Vec<&str> {
+    fn labels(axis: &DrawnAxis) -> Vec<&str> {
         axis.ticks.iter().map(|t| t.text.as_str()).collect()
     }
 
     #[test]
     fn ticks_are_round_and_equally_written() {
-        let axis = Axis::exact((2.5, 0.3), 6);
+        let axis = DrawnAxis::exact((2.5, 0.3), 6);
         assert_eq!((axis.low, axis.high), (0.3, 2.5));
         assert_eq!(labels(&axis), ["0.5", "1.0", "1.5", "2.0", "2.5"]);
     }
 
     #[test]
     fn small_numbers_share_a_power_of_ten() {
-        let axis = Axis::around([1e-6, 2.2e-5].into_iter(), 5);
+        let axis = DrawnAxis::around([1e-6, 2.2e-5].into_iter(), 5);
         assert_eq!(axis.low, 0.0);
         assert_eq!(axis.exponent, -5);
         assert_eq!(labels(&axis)[0], "0.0");
@@ -223,30 +223,30 @@ mod tests {
 
     #[test]
     fn a_frame_does_not_reach_for_zero() {
-        let axis = Axis::framing([0.5, 2.5].into_iter(), 5);
+        let axis = DrawnAxis::framing([0.5, 2.5].into_iter(), 5);
         assert_eq!((axis.low, axis.high), (0.4, 2.6));
-        assert_eq!(Axis::framing([0.01, 2.0].into_iter(), 5).low, 0.0);
-        assert_eq!(Axis::framing([0.0, 0.0].into_iter(), 5).low, 0.0);
-        assert!(Axis::framing([-0.1, 2.0].into_iter(), 5).low < -0.1);
+        assert_eq!(DrawnAxis::framing([0.01, 2.0].into_iter(), 5).low, 0.0);
+        assert_eq!(DrawnAxis::framing([0.0, 0.0].into_iter(), 5).low, 0.0);
+        assert!(DrawnAxis::framing([-0.1, 2.0].into_iter(), 5).low < -0.1);
     }
 
     #[test]
     fn decades_have_ticks() {
-        let axis = Axis::logarithmic(None, [1e-6, 0.0, 2e-2].into_iter());
+        let axis = DrawnAxis::logarithmic(None, [1e-6, 0.0, 2e-2].into_iter());
         assert_eq!(labels(&axis), ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "0.01"]);
         assert!((axis.share((axis.low * axis.high).sqrt()) - 0.5).abs() < 1e-12);
-        let axis = Axis::logarithmic(Some((1.0, 30.0)), [2.0].into_iter());
+        let axis = DrawnAxis::logarithmic(Some((1.0, 30.0)), [2.0].into_iter());
         assert_eq!(labels(&axis), ["1", "2", "5", "10", "20"]);
     }
 
     #[test]
     fn no_data_and_constant_data_have_an_axis() {
         for data in [vec![], vec![3.0], vec![0.0, 0.0], vec![f64::NAN]] {
-            let axis = Axis::around(data.into_iter(), 5);
+            let axis = DrawnAxis::around(data.into_iter(), 5);
             assert!(axis.high > axis.low && axis.ticks.len() > 1, "{axis:?}");
         }
         assert_eq!(
-            labels(&Axis::exact((-1.0, 1.0), 5)).first(),
+            labels(&DrawnAxis::exact((-1.0, 1.0), 5)).first(),
             Some(&"\u{2212}1.0")
         );
     }

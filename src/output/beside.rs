@@ -34,7 +34,7 @@ impl Patch {
 
 /// What a panel has no room for any more.
 #[derive(Debug)]
-pub(super) struct Taken {
+pub(super) struct TakenRoom {
     patches: Vec<Patch>,
 }
 
@@ -46,11 +46,11 @@ pub(super) struct TextPlace {
     pub is_far: bool,
 }
 
-impl Taken {
+impl TakenRoom {
     /// Nothing but markers.
-    pub fn by_markers(places: impl Iterator<Item = (f64, f64)>) -> Taken {
+    pub fn by_markers(places: impl Iterator<Item = (f64, f64)>) -> TakenRoom {
         let half = (MARKER, MARKER);
-        Taken {
+        TakenRoom {
             patches: places.map(|middle| Patch { middle, half }).collect(),
         }
     }
@@ -101,7 +101,7 @@ mod tests {
         let markers: Vec<(f64, f64)> = (0..14)
             .map(|k| (90.0 + 6.0 * f64::from(k % 5), 50.0 + 7.0 * f64::from(k / 5)))
             .collect();
-        let mut taken = Taken::by_markers(markers.iter().copied());
+        let mut taken = TakenRoom::by_markers(markers.iter().copied());
         let half = (6.0, 4.0);
         let places: Vec<TextPlace> = markers
             .iter()
@@ -118,7 +118,8 @@ mod tests {
             assert!(!marks.iter().any(|mark| text.meets(mark)), "{k}");
         }
         assert!(places.iter().any(|p| p.is_far));
-        let lone = Taken::by_markers([(50.0, 3.0)].into_iter()).beside((50.0, 3.0), half, &frame);
+        let lone =
+            TakenRoom::by_markers([(50.0, 3.0)].into_iter()).beside((50.0, 3.0), half, &frame);
         assert_eq!(lone.map(|p| (p.middle.0, p.is_far)), Some((50.0, false)));
     }
 }

@@ -2,11 +2,11 @@
 
 use kuva::render::render::{Scene, TextAnchor};
 
-use super::beside::Taken;
+use super::beside::TakenRoom;
 use super::draw::{TextStyle, marker, put_text, stroke};
 use super::look::FAINT;
 use super::panel::Frame;
-use super::series::{Drawing, Series};
+use super::series::{DrawnContent, DrawnSeries};
 use super::sheet::Sheet;
 use super::shown::Shown;
 use super::text::text_width;
@@ -21,7 +21,7 @@ const MOST: usize = 36;
 
 /// Events at one place of a figure.
 #[derive(Debug)]
-pub(super) struct Group {
+pub(super) struct EventGroup {
     /// Rows of the table of events.
     pub rows: Vec<usize>,
     kinds: Vec<String>,
@@ -34,8 +34,8 @@ pub(super) struct Group {
 }
 
 /// Groups of the events in the first panel that has any; all panels show the same ones.
-pub(super) fn of(panels: &[Shown<'_>], frames: &[Frame]) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
+pub(super) fn of(panels: &[Shown<'_>], frames: &[Frame]) -> Vec<EventGroup> {
+    let mut groups: Vec<EventGroup> = Vec::new();
     let Some((panel, frame, series, kinds)) =
         panels.iter().zip(frames).find_map(|(panel, frame)| {
             let (series, kinds) = panel.list.iter().find_map(events)?;
@@ -60,10 +60,10 @@ pub(super) fn of(panels: &[Shown<'_>], frames: &[Frame]) -> Vec<Group> {
         if !(x.is_finite() && y.is_finite() && frame.holds(place)) {
             continue;
         }
-        let is_near = |g: &&mut Group| (g.place.0 - place.0).hypot(g.place.1 - place.1) < NEAR;
+        let is_near = |g: &&mut EventGroup| (g.place.0 - place.0).hypot(g.place.1 - place.1) < NEAR;
         match groups.iter_mut().rev().find(is_near) {
             Some(group) => group.take(row, &kinds[row], x, branch(row)),
-            None => groups.push(Group {
+            None => groups.push(EventGroup {
                 rows: vec![row],
                 kinds: vec![kinds[row].clone()],
                 values: vec![x],
@@ -75,20 +75,20 @@ pub(super) fn of(panels: &[Shown<'_>], frames: &[Frame]) -> Vec<Group> {
     groups
 }
 
-fn events<'a, 'b>(series: &'b Series<'a>) -> Option<(&'b Series<'a>, &'b Vec<String>)> {
+fn events<'a, 'b>(series: &'b DrawnSeries<'a>) -> Option<(&'b DrawnSeries<'a>, &'b Vec<String>)> {
     match &series.drawing {
-        Drawing::Events(kinds) => Some((series, kinds)),
+        DrawnContent::Events(kinds) => Some((series, kinds)),
         _ => None,
     }
 }
 
 /// Kinds that are drawn, each once; last the sign for several at one place.
-pub(super) fn kinds(groups: &[Group]) -> Vec<&str> {
+pub(super) fn kinds(groups: &[EventGroup]) -> Vec<&str> {
     let mut list: Vec<&str> = Vec::new();
     let own = groups
         .iter()
         .flat_map(|g| g.kinds.iter().map(String::as_str));
-    for kind in own.chain(groups.iter().map(Group::shape)) {
+    for kind in own.chain(groups.iter().map(EventGroup::shape)) {
         if !list.contains(&kind) {
             list.push(kind);
         }
@@ -96,7 +96,7 @@ pub(super) fn kinds(groups: &[Group]) -> Vec<&str> {
     list
 }
 
-impl Group {
+impl EventGroup {
     /// Adds an event. One that another branch has as well counts once; each event has one such twin.
     fn take(&mut self, row: usize, kind: &str, value: f64, branch: Option<f64>) {
         let twin = (0..self.kinds.len()).find(|k| {
@@ -115,7 +115,12 @@ impl Group {
     }
 
     /// Place of the first event that the panel shows.
-    fn spot(&self, frame: &Frame, panel: &Shown<'_>, series: &Series<'_>) -> Option<(f64, f64)> {
+    fn spot(
+        &self,
+        frame: &Frame,
+        panel: &Shown<'_>,
+        series: &DrawnSeries<'_>,
+    ) -> Option<(f64, f64)> {
         let rows = self.rows.iter().filter(|row| **row < series.x.len());
         rows.map(|row| frame.at(panel, series.x[*row], series.y[*row]))
             .find(|at| at.0.is_finite() && at.1.is_finite() && frame.holds(*at))
@@ -139,7 +144,7 @@ pub(super) fn draw(
     sheet: &Sheet,
     frame: &Frame,
     panel: &Shown<'_>,
-    groups: &[Group],
+    groups: &[EventGroup],
 ) {
     let Some((series, _)) = panel.list.iter().find_map(events) else {
         return;
@@ -150,7 +155,7 @@ pub(super) fn draw(
     for (number, at) in &spots {
         marker(scene, *at, groups[*number].shape());
     }
-    let mut taken = Taken::by_markers(spots.iter().map(|(_, at)| *at));
+    let mut taken = TakenRoom::by_markers(spots.iter().map(|(_, at)| *at));
     let size = sheet.tick - 2;
     let font = f64::from(size);
     for (number, at) in spots.into_iter().filter(|(number, _)| *number < MOST) {
@@ -174,7 +179,7 @@ pub(super) fn draw(
 }
 
 /// One line per group: its number, what happens, where.
-pub(super) fn lines(groups: &[Group]) -> Vec<String> {
+pub(super) fn lines(groups: &[EventGroup]) -> Vec<String> {
     let mut list: Vec<String> = groups.iter().take(MOST).enumerate().map(line).collect();
     if groups.len() > MOST {
         list.push(format!(
@@ -185,7 +190,7 @@ pub(super) fn lines(groups: &[Group]) -> Vec<String> {
     list
 }
 
-fn line((number, group): (usize, &Group)) -> String {
+fn line((number, group): (usize, &EventGroup)) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for kind in &group.kinds {
         match counts.iter_mut().find(|(known, _)| known == kind) {
@@ -246,7 +251,7 @@ mod tests {
 
     #[test]
     fn a_group_says_what_and_where() {
-        let group = |kinds: &[&str], values: &[f64]| Group {
+        let group = |kinds: &[&str], values: &[f64]| EventGroup {
             rows: (0..kinds.len()).collect(),
             kinds: kinds.iter().map(|k| k.to_string()).collect(),
             values: values.to_vec(),

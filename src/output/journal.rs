@@ -123,7 +123,7 @@ impl Journal {
         place: &dyn Fn(u64) -> Option<u64>,
     ) -> std::io::Result<(Finished, u64)> {
         let mut finished = Finished::default();
-        let mut lines = Lines::new(&self.file);
+        let mut lines = JournalLines::new(&self.file);
         let (mut good, mut torn) = (0, 0);
         if lines.next()? == JournalLine::Whole && lines.text() == header.as_bytes() {
             good = lines.read;
@@ -184,7 +184,7 @@ impl Journal {
     ) -> Result<(), Error> {
         let failed = |e| file_error("read", &self.path, e);
         self.file.rewind().map_err(failed)?;
-        let mut lines = Lines::new(&self.file);
+        let mut lines = JournalLines::new(&self.file);
         let (mut next, mut waiting) = (0, BTreeMap::new());
         // The header.
         lines.next().map_err(failed)?;
@@ -229,7 +229,7 @@ pub fn header(path: &Path) -> Option<String> {
     let mut options = File::options();
     options.read(true);
     let file = open_plain(options, path).ok()?;
-    let mut lines = Lines::new(&file);
+    let mut lines = JournalLines::new(&file);
     let is_whole = lines.next().ok()? == JournalLine::Whole;
     is_whole.then(|| String::from_utf8_lossy(lines.text()).into_owned())
 }
@@ -304,16 +304,16 @@ enum JournalLine {
 }
 
 /// Lines of a journal one by one, in bounded memory.
-struct Lines<'a> {
+struct JournalLines<'a> {
     reader: BufReader<&'a File>,
     line: Vec<u8>,
     /// Bytes read so far.
     read: u64,
 }
 
-impl<'a> Lines<'a> {
-    fn new(file: &'a File) -> Lines<'a> {
-        Lines {
+impl<'a> JournalLines<'a> {
+    fn new(file: &'a File) -> JournalLines<'a> {
+        JournalLines {
             reader: BufReader::new(file),
             line: Vec::new(),
             read: 0,

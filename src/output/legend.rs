@@ -3,10 +3,10 @@
 use kuva::render::render::{Scene, TextAnchor};
 
 use super::draw::{TextStyle, crosses, dots, fill, marker, marks, put_text, stroke};
-use super::groups::{self, Group, SEVERAL, kind_text};
+use super::groups::{self, EventGroup, SEVERAL, kind_text};
 use super::look::{self, FAINT, NEUTRAL, Rank, StabilityState, tint};
 use super::room::Room;
-use super::series::{Drawing, Series};
+use super::series::{DrawnContent, DrawnSeries};
 use super::sheet::Sheet;
 use super::shown::Shown;
 use super::text::{cut, text_width};
@@ -14,7 +14,7 @@ use crate::report::readable;
 
 /// Sample drawn before the text of an entry.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Sample {
+enum LegendSample {
     /// A curve of this rank.
     Curve(Rank),
     /// What a stroke means.
@@ -28,7 +28,7 @@ enum Sample {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct LegendEntry {
-    sample: Sample,
+    sample: LegendSample,
     color: &'static str,
     text: String,
 }
@@ -37,20 +37,20 @@ struct LegendEntry {
 const SAMPLE_WIDTH: f64 = 32.0;
 
 /// Entries in order of appearance: curves, then the meaning of the strokes, then the kinds of events.
-fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<LegendEntry> {
+fn entries(panels: &[Shown<'_>], groups: &[EventGroup]) -> Vec<LegendEntry> {
     let (mut list, mut states) = (Vec::new(), Vec::new());
     for panel in panels {
         for series in &panel.list {
-            if let Drawing::Runs(runs) = &series.drawing {
+            if let DrawnContent::Runs(runs) = &series.drawing {
                 states.extend(runs.iter().map(|r| r.state));
             }
-            if let Drawing::Cells(raster) = &series.drawing
+            if let DrawnContent::Cells(raster) = &series.drawing
                 && !raster.is_continuous
             {
                 for level in raster.legend() {
                     push(
                         &mut list,
-                        Sample::Patch(level.color.clone()),
+                        LegendSample::Patch(level.color.clone()),
                         NEUTRAL,
                         &level.text,
                     );
@@ -69,7 +69,7 @@ fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<LegendEntry> {
         (StabilityState::Unknown, "stability unknown"),
     ] {
         if states.contains(&state) {
-            push(&mut list, Sample::State(state), NEUTRAL, text);
+            push(&mut list, LegendSample::State(state), NEUTRAL, text);
         }
     }
     for kind in groups::kinds(groups) {
@@ -78,31 +78,43 @@ fn entries(panels: &[Shown<'_>], groups: &[Group]) -> Vec<LegendEntry> {
             kind if groups::short(kind) == kind_text(kind) => kind_text(kind),
             kind => format!("{} ({})", kind_text(kind), groups::short(kind)),
         };
-        push(&mut list, Sample::Event(kind.to_string()), NEUTRAL, &text);
+        push(
+            &mut list,
+            LegendSample::Event(kind.to_string()),
+            NEUTRAL,
+            &text,
+        );
     }
     list
 }
 
-fn push_curve(list: &mut Vec<LegendEntry>, panel: &Shown<'_>, series: &Series<'_>, label: &str) {
+fn push_curve(
+    list: &mut Vec<LegendEntry>,
+    panel: &Shown<'_>,
+    series: &DrawnSeries<'_>,
+    label: &str,
+) {
     let has_lines = || {
         panel
             .list
             .iter()
-            .any(|s| matches!(s.drawing, Drawing::Runs(_)))
+            .any(|s| matches!(s.drawing, DrawnContent::Runs(_)))
     };
     match &series.drawing {
-        Drawing::Runs(_) => push(list, Sample::Curve(series.rank), series.color, label),
-        Drawing::Crosses => push(list, Sample::Cross, FAINT, label),
-        Drawing::Dots if series.rank.place > 0 => push(list, Sample::Halo, series.color, label),
-        Drawing::Dots if has_lines() => push(list, Sample::Dot, NEUTRAL, label),
-        Drawing::Dots => push(list, Sample::Dot, series.color, label),
-        Drawing::Coloured(_) | Drawing::Cells(_) | Drawing::Bars(_) => {}
-        Drawing::Tornado(_) | Drawing::Events(_) => {}
+        DrawnContent::Runs(_) => push(list, LegendSample::Curve(series.rank), series.color, label),
+        DrawnContent::Crosses => push(list, LegendSample::Cross, FAINT, label),
+        DrawnContent::Dots if series.rank.place > 0 => {
+            push(list, LegendSample::Halo, series.color, label)
+        }
+        DrawnContent::Dots if has_lines() => push(list, LegendSample::Dot, NEUTRAL, label),
+        DrawnContent::Dots => push(list, LegendSample::Dot, series.color, label),
+        DrawnContent::Coloured(_) | DrawnContent::Cells(_) | DrawnContent::Bars(_) => {}
+        DrawnContent::Tornado(_) | DrawnContent::Events(_) => {}
     }
 }
 
 /// Adds an entry; one that says the same in another colour, as panels do, becomes neutral instead.
-fn push(list: &mut Vec<LegendEntry>, sample: Sample, color: &'static str, text: &str) {
+fn push(list: &mut Vec<LegendEntry>, sample: LegendSample, color: &'static str, text: &str) {
     let same = |e: &&mut LegendEntry| e.sample == sample && e.text == text;
     match list.iter_mut().find(same) {
         Some(entry) if entry.color != color => entry.color = NEUTRAL,
@@ -121,7 +133,7 @@ pub(super) fn draw(
     scene: &mut Scene,
     sheet: &Sheet,
     panels: &[Shown<'_>],
-    groups: &[Group],
+    groups: &[EventGroup],
     room: &mut Room,
 ) {
     let mut entries = entries(panels, groups);
@@ -154,22 +166,22 @@ fn sample(scene: &mut Scene, entry: &LegendEntry, (x, y): (f64, f64)) {
     let middle = (x + length / 2.0, y);
     let line = format!("M{x:.2} {y:.2}h{length:.2}");
     match &entry.sample {
-        Sample::Curve(rank) => {
+        LegendSample::Curve(rank) => {
             let look = look::stroke(entry.color, *rank);
             stroke(scene, line, &look.color, look.width, None);
             marks(scene, &[middle], look.mark, &look.color);
         }
-        Sample::State(state) => {
+        LegendSample::State(state) => {
             let (width, dashes) = look::state_stroke(1.6, *state);
             stroke(scene, line, entry.color, width, dashes);
         }
-        Sample::Cross => crosses(scene, &[middle], entry.color),
-        Sample::Dot => dots(scene, &[middle], entry.color, 3.6),
-        Sample::Halo => dots(scene, &[middle], &tint(entry.color, 0.62), 7.9),
-        Sample::Patch(color) => {
+        LegendSample::Cross => crosses(scene, &[middle], entry.color),
+        LegendSample::Dot => dots(scene, &[middle], entry.color, 3.6),
+        LegendSample::Halo => dots(scene, &[middle], &tint(entry.color, 0.62), 7.9),
+        LegendSample::Patch(color) => {
             let d = format!("M{x:.2} {:.2}h{length:.2}v9h-{length:.2}Z", y - 4.5);
             fill(scene, d, color, None);
         }
-        Sample::Event(kind) => marker(scene, middle, kind),
+        LegendSample::Event(kind) => marker(scene, middle, kind),
     }
 }

@@ -36,7 +36,7 @@ pub(super) fn value(report: &Report, stride: usize) -> Result<Value, Error> {
         floats(report, table, "branch")?,
         floats(report, table, "point")?,
     );
-    let (omega, cells) = (frequencies(report)?, Cells::of(report)?);
+    let (omega, cells) = (frequencies(report)?, MapCells::of(report)?);
     let names: Vec<&str> = series(table).collect();
     let columns = names.iter().map(|name| floats(report, table, name));
     let columns = columns.collect::<Result<Vec<_>, Error>>()?;
@@ -68,21 +68,21 @@ pub(super) fn value(report: &Report, stride: usize) -> Result<Value, Error> {
 }
 
 /// Cells of a map, by the rows of its main table.
-struct Cells<'a> {
+struct MapCells<'a> {
     x: Vec<f64>,
     y: Vec<f64>,
     labels: &'a [String],
 }
 
-impl<'a> Cells<'a> {
-    fn of(report: &'a Report) -> Result<Option<Cells<'a>>, Error> {
+impl<'a> MapCells<'a> {
+    fn of(report: &'a Report) -> Result<Option<MapCells<'a>>, Error> {
         let Some(main) = report.table("").filter(|t| t.column("seed").is_some()) else {
             return Ok(None);
         };
         let Some(Values::Text(labels)) = main.column("label").map(|c| &c.values) else {
             return Ok(None);
         };
-        Ok(Some(Cells {
+        Ok(Some(MapCells {
             x: floats(report, main, "x")?,
             y: floats(report, main, "y")?,
             labels,

@@ -139,7 +139,7 @@ pub(super) fn comparison(page: &mut String, comparison: &Comparison) {
 }
 
 /// Quantities of some connections or bodies, side by side.
-struct Grid {
+struct QuantityGrid {
     subjects: Vec<String>,
     /// Quantity, and a text per subject.
     rows: Vec<(String, Vec<String>)>,
@@ -169,7 +169,7 @@ pub(super) fn one_row(page: &mut String, table: &Table) {
     }
 }
 
-fn grids(table: &Table) -> Vec<Grid> {
+fn grids(table: &Table) -> Vec<QuantityGrid> {
     let mut quantities: Vec<(String, Vec<(String, String)>)> = Vec::new();
     for column in &table.columns {
         let text = match &column.values {
@@ -186,15 +186,15 @@ fn grids(table: &Table) -> Vec<Grid> {
             None => quantities.push((quantity, vec![(subject, text)])),
         }
     }
-    let mut grids: Vec<Grid> = Vec::new();
+    let mut grids: Vec<QuantityGrid> = Vec::new();
     for (quantity, cells) in quantities {
-        let is_in = |grid: &Grid| {
+        let is_in = |grid: &QuantityGrid| {
             cells
                 .iter()
                 .all(|(subject, _)| grid.subjects.contains(subject))
         };
         let at = grids.iter().position(is_in).unwrap_or_else(|| {
-            grids.push(Grid {
+            grids.push(QuantityGrid {
                 subjects: cells.iter().map(|(subject, _)| subject.clone()).collect(),
                 rows: Vec::new(),
             });

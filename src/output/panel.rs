@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
-use super::axis::{Axis, power_of_ten};
+use super::axis::{DrawnAxis, power_of_ten};
 use super::draw::{TextStyle, crosses, dots, fill, marks, put_text, stroke};
 use super::look::{self, FAINT, Mark, NEUTRAL, StabilityState, tint};
-use super::series::{Drawing, Series};
+use super::series::{DrawnContent, DrawnSeries};
 use super::sheet::{LINE_HEIGHT, Sheet};
 use super::shown::Shown;
 use super::sparse;
@@ -102,18 +102,18 @@ pub(super) fn draw_panel(
 }
 
 /// From the back to the front.
-fn layer(series: &Series<'_>) -> usize {
+fn layer(series: &DrawnSeries<'_>) -> usize {
     match series.drawing {
-        Drawing::Crosses | Drawing::Cells(_) => 0,
+        DrawnContent::Crosses | DrawnContent::Cells(_) => 0,
         _ if is_halo(series) => 0,
-        Drawing::Dots => 2,
+        DrawnContent::Dots => 2,
         _ => 1,
     }
 }
 
 /// The second of two curves of dots lies as a broad ring behind the first: both are seen where they agree.
-fn is_halo(series: &Series<'_>) -> bool {
-    series.drawing == Drawing::Dots && series.rank.place > 0
+fn is_halo(series: &DrawnSeries<'_>) -> bool {
+    series.drawing == DrawnContent::Dots && series.rank.place > 0
 }
 
 fn draw_grid(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>) {
@@ -185,7 +185,7 @@ fn stride(frame: &Frame, panel: &Shown<'_>, font: f64) -> usize {
 fn draw_labels(scene: &mut Scene, sheet: &Sheet, frame: &Frame, panel: &Shown<'_>) {
     let (bottom, right) = (frame.top + frame.height, frame.left + frame.width);
     let (tick_font, font) = (f64::from(sheet.tick), f64::from(sheet.label));
-    let power = |axis: &Axis| (axis.exponent != 0).then(|| power_of_ten(axis.exponent));
+    let power = |axis: &DrawnAxis| (axis.exponent != 0).then(|| power_of_ten(axis.exponent));
     if let Some(text) = power(&panel.y) {
         let at = (frame.left, frame.top - 5.0);
         put_text(
@@ -247,31 +247,31 @@ fn fitted(font: f64, width: f64, room: f64) -> f64 {
     font * (room / width).clamp(0.6, 1.0)
 }
 
-fn draw_series(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Series<'_>) {
+fn draw_series(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &DrawnSeries<'_>) {
     match &series.drawing {
-        Drawing::Runs(_) => draw_runs(scene, frame, panel, series),
-        Drawing::Crosses => crosses(scene, &distinct(frame, panel, series, 0.5), FAINT),
-        Drawing::Dots => {
+        DrawnContent::Runs(_) => draw_runs(scene, frame, panel, series),
+        DrawnContent::Crosses => crosses(scene, &distinct(frame, panel, series, 0.5), FAINT),
+        DrawnContent::Dots => {
             let cells = if series.x.len() > MANY_DOTS { 1.0 } else { 4.0 };
             let places = distinct(frame, panel, series, cells);
             let size = if places.len() > FEW_DOTS { 1.9 } else { 3.6 };
             let has_lines = panel
                 .list
                 .iter()
-                .any(|s| matches!(s.drawing, Drawing::Runs(_)));
+                .any(|s| matches!(s.drawing, DrawnContent::Runs(_)));
             match (is_halo(series), has_lines) {
                 (true, _) => dots(scene, &places, &tint(series.color, 0.62), 2.2 * size),
                 (false, true) => dots(scene, &places, NEUTRAL, size),
                 (false, false) => dots(scene, &places, series.color, size),
             }
         }
-        Drawing::Coloured(values) => {
+        DrawnContent::Coloured(values) => {
             for (color, places) in colors::by_color(frame, panel, series, values) {
                 dots(scene, &places, &color, 4.2);
             }
         }
-        Drawing::Cells(raster) => colors::draw_cells(scene, frame, panel, raster),
-        Drawing::Bars(widths) => {
+        DrawnContent::Cells(raster) => colors::draw_cells(scene, frame, panel, raster),
+        DrawnContent::Bars(widths) => {
             let mut d = String::new();
             let bars = series.x.iter().zip(&series.y).zip(widths);
             let is_drawn = |bar: &((&f64, &f64), &f64)| bar.0.0.is_finite() && bar.0.1.is_finite();
@@ -282,7 +282,7 @@ fn draw_series(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Ser
             }
             fill(scene, d, &tint(series.color, 0.45), Some(series.color));
         }
-        Drawing::Tornado(_) => {
+        DrawnContent::Tornado(_) => {
             let mut d = String::new();
             for (x, y) in series.points() {
                 let (left, top) = frame.at(panel, 0.0, y + 0.34);
@@ -291,12 +291,12 @@ fn draw_series(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Ser
             }
             fill(scene, d, &tint(series.color, 0.45), Some(series.color));
         }
-        Drawing::Events(_) => {}
+        DrawnContent::Events(_) => {}
     }
 }
 
-fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Series<'_>) {
-    let Drawing::Runs(runs) = &series.drawing else {
+fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &DrawnSeries<'_>) {
+    let DrawnContent::Runs(runs) = &series.drawing else {
         return;
     };
     let look = look::stroke(series.color, series.rank);
@@ -309,7 +309,7 @@ fn draw_runs(scene: &mut Scene, frame: &Frame, panel: &Shown<'_>, series: &Serie
         }
     }
     // On cells of any colour a curve has white edges.
-    let is_cells = |s: &Series<'_>| matches!(s.drawing, Drawing::Cells(_));
+    let is_cells = |s: &DrawnSeries<'_>| matches!(s.drawing, DrawnContent::Cells(_));
     let has_cells = panel.list.iter().any(is_cells);
     let mut places = Vec::new();
     for state in [
@@ -341,7 +341,7 @@ fn trace(
     d: &mut String,
     frame: &Frame,
     panel: &Shown<'_>,
-    series: &Series<'_>,
+    series: &DrawnSeries<'_>,
     rows: std::ops::Range<usize>,
 ) {
     let alone = rows.len() == 1;
@@ -381,7 +381,7 @@ fn spread(
     places: &mut Vec<(f64, f64)>,
     frame: &Frame,
     panel: &Shown<'_>,
-    series: &Series<'_>,
+    series: &DrawnSeries<'_>,
     rows: std::ops::Range<usize>,
 ) {
     let mut way = BETWEEN_MARKS / 2.0;
@@ -400,7 +400,12 @@ fn spread(
 }
 
 /// Positions of the points inside the frame, one for each cell of a grid of 1/`cells` pixel.
-fn distinct(frame: &Frame, panel: &Shown<'_>, series: &Series<'_>, cells: f64) -> Vec<(f64, f64)> {
+fn distinct(
+    frame: &Frame,
+    panel: &Shown<'_>,
+    series: &DrawnSeries<'_>,
+    cells: f64,
+) -> Vec<(f64, f64)> {
     let mut seen = HashSet::new();
     let positions = series.points().map(|(x, y)| frame.at(panel, x, y));
     positions

@@ -8,7 +8,7 @@ use super::arrange::arranged;
 use super::groups::kind_text;
 use super::look::{self, FAINT, StabilityState};
 use super::raster::Level;
-use super::series::{Drawing, Series, StabilityRun, floats};
+use super::series::{DrawnContent, DrawnSeries, StabilityRun, floats};
 use super::shown::{Shown, is_shared, shown};
 use super::sparse;
 use crate::error::Error;
@@ -34,7 +34,7 @@ pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
     for panel in &panels {
         let mut curves = Vec::new();
         for series in &panel.list {
-            if let Drawing::Events(names) = &series.drawing {
+            if let DrawnContent::Events(names) = &series.drawing {
                 for name in names {
                     kinds.insert(name.clone(), json!(kind_text(name)));
                 }
@@ -73,7 +73,7 @@ fn frequency(panel: &Shown<'_>) -> Option<Value> {
 fn curve(
     report: &Report,
     panel: &Shown<'_>,
-    series: &Series,
+    series: &DrawnSeries,
     columns: &mut Map<String, Value>,
 ) -> Result<Value, Error> {
     let table = &series.curve.table;
@@ -96,11 +96,11 @@ fn curve(
     let (own_x, own_y) = (&series.curve.x, &series.curve.y);
     let (x, y) = (times(own_x, panel.factors.0), times(own_y, panel.factors.1));
     let rows: Vec<usize> = match &series.drawing {
-        Drawing::Dots => distinct(panel, series),
+        DrawnContent::Dots => distinct(panel, series),
         _ => Vec::new(),
     };
     let (long, stretches) = match &series.drawing {
-        Drawing::Runs(runs) => long_line(panel, series, runs),
+        DrawnContent::Runs(runs) => long_line(panel, series, runs),
         _ => (Vec::new(), Vec::new()),
     };
     let rows = if long.is_empty() { rows } else { long };
@@ -110,8 +110,8 @@ fn curve(
         "name": own_y,
         "label": readable(&series.curve.label),
         "color": match series.drawing {
-            Drawing::Runs(_) => look.color.as_str(),
-            Drawing::Crosses => FAINT,
+            DrawnContent::Runs(_) => look.color.as_str(),
+            DrawnContent::Crosses => FAINT,
             _ => series.color,
         },
         "style": style(&series.drawing),
@@ -119,7 +119,7 @@ fn curve(
         "ranks": series.rank.count,
         "width": look.width,
     });
-    if let Drawing::Cells(raster) = &series.drawing {
+    if let DrawnContent::Cells(raster) = &series.drawing {
         let raster = raster.thinned(CELLS);
         let width = raster.x.len().max(1);
         out["x"] = numbers(&raster.x);
@@ -133,7 +133,7 @@ fn curve(
         return Ok(out);
     }
     let mut hover = Vec::new();
-    let is_reduced = matches!(series.drawing, Drawing::Dots) || !stretches.is_empty();
+    let is_reduced = matches!(series.drawing, DrawnContent::Dots) || !stretches.is_empty();
     match series.drawing {
         _ if is_reduced => {
             out["x"] = json!(put(&format!("{x} against {y}{only}"), &at(&series.x)));
@@ -149,7 +149,7 @@ fn curve(
                 ]));
             }
         }
-        Drawing::Tornado(_) => {
+        DrawnContent::Tornado(_) => {
             out["x"] = json!(put(&format!("length {own_y}"), &series.x));
             out["y"] = json!(put(&format!("place {own_y}"), &series.y));
         }
@@ -175,7 +175,7 @@ fn curve(
     }
     out["hover"] = Value::Array(hover);
     match &series.drawing {
-        Drawing::Runs(runs) => {
+        DrawnContent::Runs(runs) => {
             let runs = if stretches.is_empty() {
                 runs
             } else {
@@ -187,29 +187,29 @@ fn curve(
                 out["shape"] = json!("hvh");
             }
         }
-        Drawing::Events(kinds) => out["kinds"] = json!(kinds),
-        Drawing::Coloured(values) => {
+        DrawnContent::Events(kinds) => out["kinds"] = json!(kinds),
+        DrawnContent::Coloured(values) => {
             let factor = panel.bar.as_ref().map_or(1.0, |bar| bar.factor);
             let values: Vec<f64> = values.iter().map(|v| v * factor).collect();
             out["z"] = numbers(&values);
         }
-        Drawing::Bars(widths) => out["widths"] = numbers(widths),
-        Drawing::Tornado(names) => out["names"] = json!(names),
-        Drawing::Crosses | Drawing::Dots | Drawing::Cells(_) => {}
+        DrawnContent::Bars(widths) => out["widths"] = numbers(widths),
+        DrawnContent::Tornado(names) => out["names"] = json!(names),
+        DrawnContent::Crosses | DrawnContent::Dots | DrawnContent::Cells(_) => {}
     }
     Ok(out)
 }
 
-fn style(drawing: &Drawing) -> &'static str {
+fn style(drawing: &DrawnContent) -> &'static str {
     match drawing {
-        Drawing::Runs(_) => "runs",
-        Drawing::Crosses => "crosses",
-        Drawing::Dots => "dots",
-        Drawing::Events(_) => "events",
-        Drawing::Coloured(_) => "coloured",
-        Drawing::Cells(_) => "cells",
-        Drawing::Bars(_) => "bars",
-        Drawing::Tornado(_) => "tornado",
+        DrawnContent::Runs(_) => "runs",
+        DrawnContent::Crosses => "crosses",
+        DrawnContent::Dots => "dots",
+        DrawnContent::Events(_) => "events",
+        DrawnContent::Coloured(_) => "coloured",
+        DrawnContent::Cells(_) => "cells",
+        DrawnContent::Bars(_) => "bars",
+        DrawnContent::Tornado(_) => "tornado",
     }
 }
 
@@ -224,7 +224,7 @@ fn state(state: StabilityState) -> &'static str {
 
 /// Rows whose points differ in their seven digits: an attractor of period 1 is one point, not hundreds. Of very many points those that a
 /// screen tells apart.
-fn distinct(panel: &Shown<'_>, series: &Series) -> Vec<usize> {
+fn distinct(panel: &Shown<'_>, series: &DrawnSeries) -> Vec<usize> {
     let (x, y) = (&series.x, &series.y);
     let finite = (0..x.len().min(y.len())).filter(|&row| x[row].is_finite() && y[row].is_finite());
     if x.len() > MANY {
@@ -249,7 +249,7 @@ fn on_screen(panel: &Shown<'_>, (x, y): (f64, f64)) -> (f64, f64) {
 /// Rows that a screen tells apart of a curve with very many of them, and its runs among these rows; nothing of a shorter curve.
 fn long_line(
     panel: &Shown<'_>,
-    series: &Series,
+    series: &DrawnSeries,
     runs: &[StabilityRun],
 ) -> (Vec<usize>, Vec<StabilityRun>) {
     let (mut rows, mut list) = (Vec::new(), Vec::new());

@@ -37,7 +37,7 @@ pub(crate) struct Manifest {
 }
 
 #[derive(Deserialize)]
-struct Head {
+struct ResultHead {
     name: String,
     file: String,
     rows: u64,
@@ -54,7 +54,7 @@ struct ColumnHead {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-struct Drawing {
+struct SavedDrawing {
     figure: Option<Figure>,
     further_figures: Vec<NamedFigure>,
     plot: Plot,
@@ -66,7 +66,7 @@ const MOST_ROWS: u64 = 20_000;
 
 /// Rows of the tables of studies that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rows {
+pub enum HeldRows {
     /// As many as are drawn.
     Drawn,
     /// All.
@@ -104,7 +104,7 @@ impl Results {
 ///
 /// # Errors
 /// `Error::File`: a file that is missing, damaged, or no result.
-pub fn read(folder: &Path, rows: Rows) -> Result<Results, Error> {
+pub fn read(folder: &Path, rows: HeldRows) -> Result<Results, Error> {
     let path = folder.join("manifest.json");
     let manifest: Manifest = read_json(&path)?;
     let timings: Map<String, Value> = read_json(&folder.join("timings.json")).unwrap_or_default();
@@ -145,16 +145,16 @@ fn damaged(path: &Path, what: &str) -> Error {
     file_error("read", path, std::io::Error::other(message))
 }
 
-fn report(folder: &Path, name: &str, rows: Rows) -> Result<Report, Error> {
+fn report(folder: &Path, name: &str, rows: HeldRows) -> Result<Report, Error> {
     let path = folder.join(format!("{name}.json"));
     let mut map: Map<String, Value> = read_json(&path)?;
     let mut take = |key: &str| map.shift_remove(key).unwrap_or_default();
     let text = |value: Value| value.as_str().unwrap_or_default().to_string();
     let list = |value: Value| serde_json::from_value(value).unwrap_or_default();
-    let heads: Vec<Head> = serde_json::from_value(take("tables"))
+    let heads: Vec<ResultHead> = serde_json::from_value(take("tables"))
         .map_err(|error| damaged(&path, &error.to_string()))?;
-    let drawing: Drawing = match take(json::FIGURES) {
-        Value::Null => Drawing::default(),
+    let drawing: SavedDrawing = match take(json::FIGURES) {
+        Value::Null => SavedDrawing::default(),
         value => {
             serde_json::from_value(value).map_err(|error| damaged(&path, &error.to_string()))?
         }
@@ -193,7 +193,7 @@ fn report(folder: &Path, name: &str, rows: Rows) -> Result<Report, Error> {
             });
         }
         let most = match (rows, is_study) {
-            (Rows::Drawn, true) => MOST_ROWS,
+            (HeldRows::Drawn, true) => MOST_ROWS,
             _ => u64::MAX,
         };
         report.tables.push(table(folder, head, most)?);
@@ -201,7 +201,7 @@ fn report(folder: &Path, name: &str, rows: Rows) -> Result<Report, Error> {
     Ok(report)
 }
 
-fn table(folder: &Path, head: Head, most: u64) -> Result<Table, Error> {
+fn table(folder: &Path, head: ResultHead, most: u64) -> Result<Table, Error> {
     let path = folder.join(&head.file);
     if !is_plain(&head.file) {
         return Err(damaged(&path, "a table outside the folder"));

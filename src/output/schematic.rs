@@ -10,7 +10,7 @@ use super::svg::{document, empty};
 use super::text::{text_width, wrapped};
 use super::units::pretty;
 use crate::report::{Description, readable};
-use layout::{Layout, Link};
+use layout::{DrawnLink, Schematic};
 
 /// Width of the drawing in pixels, 178 mm.
 const WIDTH: f64 = 673.0;
@@ -48,7 +48,7 @@ pub fn render(model: &Description) -> Option<String> {
     if model.bodies.is_empty() {
         return None;
     }
-    let layout = Layout::of(model);
+    let layout = Schematic::of(model);
     let mut scene = empty(WIDTH, WIDTH);
     let mut top = 6.0;
     for line in wrapped(&readable(&model.name), 14.0, WIDTH - 20.0) {
@@ -77,7 +77,7 @@ pub fn render(model: &Description) -> Option<String> {
     Some(document(&scene))
 }
 
-fn paper(layout: &Layout, top: f64) -> Paper {
+fn paper(layout: &Schematic, top: f64) -> Paper {
     let height = (layout.high - layout.low).max(1e-9);
     let slots = layout.slots.max(1) as f64;
     Paper {
@@ -172,6 +172,6 @@ pub(super) fn short(x: f64) -> String {
 }
 
 /// What a link is called on the drawing.
-fn link_name(link: &Link) -> String {
+fn link_name(link: &DrawnLink) -> String {
     readable(&link.name)
 }

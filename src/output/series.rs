@@ -18,7 +18,7 @@ pub(super) struct StabilityRun {
 
 /// Content of a series.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Drawing {
+pub(super) enum DrawnContent {
     Runs(Vec<StabilityRun>),
     Crosses,
     Dots,
@@ -36,19 +36,19 @@ pub(super) enum Drawing {
 
 /// A curve with its numbers; `x` and `y` have equal length and may hold NaN.
 #[derive(Debug, Clone)]
-pub(super) struct Series<'a> {
+pub(super) struct DrawnSeries<'a> {
     pub curve: &'a Curve,
     pub table: &'a Table,
     pub x: Vec<f64>,
     pub y: Vec<f64>,
-    pub drawing: Drawing,
+    pub drawing: DrawnContent,
     /// Colour of the family, `#rrggbb`.
     pub color: &'static str,
     /// Place among the curves of the panel that show the same quantity drawn alike.
     pub rank: Rank,
 }
 
-impl Series<'_> {
+impl DrawnSeries<'_> {
     /// Whether the ordinate counts something: it changes in steps. Averages of counts do not.
     pub fn is_count(&self) -> bool {
         let quantity = self.curve.y.split('.').next().unwrap_or_default();
@@ -73,7 +73,7 @@ impl Series<'_> {
 #[derive(Debug)]
 pub(super) struct Resolved<'a> {
     pub panel: &'a Panel,
-    pub list: Vec<Series<'a>>,
+    pub list: Vec<DrawnSeries<'a>>,
 }
 
 /// All series of a figure, panel by panel.
@@ -167,7 +167,7 @@ fn series<'a>(
     curve: &'a Curve,
     color: &'static str,
     rank: Rank,
-) -> Result<Series<'a>, Error> {
+) -> Result<DrawnSeries<'a>, Error> {
     let table = report
         .table(&curve.table)
         .ok_or_else(|| misfit(report, format!("table \"{}\"", curve.table)))?;
@@ -180,37 +180,37 @@ fn series<'a>(
     let left_out = x.iter_mut().zip(drawn).filter(|(_, drawn)| !drawn);
     left_out.for_each(|(x, _)| *x = f64::NAN);
     let drawing = match &curve.style {
-        CurveStyle::Crosses => Drawing::Crosses,
-        CurveStyle::Dots => Drawing::Dots,
-        CurveStyle::Line => Drawing::Runs(runs(&x, &y, &[], None)),
+        CurveStyle::Crosses => DrawnContent::Crosses,
+        CurveStyle::Dots => DrawnContent::Dots,
+        CurveStyle::Line => DrawnContent::Runs(runs(&x, &y, &[], None)),
         CurveStyle::Branch { branch, stable } => {
             let branch = floats(report, table, branch)?;
             let stable = floats(report, table, stable)?;
-            Drawing::Runs(runs(&x, &y, &branch, Some(&stable)))
+            DrawnContent::Runs(runs(&x, &y, &branch, Some(&stable)))
         }
-        CurveStyle::Events { kind } => Drawing::Events(texts(report, table, kind)?),
-        CurveStyle::Coloured { by } => Drawing::Coloured(floats(report, table, by)?),
+        CurveStyle::Events { kind } => DrawnContent::Events(texts(report, table, kind)?),
+        CurveStyle::Coloured { by } => DrawnContent::Coloured(floats(report, table, by)?),
         CurveStyle::Cells { value, names } => {
             let column = table
                 .column(value)
                 .ok_or_else(|| misfit(report, format!("column \"{value}\"")))?;
-            Drawing::Cells(Raster::new(&x, &y, &column.values, names))
+            DrawnContent::Cells(Raster::new(&x, &y, &column.values, names))
         }
         CurveStyle::Bars { width } => {
             let mut widths = floats(report, table, width)?;
             let left_out = widths.iter_mut().zip(&x).filter(|(_, x)| !x.is_finite());
             left_out.for_each(|(width, _)| *width = f64::NAN);
-            Drawing::Bars(widths)
+            DrawnContent::Bars(widths)
         }
         CurveStyle::Tornado { name } => {
             let own: Vec<usize> = (0..x.len()).filter(|row| x[*row].is_finite()).collect();
             let names = texts(report, table, name)?;
             x = own.iter().map(|row| y[*row]).collect();
             y = (0..x.len()).rev().map(|k| k as f64).collect();
-            Drawing::Tornado(own.iter().map(|row| readable(&names[*row])).collect())
+            DrawnContent::Tornado(own.iter().map(|row| readable(&names[*row])).collect())
         }
     };
-    Ok(Series {
+    Ok(DrawnSeries {
         curve,
         table,
         x,

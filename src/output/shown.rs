@@ -1,9 +1,9 @@
 //! Panels ready to be drawn: numbers in the units of their axes, the axes and their texts. The static figure and the page draw
 //! the same.
 
-use super::axis::{Axis, extent};
+use super::axis::{DrawnAxis, extent};
 use super::raster::edges;
-use super::series::{Drawing, Series, resolve};
+use super::series::{DrawnContent, DrawnSeries, resolve};
 use super::units::Scaled;
 use crate::error::{Diagnostic, Error};
 use crate::report::{CurveStyle, Figure, Panel, Report, Scale, Words};
@@ -16,9 +16,9 @@ pub(super) struct Shown<'a> {
     pub y_label: String,
     /// Factors from the columns to the axes.
     pub factors: (f64, f64),
-    pub list: Vec<Series<'a>>,
-    pub x: Axis,
-    pub y: Axis,
+    pub list: Vec<DrawnSeries<'a>>,
+    pub x: DrawnAxis,
+    pub y: DrawnAxis,
     pub bar: Option<ColorBar>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Shown<'a> {
 #[derive(Debug)]
 pub(super) struct ColorBar {
     pub label: String,
-    pub axis: Axis,
+    pub axis: DrawnAxis,
     /// From the numbers of the column to those of the axis.
     pub factor: f64,
 }
@@ -47,10 +47,10 @@ pub(super) fn shown<'a>(figure: &'a Figure, report: &'a Report) -> Result<Vec<Sh
 /// one end of it.
 fn align(panels: &mut [Shown<'_>]) {
     let is_free = |shown: &Shown<'_>| {
-        let fixed = |s: &Series<'_>| {
+        let fixed = |s: &DrawnSeries<'_>| {
             matches!(
                 s.drawing,
-                Drawing::Cells(_) | Drawing::Bars(_) | Drawing::Tornado(_)
+                DrawnContent::Cells(_) | DrawnContent::Bars(_) | DrawnContent::Tornado(_)
             )
         };
         shown.panel.x_range.is_none() && !shown.list.iter().any(fixed)
@@ -68,7 +68,7 @@ fn align(panels: &mut [Shown<'_>]) {
         .iter_mut()
         .filter(|p| (p.x.low, p.x.high) != (low, high))
     {
-        shown.x = Axis::exact((low, high), 7);
+        shown.x = DrawnAxis::exact((low, high), 7);
     }
 }
 
@@ -82,11 +82,11 @@ pub(super) fn is_shared(panels: &[Shown<'_>]) -> bool {
 fn panel<'a>(
     report: &Report,
     panel: &'a Panel,
-    mut list: Vec<Series<'a>>,
+    mut list: Vec<DrawnSeries<'a>>,
 ) -> Result<Shown<'a>, Error> {
     let tornado = list
         .iter()
-        .any(|s| matches!(s.drawing, Drawing::Tornado(_)));
+        .any(|s| matches!(s.drawing, DrawnContent::Tornado(_)));
     let x = match panel.x_unit.as_str() {
         _ if tornado => Scaled::suiting(&panel.x_label, 1.0),
         "" => {
@@ -112,8 +112,8 @@ fn panel<'a>(
         series.x.iter_mut().for_each(|value| *value *= x.factor);
         series.y.iter_mut().for_each(|value| *value *= y.factor);
         match &mut series.drawing {
-            Drawing::Bars(widths) => widths.iter_mut().for_each(|width| *width *= x.factor),
-            Drawing::Cells(raster) => {
+            DrawnContent::Bars(widths) => widths.iter_mut().for_each(|width| *width *= x.factor),
+            DrawnContent::Cells(raster) => {
                 raster.x.iter_mut().for_each(|value| *value *= x.factor);
                 raster.y.iter_mut().for_each(|value| *value *= y.factor);
             }
@@ -146,15 +146,17 @@ pub(super) fn drawn_over_written(panel: &Panel) -> f64 {
 }
 
 /// Largest modulus among the points drawn.
-fn largest(list: &[Series<'_>], of: impl Fn((f64, f64)) -> f64) -> f64 {
-    let points = list.iter().flat_map(Series::points);
+fn largest(list: &[DrawnSeries<'_>], of: impl Fn((f64, f64)) -> f64) -> f64 {
+    let points = list.iter().flat_map(DrawnSeries::points);
     points.map(|p| of(p).abs()).fold(0.0, f64::max)
 }
 
-fn color_bar(report: &Report, heading: &str, series: &Series<'_>) -> Option<ColorBar> {
+fn color_bar(report: &Report, heading: &str, series: &DrawnSeries<'_>) -> Option<ColorBar> {
     let by = match (&series.drawing, &series.curve.style) {
-        (Drawing::Coloured(_), CurveStyle::Coloured { by }) => by,
-        (Drawing::Cells(raster), CurveStyle::Cells { value, .. }) if raster.is_continuous => value,
+        (DrawnContent::Coloured(_), CurveStyle::Coloured { by }) => by,
+        (DrawnContent::Cells(raster), CurveStyle::Cells { value, .. }) if raster.is_continuous => {
+            value
+        }
         _ => return None,
     };
     let column = report.table(&series.curve.table)?.column(by)?;
@@ -168,27 +170,35 @@ fn color_bar(report: &Report, heading: &str, series: &Series<'_>) -> Option<Colo
     let scaled = Scaled::suiting(&label, low.abs().max(high.abs()));
     Some(ColorBar {
         label: scaled.label,
-        axis: Axis::exact((low * scaled.factor, high * scaled.factor), 5),
+        axis: DrawnAxis::exact((low * scaled.factor, high * scaled.factor), 5),
         factor: scaled.factor,
     })
 }
 
-type Range = Option<(f64, f64)>;
+type AxisRange = Option<(f64, f64)>;
 
-fn axes(list: &[Series<'_>], (x_range, y_range): (Range, Range), scale: Scale) -> (Axis, Axis) {
+fn axes(
+    list: &[DrawnSeries<'_>],
+    (x_range, y_range): (AxisRange, AxisRange),
+    scale: Scale,
+) -> (DrawnAxis, DrawnAxis) {
     if let Some((series, names)) = list.iter().find_map(|s| match &s.drawing {
-        Drawing::Tornado(names) => Some((s, names)),
+        DrawnContent::Tornado(names) => Some((s, names)),
         _ => None,
     }) {
         let widest = series.x.iter().fold(0.1, |m: f64, x| m.max(x.abs()));
         let reach = (1.1 * widest).min(1.05 * widest.max(1.0));
-        return (Axis::exact((-reach, reach), 7), Axis::of_names(names));
+        return (
+            DrawnAxis::exact((-reach, reach), 7),
+            DrawnAxis::of_names(names),
+        );
     }
-    let is =
-        |wanted: fn(&Drawing) -> bool| !list.is_empty() && list.iter().all(|s| wanted(&s.drawing));
-    let only_dots = is(|d| matches!(d, Drawing::Dots | Drawing::Coloured(_)));
+    let is = |wanted: fn(&DrawnContent) -> bool| {
+        !list.is_empty() && list.iter().all(|s| wanted(&s.drawing))
+    };
+    let only_dots = is(|d| matches!(d, DrawnContent::Dots | DrawnContent::Coloured(_)));
     let cells = list.iter().find_map(|s| match &s.drawing {
-        Drawing::Cells(raster) if !raster.cells.is_empty() => Some(raster),
+        DrawnContent::Cells(raster) if !raster.cells.is_empty() => Some(raster),
         _ => None,
     });
     if let Some(raster) = cells {
@@ -196,37 +206,39 @@ fn axes(list: &[Series<'_>], (x_range, y_range): (Range, Range), scale: Scale) -
             let edges = edges(centres);
             (edges[0], edges[edges.len() - 1])
         };
-        let x = Axis::exact(x_range.unwrap_or_else(|| around(&raster.x)), 7);
-        let y = Axis::exact(y_range.unwrap_or_else(|| around(&raster.y)), 6);
+        let x = DrawnAxis::exact(x_range.unwrap_or_else(|| around(&raster.x)), 7);
+        let y = DrawnAxis::exact(y_range.unwrap_or_else(|| around(&raster.y)), 6);
         return (x, y);
     }
     let bars = list.iter().find_map(|s| match &s.drawing {
-        Drawing::Bars(widths) => Some((s, widths)),
+        DrawnContent::Bars(widths) => Some((s, widths)),
         _ => None,
     });
     let xs = || list.iter().flat_map(|s| s.points().map(|p| p.0));
     let x = match (x_range, extent(xs()), bars) {
-        (Some(range), _, _) if range.0.is_finite() && range.1.is_finite() => Axis::exact(range, 7),
+        (Some(range), _, _) if range.0.is_finite() && range.1.is_finite() => {
+            DrawnAxis::exact(range, 7)
+        }
         (_, Some((low, high)), Some((_, widths))) => {
             // NaN: bars of other curves.
             let half = widths.iter().copied().fold(0.0, f64::max) / 2.0;
-            Axis::exact((low - half, high + half), 7)
+            DrawnAxis::exact((low - half, high + half), 7)
         }
-        (_, Some(range), None) if !only_dots => Axis::exact(range, 7),
-        _ => Axis::framing(xs(), 7),
+        (_, Some(range), None) if !only_dots => DrawnAxis::exact(range, 7),
+        _ => DrawnAxis::framing(xs(), 7),
     };
     let inside = |p: &(f64, f64)| p.0 >= x.low && p.0 <= x.high;
     let ys = list.iter().flat_map(|s| s.points().filter(inside));
     let ys = ys.map(|p| p.1);
     let y = match (scale, y_range) {
-        (Scale::Log, range) => Axis::logarithmic(range, ys),
-        (_, Some(range)) => Axis::exact(range, 6),
+        (Scale::Log, range) => DrawnAxis::logarithmic(range, ys),
+        (_, Some(range)) => DrawnAxis::exact(range, 6),
         _ if bars.is_some() => {
             let top = extent(ys).map_or(1.0, |(_, high)| high);
-            Axis::exact((0.0, 1.05 * top), 6)
+            DrawnAxis::exact((0.0, 1.05 * top), 6)
         }
-        _ if only_dots => Axis::framing(ys, 6),
-        _ => Axis::around(ys, 6),
+        _ if only_dots => DrawnAxis::framing(ys, 6),
+        _ => DrawnAxis::around(ys, 6),
     };
     (x, y)
 }

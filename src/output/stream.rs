@@ -87,7 +87,7 @@ const FORMATS: [(&str, Format); 0] = [];
 
 /// Retained part of a table that is too long for memory.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Survey {
+pub struct TableSurvey {
     /// Rows of the table.
     pub rows: u64,
     /// Every k-th row is kept, beginning with the first.
@@ -147,9 +147,9 @@ pub fn survey(
     columns: &[Column],
     (rows, most): (u64, u64),
     filled: &[usize],
-) -> Result<Survey, Error> {
+) -> Result<TableSurvey, Error> {
     let number = |column: &Column| matches!(column.values, Values::Float(_));
-    let mut survey = Survey {
+    let mut survey = TableSurvey {
         rows: 0,
         stride: rows.div_ceil(most.max(1)).max(1),
         kept: Table {

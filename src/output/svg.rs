@@ -8,7 +8,7 @@ use kuva::render::render::{Scene, TextAnchor};
 
 use super::arrange::arranged;
 use super::draw::{TextStyle, put_text};
-use super::groups::{self, Group};
+use super::groups::{self, EventGroup};
 use super::legend;
 use super::panel::{Frame, draw_panel};
 use super::room::Room;
@@ -165,7 +165,7 @@ fn left_margin(sheet: &Sheet, panels: &[Shown<'_>]) -> f64 {
 }
 
 /// What the numbers at the events mean, in columns.
-fn list_events(scene: &mut Scene, sheet: &Sheet, groups: &[Group], room: &mut Room) {
+fn list_events(scene: &mut Scene, sheet: &Sheet, groups: &[EventGroup], room: &mut Room) {
     let lines = groups::lines(groups);
     if lines.is_empty() {
         return;

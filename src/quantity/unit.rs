@@ -225,7 +225,7 @@ pub fn symbols() -> impl Iterator<Item = &'static str> {
 /// What is wrong, and what to write instead.
 pub(super) fn parse(text: &str) -> Result<Unit, String> {
     let text = text.replace("**", "^");
-    let mut expression = Expression {
+    let mut expression = UnitExpression {
         rest: &text,
         factors: 0,
     };
@@ -239,12 +239,12 @@ pub(super) fn parse(text: &str) -> Result<Unit, String> {
     }
 }
 
-struct Expression<'t> {
+struct UnitExpression<'t> {
     rest: &'t str,
     factors: usize,
 }
 
-impl Expression<'_> {
+impl UnitExpression<'_> {
     /// factor (join factor | / factor)*, up to the end or a closing bracket.
     fn product(&mut self, bracketed: bool) -> Result<Unit, String> {
         let mut product = Unit::ONE;

@@ -8,7 +8,7 @@ pub struct Comparison {
     /// Names of the runs.
     pub names: [String; 2],
     /// Values of the models that differ.
-    pub changes: Vec<Change>,
+    pub changes: Vec<ReportChange>,
     /// Quantities of the results.
     pub differences: Vec<Difference>,
     /// Analyses that only one of the runs has, with its name.
@@ -17,7 +17,7 @@ pub struct Comparison {
 
 /// A value of the model; empty where it is not given.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Change {
+pub struct ReportChange {
     /// Dotted path.
     pub path: String,
     /// In the one run and in the other.

@@ -1,13 +1,13 @@
 //! Laws, from the registry: plugins included.
 
-use super::scalars::{Range, nullable, quantity, text};
-use super::series::{Units, keys};
+use super::scalars::{NumberRange, nullable, quantity, text};
+use super::series::{SeriesUnits, keys};
 use super::{exactly_one, object, reference};
 use crate::element::{ElementInfo, ParameterInfo, ParameterKind, ParameterRange, registered};
 use serde_json::{Map, Value, json};
 
 pub(super) fn define(definitions: &mut Map<String, Value>) {
-    for units in [Units::Si, Units::Bare] {
+    for units in [SeriesUnits::Si, SeriesUnits::Bare] {
         let mut laws = Vec::new();
         for info in registered() {
             let name = units.name(&format!("law_{}", info.tag));
@@ -18,7 +18,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
     }
 }
 
-fn law(info: &ElementInfo, units: Units) -> Value {
+fn law(info: &ElementInfo, units: SeriesUnits) -> Value {
     let mut properties = Map::new();
     properties.insert(
         "type".into(),
@@ -27,11 +27,11 @@ fn law(info: &ElementInfo, units: Units) -> Value {
     for p in info.parameters {
         properties.insert(p.name.into(), parameter(p, units));
     }
-    if units == Units::Bare {
+    if units == SeriesUnits::Bare {
         properties.extend(keys(units));
     }
     // On a mesh with teeth the gap may be given as on a drawing.
-    let is_drawn = |p: &ParameterInfo| units == Units::Si && p.name == DRAWN;
+    let is_drawn = |p: &ParameterInfo| units == SeriesUnits::Si && p.name == DRAWN;
     if info.parameters.iter().any(is_drawn) {
         properties.insert(BACKLASH.into(), nullable(drawing()));
     }
@@ -45,7 +45,7 @@ fn law(info: &ElementInfo, units: Units) -> Value {
     let mut groups: Vec<Vec<&str>> = Vec::new();
     for p in info.parameters {
         let mut group = p.one_of.to_vec();
-        if is_drawn(p) || group.contains(&DRAWN) && units == Units::Si {
+        if is_drawn(p) || group.contains(&DRAWN) && units == SeriesUnits::Si {
             if group.is_empty() {
                 group.push(DRAWN);
             }
@@ -67,7 +67,7 @@ const DRAWN: &str = "half_gap";
 const BACKLASH: &str = "backlash";
 
 fn drawing() -> Value {
-    let way = |about: &str| nullable(quantity(about, Range::NotNegative));
+    let way = |about: &str| nullable(quantity(about, NumberRange::NotNegative));
     let mut value = object(
         "Backlash from a drawing, for a mesh with `teeth`; converted to the half gap on the line of action.",
         json!({
@@ -81,15 +81,15 @@ fn drawing() -> Value {
     value
 }
 
-fn parameter(p: &ParameterInfo, units: Units) -> Value {
+fn parameter(p: &ParameterInfo, units: SeriesUnits) -> Value {
     let range = match p.range {
-        ParameterRange::Any => Range::Any,
-        ParameterRange::NotNegative => Range::NotNegative,
-        ParameterRange::Positive => Range::Positive,
+        ParameterRange::Any => NumberRange::Any,
+        ParameterRange::NotNegative => NumberRange::NotNegative,
+        ParameterRange::Positive => NumberRange::Positive,
     };
     let unit = match units {
-        Units::Si => p.dimension.unit(),
-        Units::Bare => None,
+        SeriesUnits::Si => p.dimension.unit(),
+        SeriesUnits::Bare => None,
     };
     let about = unit.map_or_else(|| p.doc.to_owned(), |unit| format!("{} [{unit}]", p.doc));
     let one = |about: &str| units.number(about, range);

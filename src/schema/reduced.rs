@@ -1,6 +1,6 @@
 //! Reduced, nondimensional systems.
 
-use super::scalars::{Range, count, nullable, number};
+use super::scalars::{NumberRange, count, nullable, number};
 use super::{NAME, exactly_one, named, object, reference};
 use serde_json::{Map, Value, json};
 
@@ -31,16 +31,16 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
 }
 
 fn vector() -> Value {
-    json!({ "type": "array", "items": number("", Range::Any) })
+    json!({ "type": "array", "items": number("", NumberRange::Any) })
 }
 
 fn damping() -> Value {
     let mut value = object(
         "One of three.",
         json!({
-            "modal_ratio": nullable(number("zeta of Gam = 2 zeta (kappa W)^(1/2).", Range::NotNegative)),
+            "modal_ratio": nullable(number("zeta of Gam = 2 zeta (kappa W)^(1/2).", NumberRange::NotNegative)),
             "matrix": nullable(super::described("matrix", "Gam itself, n x n.")),
-            "stiffness_proportional": nullable(number("c of Gam = c kappa W.", Range::NotNegative)),
+            "stiffness_proportional": nullable(number("c of Gam = c kappa W.", NumberRange::NotNegative)),
         }),
         &[],
     );

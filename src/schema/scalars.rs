@@ -10,20 +10,24 @@ const NOT_BELOW_ZERO: &str = r"(?!\s*-\.?[0-9.]*[1-9])";
 
 /// Range of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Range {
+pub(super) enum NumberRange {
     Any,
     NotNegative,
     Positive,
 }
 
-impl Range {
-    const ALL: [Range; 3] = [Range::Any, Range::NotNegative, Range::Positive];
+impl NumberRange {
+    const ALL: [NumberRange; 3] = [
+        NumberRange::Any,
+        NumberRange::NotNegative,
+        NumberRange::Positive,
+    ];
 
     fn prefix(self) -> &'static str {
         match self {
-            Range::Any => "",
-            Range::NotNegative => "not_negative_",
-            Range::Positive => "positive_",
+            NumberRange::Any => "",
+            NumberRange::NotNegative => "not_negative_",
+            NumberRange::Positive => "positive_",
         }
     }
 
@@ -31,9 +35,9 @@ impl Range {
     fn narrowed(self, pattern: &str) -> String {
         let rest = pattern.strip_prefix('^').unwrap_or(pattern);
         match self {
-            Range::Any => pattern.to_owned(),
-            Range::NotNegative => format!("^{NOT_BELOW_ZERO}{rest}"),
-            Range::Positive => format!("^{ABOVE_ZERO}{rest}"),
+            NumberRange::Any => pattern.to_owned(),
+            NumberRange::NotNegative => format!("^{NOT_BELOW_ZERO}{rest}"),
+            NumberRange::Positive => format!("^{ABOVE_ZERO}{rest}"),
         }
     }
 
@@ -41,9 +45,9 @@ impl Range {
         let pattern = self.narrowed(pattern);
         let mut value = json!({ "type": ["number", "string"], "pattern": pattern });
         match self {
-            Range::Any => {}
-            Range::NotNegative => value["minimum"] = json!(0),
-            Range::Positive => value["exclusiveMinimum"] = json!(0),
+            NumberRange::Any => {}
+            NumberRange::NotNegative => value["minimum"] = json!(0),
+            NumberRange::Positive => value["exclusiveMinimum"] = json!(0),
         }
         value
     }
@@ -52,29 +56,29 @@ impl Range {
 /// Definitions of numbers with and without units in every range, and of counts.
 pub(super) fn define(definitions: &mut Map<String, Value>) {
     let quantity = crate::quantity::pattern();
-    for range in Range::ALL {
+    for range in NumberRange::ALL {
         let name = |kind: &str| format!("{}{kind}", range.prefix());
         definitions.insert(name(QUANTITY), range.number(&quantity));
         definitions.insert(name("number"), range.number(NUMBER_PATTERN));
     }
-    let mut count = Range::Positive.number(NUMBER_PATTERN);
+    let mut count = NumberRange::Positive.number(NUMBER_PATTERN);
     count["type"] = json!(["integer", "string"]);
     definitions.insert("count".into(), count);
 }
 
 /// A number with or without a unit, which the description names.
-pub(super) fn quantity(about: &str, range: Range) -> Value {
+pub(super) fn quantity(about: &str, range: NumberRange) -> Value {
     super::described(&format!("{}{QUANTITY}", range.prefix()), about)
 }
 
 /// A bare number.
-pub(super) fn number(about: &str, range: Range) -> Value {
+pub(super) fn number(about: &str, range: NumberRange) -> Value {
     super::described(&format!("{}number", range.prefix()), about)
 }
 
 /// Pattern of the numbers above 0.
 pub(super) fn positive_number() -> String {
-    Range::Positive.narrowed(NUMBER_PATTERN)
+    NumberRange::Positive.narrowed(NUMBER_PATTERN)
 }
 
 /// A whole number from 1.

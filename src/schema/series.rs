@@ -1,30 +1,30 @@
 //! Periodic functions: loads, transmission errors, stiffness variations.
 
-use super::scalars::{Range, count, nullable, number, quantity, text};
+use super::scalars::{NumberRange, count, nullable, number, quantity, text};
 use super::{described, exactly_one, excludes, object};
 use serde_json::{Map, Value, json};
 
 /// Numbers with units, or bare ones for reduced systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Units {
+pub(super) enum SeriesUnits {
     Si,
     Bare,
 }
 
-impl Units {
+impl SeriesUnits {
     /// Name of a definition that exists for both kinds of systems.
     pub fn name(self, name: &str) -> String {
         match self {
-            Units::Si => name.to_owned(),
-            Units::Bare => format!("reduced_{name}"),
+            SeriesUnits::Si => name.to_owned(),
+            SeriesUnits::Bare => format!("reduced_{name}"),
         }
     }
 
     /// A number of that kind.
-    pub fn number(self, about: &str, range: Range) -> Value {
+    pub fn number(self, about: &str, range: NumberRange) -> Value {
         match self {
-            Units::Si => quantity(about, range),
-            Units::Bare => number(about, range),
+            SeriesUnits::Si => quantity(about, range),
+            SeriesUnits::Bare => number(about, range),
         }
     }
 }
@@ -33,7 +33,7 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
     let load = object(
         "T = mean + sum of amplitude cos(order omega t + phase).",
         json!({
-            "mean": nullable(quantity("Mean torque [N m]; force [N] on a sliding mass.", Range::Any)),
+            "mean": nullable(quantity("Mean torque [N m]; force [N] on a sliding mass.", NumberRange::Any)),
             "harmonics": harmonics_of_loads(),
             "cycle": nullable(cycle()),
             "motion": nullable(described("motion", "As `motion` of the body.")),
@@ -44,14 +44,14 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
     definitions.insert("load".into(), load);
     definitions.insert("motion".into(), motion());
     definitions.insert("order".into(), order());
-    for units in [Units::Si, Units::Bare] {
+    for units in [SeriesUnits::Si, SeriesUnits::Bare] {
         definitions.insert(units.name("transmission_error"), transmission_error(units));
     }
     definitions.insert("stiffness_variation".into(), stiffness_variation());
 }
 
 /// The periodic keys of a connection or of a reduced element.
-pub(super) fn keys(units: Units) -> Map<String, Value> {
+pub(super) fn keys(units: SeriesUnits) -> Map<String, Value> {
     let error = units.name("transmission_error");
     let variation =
         "Relative stiffness against the phase of the excitation; mean 1, never negative.";
@@ -80,7 +80,10 @@ pub(super) fn keys(units: Units) -> Map<String, Value> {
 }
 
 fn cycle() -> Value {
-    let torque = quantity("Torque [N m]; bare numbers are in `unit`.", Range::Any);
+    let torque = quantity(
+        "Torque [N m]; bare numbers are in `unit`.",
+        NumberRange::Any,
+    );
     let mut value = object(
         "Measured torque over a cycle, uniform in angle, the first value at phase 0, linear between values.",
         json!({
@@ -102,9 +105,9 @@ fn cycle() -> Value {
 fn motion() -> Value {
     let value = quantity(
         "Speed, or deviation from even rotation; bare numbers in `unit`.",
-        Range::Any,
+        NumberRange::Any,
     );
-    let pair = json!({ "type": "array", "items": quantity("Instant [s], value.", Range::Any), "minItems": 2, "maxItems": 2 });
+    let pair = json!({ "type": "array", "items": quantity("Instant [s], value.", NumberRange::Any), "minItems": 2, "maxItems": 2 });
     let mut value = object(
         "Measured motion, which the body then has whatever acts on it: over the cycle of the reference, or over time.",
         json!({
@@ -130,7 +133,7 @@ fn motion() -> Value {
 fn profile(about: &str) -> Value {
     let pair = json!({
         "type": "array",
-        "items": quantity("Time [s], value.", Range::Any),
+        "items": quantity("Time [s], value.", NumberRange::Any),
         "minItems": 2,
         "maxItems": 2,
     });
@@ -156,20 +159,20 @@ fn harmonics_of_loads() -> Value {
     let table = object(
         "Amplitude against the speed of the reference, linear between the speeds, constant outside.",
         json!({
-            "speed": list("Ascending speeds [rad/s].", Range::NotNegative),
-            "values": list("Amplitudes at these speeds.", Range::Any),
+            "speed": list("Ascending speeds [rad/s].", NumberRange::NotNegative),
+            "values": list("Amplitudes at these speeds.", NumberRange::Any),
         }),
         &["speed", "values"],
     );
-    let amplitude = quantity("Amplitude of the cosine.", Range::Any);
+    let amplitude = quantity("Amplitude of the cosine.", NumberRange::Any);
     let one = object(
         "amplitude (speed / at)^speed_power cos(order omega t + phase)",
         json!({
             "order": described("order", "1 for the excitation frequency."),
             "amplitude": { "anyOf": [amplitude, table] },
-            "phase": nullable(quantity("Phase [rad], or a quantity such as `30 deg`.", Range::Any)),
-            "speed_power": nullable(quantity("Exponent p: the amplitude is proportional to speed^p.", Range::Any)),
-            "at": nullable(quantity("Speed at which the amplitude has the given value [rad/s].", Range::Positive)),
+            "phase": nullable(quantity("Phase [rad], or a quantity such as `30 deg`.", NumberRange::Any)),
+            "speed_power": nullable(quantity("Exponent p: the amplitude is proportional to speed^p.", NumberRange::Any)),
+            "at": nullable(quantity("Speed at which the amplitude has the given value [rad/s].", NumberRange::Positive)),
         }),
         &["order", "amplitude"],
     );
@@ -178,13 +181,13 @@ fn harmonics_of_loads() -> Value {
     )
 }
 
-fn harmonics(units: Units) -> Value {
+fn harmonics(units: SeriesUnits) -> Value {
     let one = object(
         "amplitude cos(order omega t + phase)",
         json!({
             "order": described("order", "1 for the excitation frequency (times order_unit)."),
-            "amplitude": units.number("Amplitude of the cosine.", Range::Any),
-            "phase": nullable(quantity("Phase [rad], or a quantity such as `30 deg`.", Range::Any)),
+            "amplitude": units.number("Amplitude of the cosine.", NumberRange::Any),
+            "phase": nullable(quantity("Phase [rad], or a quantity such as `30 deg`.", NumberRange::Any)),
         }),
         &["order", "amplitude"],
     );
@@ -228,15 +231,15 @@ fn own_unit() -> [Value; 2] {
     [about, "Former name of `order_unit`."].map(|about| nullable(described("order", about)))
 }
 
-fn transmission_error(units: Units) -> Value {
+fn transmission_error(units: SeriesUnits) -> Value {
     let what = "Displacement [m; rad for shafts].";
     let [unit, former] = own_unit();
     let mut error = object(
         "Harmonics or a table.",
         json!({
-            "mean": nullable(units.number(what, Range::Any)),
+            "mean": nullable(units.number(what, NumberRange::Any)),
             "harmonics": harmonics(units),
-            "table": table(units.number(what, Range::Any)),
+            "table": table(units.number(what, NumberRange::Any)),
             "order_unit": unit,
             "base_order": former,
         }),
@@ -248,22 +251,22 @@ fn transmission_error(units: Units) -> Value {
 
 fn stiffness_variation() -> Value {
     let [unit, former] = own_unit();
-    let ratio = |about: &str| quantity(about, Range::NotNegative);
+    let ratio = |about: &str| quantity(about, NumberRange::NotNegative);
     let rectangle = object(
         "Two levels per period.",
         json!({
             "high": ratio("Relative stiffness of the first part of the period."),
             "low": ratio("Relative stiffness of the rest of the period."),
-            "duty": quantity("Fraction of the period with `high`, between 0 and 1.", Range::Positive),
-            "phase": nullable(quantity("Phase at which `high` begins [rad].", Range::Any)),
+            "duty": quantity("Fraction of the period with `high`, between 0 and 1.", NumberRange::Positive),
+            "phase": nullable(quantity("Phase at which `high` begins [rad].", NumberRange::Any)),
         }),
         &["high", "low", "duty"],
     );
     let mut variation = object(
         "Harmonics, a table or a rectangle; mean 1.",
         json!({
-            "mean": nullable(quantity("Must be 1, the default.", Range::Any)),
-            "harmonics": harmonics(Units::Si),
+            "mean": nullable(quantity("Must be 1, the default.", NumberRange::Any)),
+            "harmonics": harmonics(SeriesUnits::Si),
             "table": table(ratio("Relative stiffness.")),
             "rectangular": nullable(rectangle),
             "order_unit": unit,

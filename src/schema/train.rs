@@ -1,7 +1,7 @@
 //! Bodies, connections, damping, scaling.
 
-use super::scalars::{Range, count, nullable, quantity, text};
-use super::series::{Units, keys};
+use super::scalars::{NumberRange, count, nullable, quantity, text};
+use super::series::{SeriesUnits, keys};
 use super::{NAME, described, exactly_one, excludes, named, object, reference};
 use crate::element::{find, registered};
 use crate::model::GEOMETRY;
@@ -13,10 +13,10 @@ pub(super) fn define(definitions: &mut Map<String, Value>) {
     let body = object(
         "A body and its inertia.",
         json!({
-            "inertia": quantity(inertia, Range::Positive),
+            "inertia": quantity(inertia, NumberRange::Positive),
             "drag": nullable(drag()),
             "motion": nullable(described("motion", "Measured motion: the body moves as it says and takes whatever torque that needs.")),
-            "mass": nullable(quantity("Mass of a planet [kg], added to its carrier if meshes have `planets: N`.", Range::NotNegative)),
+            "mass": nullable(quantity("Mass of a planet [kg], added to its carrier if meshes have `planets: N`.", NumberRange::NotNegative)),
         }),
         &[],
     );
@@ -44,8 +44,8 @@ fn drag() -> Value {
     let parts = object(
         "Constant and viscous part, at the mean speed.",
         json!({
-            "constant": nullable(quantity("[N m]", Range::NotNegative)),
-            "viscous": nullable(quantity("[N m s/rad]", Range::NotNegative)),
+            "constant": nullable(quantity("[N m]", NumberRange::NotNegative)),
+            "viscous": nullable(quantity("[N m s/rad]", NumberRange::NotNegative)),
         }),
         &[],
     );
@@ -86,7 +86,7 @@ pub(super) fn matrices() -> Value {
 
 /// The `reference` of a train.
 pub(super) fn mean_motion() -> Value {
-    let speed = |about: &str| quantity(about, Range::Any);
+    let speed = |about: &str| quantity(about, NumberRange::Any);
     object(
         "Shaft to whose revolutions orders refer; its speed determines all others.",
         json!({
@@ -113,10 +113,10 @@ fn toothed(about: &str, bodies: &[&str]) -> Value {
     teeth["maxProperties"] = json!(2);
     let mut properties = json!({
         "teeth": teeth,
-        "module": quantity("Normal module [m].", Range::Positive),
-        "pressure_angle": nullable(quantity("Normal pressure angle [rad]; default 20 deg.", Range::NotNegative)),
-        "helix_angle": nullable(quantity("Helix angle [rad]; default 0.", Range::NotNegative)),
-        "centre_distance": nullable(quantity("Working centre distance [m] of meshes with profile shift.", Range::Positive)),
+        "module": quantity("Normal module [m].", NumberRange::Positive),
+        "pressure_angle": nullable(quantity("Normal pressure angle [rad]; default 20 deg.", NumberRange::NotNegative)),
+        "helix_angle": nullable(quantity("Helix angle [rad]; default 0.", NumberRange::NotNegative)),
+        "centre_distance": nullable(quantity("Working centre distance [m] of meshes with profile shift.", NumberRange::Positive)),
     });
     if !bodies.is_empty() {
         properties["planets"] = nullable(count(
@@ -132,7 +132,7 @@ fn toothed(about: &str, bodies: &[&str]) -> Value {
 
 /// Two wheels with their base radii.
 fn wheels(about: &str) -> Value {
-    let radius = quantity("Base radius [m].", Range::Positive);
+    let radius = quantity("Base radius [m].", NumberRange::Positive);
     let mut pair = named(about, NAME, radius);
     pair["minProperties"] = json!(2);
     pair["maxProperties"] = json!(2);
@@ -174,7 +174,7 @@ fn geometry(kind: &str) -> Value {
             let mut arms = named(
                 "Any lever arms by body: the deformation is the sum of arm times motion.",
                 NAME,
-                quantity(arm, Range::Any),
+                quantity(arm, NumberRange::Any),
             );
             arms["minProperties"] = json!(1);
             arms
@@ -195,20 +195,23 @@ fn connection() -> Value {
         "stiffness".into(),
         quantity(
             "Reference stiffness, > 0 [N/m; N m/rad for shafts]; optional for laws that do not depend on the displacement (friction).",
-            Range::Positive,
+            NumberRange::Positive,
         ),
     );
     let dashpot = "Viscous damper parallel to the law [N s/m; N m s/rad].";
     properties.insert(
         "damping".into(),
-        nullable(quantity(dashpot, Range::NotNegative)),
+        nullable(quantity(dashpot, NumberRange::NotNegative)),
     );
     properties.insert("element".into(), law);
     let lag = "Fraction of a mesh period by which transmission error and stiffness variation are delayed.";
-    properties.insert("lag".into(), nullable(quantity(lag, Range::Any)));
+    properties.insert("lag".into(), nullable(quantity(lag, NumberRange::Any)));
     let scale = "Own displacement scale [m; rad for shafts].";
-    properties.insert("length".into(), nullable(quantity(scale, Range::Positive)));
-    properties.extend(keys(Units::Si));
+    properties.insert(
+        "length".into(),
+        nullable(quantity(scale, NumberRange::Positive)),
+    );
+    properties.extend(keys(SeriesUnits::Si));
     let about = "A compliant connection: one geometry, a stiffness, a law.";
     let mut value = object(about, Value::Object(properties), &[]);
     value["allOf"] = json!([exactly_one(&GEOMETRY), stiffness_or_friction()]);
@@ -231,7 +234,7 @@ fn stiffness_or_friction() -> Value {
 }
 
 fn damping() -> Value {
-    let ratio = |about: &str| quantity(about, Range::NotNegative);
+    let ratio = |about: &str| quantity(about, NumberRange::NotNegative);
     let list = json!({
         "description": "One ratio per elastic mode, in ascending frequency.",
         "type": "array",
@@ -261,7 +264,7 @@ fn scaling() -> Value {
             },
             "length": nullable(quantity(
                 "l of every connection without its own `length`; default: its first nonzero breakpoint, else 1.",
-                Range::Positive,
+                NumberRange::Positive,
             )),
         }),
         &[],

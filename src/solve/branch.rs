@@ -8,7 +8,9 @@ mod refit;
 mod ripple;
 mod steps;
 
-use super::continuation::{Continuation, ContinuationOptions, Heading, PathEnd, PathPoint, Side};
+use super::continuation::{
+    Continuation, ContinuationOptions, CrossingSide, Heading, PathEnd, PathPoint,
+};
 use super::events::{
     BifurcationEvent, EventKind, Examined, Look, Probe, Resolution, Step, is_outside, is_same,
 };
@@ -96,9 +98,9 @@ pub enum Begin {
     /// A guess at the first value of the range.
     Guess(DVector<f64>),
     /// A guess at a value inside the range, left towards one side: forwards is the way to its last value.
-    Inside(DVector<f64>, f64, Side),
+    Inside(DVector<f64>, f64, CrossingSide),
     /// A crossing on a known branch, left along the other branch.
-    Crossing(Box<PathPoint>, (Side, Heading)),
+    Crossing(Box<PathPoint>, (CrossingSide, Heading)),
 }
 
 impl TraceOptions {

@@ -4,7 +4,7 @@ use super::residual::{Linearisation, Residual};
 use super::uninterrupted;
 use crate::error::SolveError;
 use crate::numeric::factors::Factors;
-use crate::numeric::jacobian::Structure;
+use crate::numeric::jacobian::JacobianStructure;
 use nalgebra::DVector;
 
 /// Settings of the iteration.
@@ -101,7 +101,7 @@ pub struct Newton {
 
 impl Newton {
     /// Buffers for problems with Jacobians of this shape.
-    pub fn new(structure: &Structure, options: NewtonOptions) -> Newton {
+    pub fn new(structure: &JacobianStructure, options: NewtonOptions) -> Newton {
         let zero = DVector::zeros(structure.dim());
         Newton {
             options,

@@ -3,7 +3,7 @@
 use super::floquet::Exponents;
 use super::orbit::Orbit;
 use crate::error::SolveError;
-use crate::numeric::jacobian::{Jacobian, Structure};
+use crate::numeric::jacobian::{Jacobian, JacobianStructure};
 use crate::system::System;
 use nalgebra::DVector;
 use num_complex::Complex;
@@ -30,7 +30,7 @@ impl Linearisation {
     }
 
     /// Buffers for a Jacobian of this shape.
-    pub fn new(structure: &Structure) -> Linearisation {
+    pub fn new(structure: &JacobianStructure) -> Linearisation {
         let dim = structure.dim();
         Linearisation {
             r: DVector::zeros(dim),
@@ -62,8 +62,8 @@ pub trait Residual {
     fn dim(&self) -> usize;
 
     /// Shape of the Jacobian.
-    fn structure(&self) -> Structure {
-        Structure::Dense(self.dim())
+    fn structure(&self) -> JacobianStructure {
+        JacobianStructure::Dense(self.dim())
     }
 
     /// R and its derivatives at (u, lambda); writes every entry of `out` that is wanted. Allocates only when `out` has another shape.
@@ -260,11 +260,11 @@ mod tests {
             [0.5, f64::NAN, 1.0],
             [0.5, 1.0, f64::NAN],
         ] {
-            let mut work = Linearisation::new(&Structure::Dense(3));
+            let mut work = Linearisation::new(&JacobianStructure::Dense(3));
             work.r.copy_from_slice(&r);
             assert!(work.norm().is_nan(), "{r:?}");
         }
-        let mut work = Linearisation::new(&Structure::Dense(3));
+        let mut work = Linearisation::new(&JacobianStructure::Dense(3));
         work.r.copy_from_slice(&[0.5, -2.0, 1.0]);
         work.magnitude = 4.0;
         assert_eq!(work.norm(), 0.5);

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// Plan of a parameter study, known before it runs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Extent {
+pub struct StudyExtent {
     /// Number of runs, numbered 0 to `runs - 1`.
     pub runs: u64,
     /// Columns of the table, without values.
@@ -27,8 +27,8 @@ impl Study {
     ///
     /// # Errors
     /// [`Error::Input`]: an unknown name; an analysis that is not a parameter study.
-    pub fn extent(&self, name: &str, control: &dyn Control) -> Result<Extent, Error> {
-        self.planned(name, control, |plan| Extent {
+    pub fn extent(&self, name: &str, control: &dyn Control) -> Result<StudyExtent, Error> {
+        self.planned(name, control, |plan| StudyExtent {
             runs: plan.runs(),
             columns: plan.columns().to_vec(),
             identity: sha256(plan.identity().to_string().as_bytes()),

@@ -2,10 +2,11 @@
 
 use super::Outcome;
 use crate::error::{Diagnostic, Error};
-use crate::output::results::{self, Results, Rows};
+use crate::output::results::{self, HeldRows, Results};
 use crate::output::{self, FigureFormat, RunOptions};
 use crate::report::{
-    Change, Comparison, Curve, CurveStyle, Description, Difference, Figure, Report, Table, Values,
+    Comparison, Curve, CurveStyle, Description, Difference, Figure, Report, ReportChange, Table,
+    Values,
 };
 use std::path::{Path, PathBuf};
 
@@ -30,8 +31,8 @@ pub fn compare(
     formats: &[FigureFormat],
 ) -> Result<(Comparison, Outcome), Error> {
     let [a, b] = [
-        results::read(folders[0], Rows::Drawn)?,
-        results::read(folders[1], Rows::Drawn)?,
+        results::read(folders[0], HeldRows::Drawn)?,
+        results::read(folders[1], HeldRows::Drawn)?,
     ];
     let names = names(folders);
     let comparison = Comparison {
@@ -104,7 +105,7 @@ fn missing(results: [&Results; 2], names: &[String; 2]) -> Vec<String> {
 }
 
 /// Values of the models that differ, in the order of the first one.
-fn changes(a: &Description, b: &Description) -> Vec<Change> {
+fn changes(a: &Description, b: &Description) -> Vec<ReportChange> {
     let text = |value: Option<&serde_json::Value>| match value {
         None => String::new(),
         Some(serde_json::Value::String(text)) => text.clone(),
@@ -114,7 +115,7 @@ fn changes(a: &Description, b: &Description) -> Vec<Change> {
     let paths = a.values.keys().chain(further);
     paths
         .filter(|path| a.values.get(*path) != b.values.get(*path))
-        .map(|path| Change {
+        .map(|path| ReportChange {
             path: path.clone(),
             values: [text(a.values.get(path)), text(b.values.get(path))],
         })

@@ -19,7 +19,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A study and where it runs.
-pub(super) struct Ensemble<'a> {
+pub(super) struct StudyEnsemble<'a> {
     pub name: &'a str,
     /// Name of the model.
     pub model: &'a str,
@@ -36,7 +36,7 @@ pub(super) struct Ensemble<'a> {
 }
 
 /// A study as far as it went.
-pub(super) struct Delivered {
+pub(super) struct DeliveredRuns {
     pub report: Report,
     /// To be removed when all results of the command are on disk; `None` when runs are missing.
     pub journal: Option<Journal>,
@@ -47,12 +47,12 @@ const DRAWN: u64 = 5000;
 /// Time between two reports of the progress, and between two looks at the interruption while a thread waits.
 const PAUSE: Duration = Duration::from_millis(100);
 
-impl Ensemble<'_> {
+impl StudyEnsemble<'_> {
     /// Runs what is not finished yet and writes the table of what is.
     ///
     /// # Errors
     /// A file that cannot be written: what is finished stays in the journal. Results of another part in the folder.
-    pub fn run(&self) -> Result<Delivered, Error> {
+    pub fn run(&self) -> Result<DeliveredRuns, Error> {
         let part = self.shard.unwrap_or(Shard::WHOLE);
         let record = self.record();
         record.refuse_other_parts(self.name, &self.settings.out)?;
@@ -95,7 +95,7 @@ impl Ensemble<'_> {
             let name = json!(journal.name());
             report.summary.insert("journal".into(), name);
         }
-        Ok(Delivered {
+        Ok(DeliveredRuns {
             report,
             journal: is_complete.then_some(journal),
         })
@@ -247,7 +247,7 @@ struct EnsembleState {
 
 impl<'a> Board<'a> {
     fn new(
-        ensemble: &Ensemble<'a>,
+        ensemble: &StudyEnsemble<'a>,
         part: Shard,
         journal: Journal,
         finished: Finished,

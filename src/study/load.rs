@@ -156,9 +156,9 @@ fn own_model(root: &Node, node: &Node, path: &str) -> Result<Option<Built>, Vec<
     build(&changed).map(Some)
 }
 
-type Read = (Texts, String, Box<dyn Analysis>);
+type ReadStudy = (Texts, String, Box<dyn Analysis>);
 
-fn read_analysis(node: &Node, path: &str) -> Result<Read, Vec<Diagnostic>> {
+fn read_analysis(node: &Node, path: &str) -> Result<ReadStudy, Vec<Diagnostic>> {
     let parts = analysis::read::parts(node, path).map_err(|d| vec![d])?;
     let texts = parts.common.read::<Texts>(path);
     let analysis = parts.own.read::<Box<dyn Analysis>>(path);

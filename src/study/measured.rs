@@ -97,16 +97,16 @@ fn one(unit: &str) -> Result<Quantity, String> {
 }
 
 /// What a column along an axis holds: its unit, and SI per number.
-struct Scale {
+struct UnitScale {
     unit: String,
     size: f64,
     is_frequency: bool,
 }
 
-impl Scale {
-    fn of(column: &Column) -> Scale {
+impl UnitScale {
+    fn of(column: &Column) -> UnitScale {
         let size = one(&column.unit).map_or(1.0, |quantity| quantity.value);
-        Scale {
+        UnitScale {
             unit: column.unit.clone(),
             size,
             is_frequency: false,
@@ -145,7 +145,7 @@ pub(super) fn add(report: &mut Report, list: &[Points]) {
                     0 => "measured".to_owned(),
                     k => format!("measured_{}", k + 1),
                 };
-                let column = |name: &str, scale: &(Scale, f64), values: &[f64]| Column {
+                let column = |name: &str, scale: &(UnitScale, f64), values: &[f64]| Column {
                     name: name.to_owned(),
                     unit: scale.0.unit.clone(),
                     values: Values::Float(values.iter().map(|x| x * scale.1).collect()),
@@ -174,7 +174,7 @@ pub(super) fn add(report: &mut Report, list: &[Points]) {
 }
 
 /// The curve over which measured values are drawn, and what its axes hold.
-fn place(report: &Report, keys: &Keys) -> Result<(Curve, [(Scale, f64); 2]), String> {
+fn place(report: &Report, keys: &Keys) -> Result<(Curve, [(UnitScale, f64); 2]), String> {
     let panels: Vec<&Panel> = report
         .figures()
         .flat_map(|(_, figure)| &figure.panels)
@@ -198,7 +198,11 @@ fn place(report: &Report, keys: &Keys) -> Result<(Curve, [(Scale, f64); 2]), Str
         ));
     };
     let table = report.table(&curve.table);
-    let column = |name: &str| table.and_then(|table| table.column(name)).map(Scale::of);
+    let column = |name: &str| {
+        table
+            .and_then(|table| table.column(name))
+            .map(UnitScale::of)
+    };
     let (Some(mut x), Some(y)) = (column(&curve.x), column(&curve.y)) else {
         return Err(format!("the figure of `{}` has no numbers", curve.y));
     };

@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use crate::error::Error;
-use crate::output::results::{self, Results, Rows};
+use crate::output::results::{self, HeldRows, Results};
 use crate::output::{self, FigureFormat, RunOptions};
 use crate::report::{Plot, Report};
 use crate::yaml::{self, Node, Value};
@@ -23,7 +23,7 @@ pub fn redraw(
     changes: &[String],
     formats: &[FigureFormat],
 ) -> Result<Outcome, Error> {
-    let mut results = results::read(folder, Rows::Drawn)?;
+    let mut results = results::read(folder, HeldRows::Drawn)?;
     results.check_names(only)?;
     let is_chosen = |report: &Report| only.is_empty() || only.contains(&report.name);
     for report in results.reports.iter_mut().filter(|r| is_chosen(r)) {

@@ -1,6 +1,6 @@
 //! Running the analyses of a study and writing their results.
 
-use super::ensemble::{Delivered, Ensemble};
+use super::ensemble::{DeliveredRuns, StudyEnsemble};
 use super::load::diagnostics;
 use super::shelf::Shelf;
 use super::{Outcome, Run, RunSettings, Shard, Study, WrittenReport};
@@ -171,7 +171,7 @@ impl Study {
             let plan = Plan::new(study, &setting).map_err(|faults| {
                 Error::Input(diagnostics(self.model.document(), &run.name, faults))
             })?;
-            let ensemble = Ensemble {
+            let ensemble = StudyEnsemble {
                 name: &run.name,
                 model: &self.model.name,
                 caption: run.texts.caption.as_deref().unwrap_or_default(),
@@ -183,7 +183,7 @@ impl Study {
                 shelf,
                 control,
             };
-            let Delivered { report, journal } = ensemble.run()?;
+            let DeliveredRuns { report, journal } = ensemble.run()?;
             journals.extend(journal);
             shelf.put(place, || {
                 WrittenReport::new(self.finish(run, report, control), settings)

@@ -148,9 +148,9 @@ impl Node {
             Value::Scalar { text, .. } if scalar::is_null(text) => Json::Null,
             Value::Scalar { text, .. } => match (scalar::boolean(text), scalar::number(text)) {
                 (Some(b), _) => Json::Bool(b),
-                (_, Some(scalar::Number::Unsigned(n))) => Json::from(n),
-                (_, Some(scalar::Number::Signed(n))) => Json::from(n),
-                (_, Some(scalar::Number::Float(x))) if x.is_finite() => Json::from(x),
+                (_, Some(scalar::WrittenNumber::Unsigned(n))) => Json::from(n),
+                (_, Some(scalar::WrittenNumber::Signed(n))) => Json::from(n),
+                (_, Some(scalar::WrittenNumber::Float(x))) if x.is_finite() => Json::from(x),
                 _ => Json::String(text.clone()),
             },
         }

@@ -11,7 +11,7 @@ use crate::error::{Diagnostic, Location};
 use access::{EnumReader, ListReader, MapReader};
 use failure::Failure;
 pub(super) use failure::cropped;
-use scalar::Number;
+use scalar::WrittenNumber;
 use serde::de::{Deserialize, Deserializer, Error as _, Expected, Unexpected, Visitor};
 use std::cell::OnceCell;
 
@@ -90,9 +90,9 @@ impl<'de> NodeReader<'de, '_> {
             Value::Scalar { text, plain: true } => {
                 match (scalar::boolean(text), scalar::number(text)) {
                     (Some(b), _) => Unexpected::Bool(b),
-                    (_, Some(Number::Unsigned(n))) => Unexpected::Unsigned(n),
-                    (_, Some(Number::Signed(n))) => Unexpected::Signed(n),
-                    (_, Some(Number::Float(x))) => Unexpected::Float(x),
+                    (_, Some(WrittenNumber::Unsigned(n))) => Unexpected::Unsigned(n),
+                    (_, Some(WrittenNumber::Signed(n))) => Unexpected::Signed(n),
+                    (_, Some(WrittenNumber::Float(x))) => Unexpected::Float(x),
                     _ => Unexpected::Str(text),
                 }
             }
@@ -105,7 +105,7 @@ impl<'de> NodeReader<'de, '_> {
     }
 
     /// The numeric value of a scalar, quoted or not.
-    fn number(&self) -> Option<Number> {
+    fn number(&self) -> Option<WrittenNumber> {
         match &self.node.value {
             Value::Scalar { text, .. } => scalar::number(text),
             _ => None,
@@ -125,14 +125,14 @@ impl<'de> NodeReader<'de, '_> {
     }
 
     fn visit_whole<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
-        self.noted(match self.number().map(Number::whole) {
+        self.noted(match self.number().map(WrittenNumber::whole) {
             None => return self.refused(&visitor),
-            Some(Number::Unsigned(n)) => visitor.visit_u64(n),
-            Some(Number::Signed(n)) => visitor.visit_i64(n),
-            Some(Number::Float(x)) if x.is_finite() => {
+            Some(WrittenNumber::Unsigned(n)) => visitor.visit_u64(n),
+            Some(WrittenNumber::Signed(n)) => visitor.visit_i64(n),
+            Some(WrittenNumber::Float(x)) if x.is_finite() => {
                 Err(Failure::invalid_value(Unexpected::Float(x), &visitor))
             }
-            Some(Number::Float(_)) => Err(Failure::not_finite(self.node)),
+            Some(WrittenNumber::Float(_)) => Err(Failure::not_finite(self.node)),
         })
     }
 

@@ -2,7 +2,7 @@
 
 /// A number as written.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Number {
+pub enum WrittenNumber {
     /// A whole number >= 0.
     Unsigned(u64),
     /// A whole number < 0.
@@ -11,26 +11,26 @@ pub enum Number {
     Float(f64),
 }
 
-impl Number {
+impl WrittenNumber {
     /// The number as f64; whole numbers beyond 2^53 are rounded.
     pub fn as_f64(self) -> f64 {
         match self {
-            Number::Unsigned(n) => n as f64,
-            Number::Signed(n) => n as f64,
-            Number::Float(x) => x,
+            WrittenNumber::Unsigned(n) => n as f64,
+            WrittenNumber::Signed(n) => n as f64,
+            WrittenNumber::Float(x) => x,
         }
     }
 
     /// The same number as a whole number where it is one: `5.0` and `1e3` count as whole.
-    pub fn whole(self) -> Number {
+    pub fn whole(self) -> WrittenNumber {
         /// Every whole number below 2^53 has a double of its own.
         const EXACT: f64 = 9_007_199_254_740_992.0;
         match self {
-            Number::Float(x) if x.fract() == 0.0 && x.abs() < EXACT => {
+            WrittenNumber::Float(x) if x.fract() == 0.0 && x.abs() < EXACT => {
                 if x < 0.0 {
-                    Number::Signed(x as i64)
+                    WrittenNumber::Signed(x as i64)
                 } else {
-                    Number::Unsigned(x as u64)
+                    WrittenNumber::Unsigned(x as u64)
                 }
             }
             other => other,
@@ -53,7 +53,7 @@ pub fn boolean(text: &str) -> Option<bool> {
 }
 
 /// The numeric value of a scalar in the YAML core schema: `12`, `-3`, `0x1F`, `0o17`, `.5`, `1e5`, `4e-05`, `.inf`.
-pub fn number(text: &str) -> Option<Number> {
+pub fn number(text: &str) -> Option<WrittenNumber> {
     if let Some(digits) = text.strip_prefix("0x") {
         return radix(digits, 16);
     }
@@ -66,9 +66,13 @@ pub fn number(text: &str) -> Option<Number> {
         _ => (false, text),
     };
     match unsigned {
-        ".inf" | ".Inf" | ".INF" if negative => return Some(Number::Float(f64::NEG_INFINITY)),
-        ".inf" | ".Inf" | ".INF" => return Some(Number::Float(f64::INFINITY)),
-        _ if matches!(text, ".nan" | ".NaN" | ".NAN") => return Some(Number::Float(f64::NAN)),
+        ".inf" | ".Inf" | ".INF" if negative => {
+            return Some(WrittenNumber::Float(f64::NEG_INFINITY));
+        }
+        ".inf" | ".Inf" | ".INF" => return Some(WrittenNumber::Float(f64::INFINITY)),
+        _ if matches!(text, ".nan" | ".NaN" | ".NAN") => {
+            return Some(WrittenNumber::Float(f64::NAN));
+        }
         _ => {}
     }
     if decimal_length(text) != Some(text.len()) {
@@ -76,23 +80,25 @@ pub fn number(text: &str) -> Option<Number> {
     }
     if unsigned.bytes().all(|b| b.is_ascii_digit()) {
         let whole = if negative {
-            text.parse().map(Number::Signed).ok()
+            text.parse().map(WrittenNumber::Signed).ok()
         } else {
-            unsigned.parse().map(Number::Unsigned).ok()
+            unsigned.parse().map(WrittenNumber::Unsigned).ok()
         };
         if whole.is_some() && text != "-0" {
             return whole;
         }
     }
-    text.parse().map(Number::Float).ok()
+    text.parse().map(WrittenNumber::Float).ok()
 }
 
-fn radix(digits: &str, base: u32) -> Option<Number> {
+fn radix(digits: &str, base: u32) -> Option<WrittenNumber> {
     // from_str_radix takes a sign, the core schema does not.
     if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;
     }
-    u64::from_str_radix(digits, base).map(Number::Unsigned).ok()
+    u64::from_str_radix(digits, base)
+        .map(WrittenNumber::Unsigned)
+        .ok()
 }
 
 /// Length in bytes of the decimal number that a text starts with; `None` when it starts with none.
@@ -137,7 +143,7 @@ mod tests {
 
     #[test]
     fn core_schema_numbers() {
-        let float = |text| number(text).map(Number::as_f64);
+        let float = |text| number(text).map(WrittenNumber::as_f64);
         for (text, value) in [
             ("1e5", 1e5),
             ("4e-05", 4e-5),
@@ -161,8 +167,8 @@ mod tests {
         }
         assert!(float("-0").is_some_and(|x| x.is_sign_negative()));
         assert_eq!(
-            number("1e3").map(Number::whole),
-            Some(Number::Unsigned(1000))
+            number("1e3").map(WrittenNumber::whole),
+            Some(WrittenNumber::Unsigned(1000))
         );
     }
 }

@@ -4,7 +4,7 @@ use crate::common;
 use gearlash::error::SolveError;
 use gearlash::numeric::block::BlockLu;
 use gearlash::numeric::factors::Factors;
-use gearlash::numeric::jacobian::{Jacobian, Structure};
+use gearlash::numeric::jacobian::{Jacobian, JacobianStructure};
 use gearlash::numeric::pattern::Pattern;
 use gearlash::solve::continuation::{Advance, Continuation, ContinuationOptions, Started};
 use gearlash::solve::family::FrequencyFamily;
@@ -106,8 +106,8 @@ impl<R: Residual> Residual for Dense<R> {
     }
 }
 
-fn is_block(structure: &Structure) -> bool {
-    matches!(structure, Structure::Block(_))
+fn is_block(structure: &JacobianStructure) -> bool {
+    matches!(structure, JacobianStructure::Block(_))
 }
 
 /// Solves both ways; the largest difference relative to the solution, and the two signs.
@@ -160,7 +160,7 @@ fn a_singular_matrix_with_a_border_loses_no_digit() {
     // last by default, far ones see nothing of the singularity.
     for (n, size) in [(20, 1), (30, 3)] {
         let pattern = Pattern::new(n, size, (1..n).map(|k| (k - 1, k)));
-        let structure = Structure::Block(pattern.into());
+        let structure = JacobianStructure::Block(pattern.into());
         let mut matrix = Jacobian::new(&structure);
         for k in 0..n * size {
             matrix[(k, k)] = 10.1;
@@ -195,7 +195,7 @@ fn where_blocks_fail_rows_are_exchanged() {
     // Zero on the diagonal: no block of one row can be a pivot, yet the matrix is a permutation.
     let n = 12;
     let pattern = Pattern::new(n, 1, (1..n).map(|k| (k - 1, k)));
-    let mut matrix = Jacobian::new(&Structure::Block(pattern.into()));
+    let mut matrix = Jacobian::new(&JacobianStructure::Block(pattern.into()));
     for k in (0..n).step_by(2) {
         matrix[(k, k + 1)] = 1.0;
         matrix[(k + 1, k)] = 2.0;
@@ -297,7 +297,7 @@ fn a_tree_of_any_shape_fills_nothing() {
                 .enumerate()
                 .map(|(k, p)| (k + 1, p % (k + 1)));
             let pattern = Pattern::new(parents.len() + 1, 2, pairs);
-            let structure = Structure::Block(pattern.clone().into());
+            let structure = JacobianStructure::Block(pattern.clone().into());
             let Jacobian::Block(matrix) = Jacobian::new(&structure) else {
                 panic!("blocks were asked for")
             };

@@ -7,7 +7,7 @@ use crate::common::{
 use gearlash::element::Cubic;
 use gearlash::postprocess::measures::Meter;
 use gearlash::solve::branch::{self, Begin, Branch};
-use gearlash::solve::continuation::{Heading, PathEnd, PathPoint, Side};
+use gearlash::solve::continuation::{CrossingSide, Heading, PathEnd, PathPoint};
 use gearlash::solve::events::EventKind;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
@@ -31,7 +31,7 @@ fn located(branch: &Branch, kind: EventKind) -> Vec<PathPoint> {
 fn leave(
     problem: &mut dyn PeriodicResidual,
     crossing: &PathPoint,
-    side: Side,
+    side: CrossingSide,
     known: Vec<Place>,
     (range, marks): ((f64, f64), &[f64]),
 ) -> Branch {
@@ -60,7 +60,7 @@ fn doubled(
     let mut first = crossings[0].clone();
     first.u = double.in_doubled_period(&first.u);
     first.tangent_u = double.in_doubled_period(&first.tangent_u);
-    let branch = leave(double, &first, Side::Forward, known, (RANGE, marks));
+    let branch = leave(double, &first, CrossingSide::Forward, known, (RANGE, marks));
     // It returns onto the primary branch at the second one.
     assert_eq!(branch.end, PathEnd::Joined { known: Some(1) });
     (branch, crossings[0].clone())
@@ -170,7 +170,7 @@ fn both_arms_of_a_pitchfork_are_mirror_images() {
     let mut problem = Galerkin::new(family, range.0, size).unwrap();
     let place = |p: &PathPoint| Place::of(&mut problem, &p.u, p.lambda).unwrap();
     let known: Vec<Place> = crossings.iter().map(place).collect();
-    let arms = [Side::Forward, Side::Backward].map(|side| {
+    let arms = [CrossingSide::Forward, CrossingSide::Backward].map(|side| {
         let arm = leave(
             &mut problem,
             &crossings[0],

@@ -2,9 +2,9 @@
 
 use gearlash::element::evolving::{Evolution, Evolving, Kinks, first_loading, from_rates};
 use gearlash::element::number::Number;
-use gearlash::element::tape::Symbol;
 use gearlash::element::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
+    Symbol,
 };
 use gearlash::serde::{Deserialize, Serialize};
 use gearlash::typetag;

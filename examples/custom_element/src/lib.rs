@@ -11,9 +11,9 @@ pub use one_way_clutch::OneWayClutch;
 
 use gearlash::element::derivatives::from_force;
 use gearlash::element::number::Number;
-use gearlash::element::tape::Symbol;
 use gearlash::element::{
     Dimension, Element, InvalidParameter, Parameter, ParameterKind, ParameterRange, Response,
+    Symbol,
 };
 use gearlash::serde::{Deserialize, Serialize};
 use gearlash::typetag;

@@ -1,10 +1,10 @@
 //! The starts: a grid over some coordinates, all others fixed.
 
-use super::Axis;
+use super::BasinAxis;
 use crate::analysis::initial::{self, InitialKind};
 use crate::analysis::{Fault, Setting, columns, limits};
 use crate::error::did_you_mean;
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::quantity::Quantity;
 use indexmap::IndexMap;
 
@@ -12,7 +12,7 @@ use indexmap::IndexMap;
 pub(super) struct GridLine {
     /// Place in [q; v].
     pub place: usize,
-    pub heading: Heading,
+    pub heading: ColumnHeading,
     /// Values, nondimensional.
     pub values: Vec<f64>,
 }
@@ -23,14 +23,17 @@ pub(super) struct Grid {
 }
 
 /// A part of the grid: lowest and highest value per line, nondimensional.
-pub(super) type Region = Option<Vec<(f64, f64)>>;
+pub(super) type StartRegion = Option<Vec<(f64, f64)>>;
 
 impl Grid {
     /// Reads the keys.
     ///
     /// # Errors
     /// All that is wrong with them.
-    pub fn new(setting: &Setting<'_>, axes: &IndexMap<String, Axis>) -> Result<Grid, Vec<Fault>> {
+    pub fn new(
+        setting: &Setting<'_>,
+        axes: &IndexMap<String, BasinAxis>,
+    ) -> Result<Grid, Vec<Fault>> {
         let mut faults = Vec::new();
         let mut lines: Vec<GridLine> = Vec::new();
         if axes.is_empty() {
@@ -85,7 +88,7 @@ impl Grid {
         &self,
         setting: &Setting<'_>,
         written: Option<&IndexMap<String, (Quantity, Quantity)>>,
-    ) -> Result<Region, Fault> {
+    ) -> Result<StartRegion, Fault> {
         let Some(written) = written else {
             return Ok(None);
         };
@@ -113,7 +116,7 @@ impl Grid {
 }
 
 /// A coordinate with its values.
-fn line(setting: &Setting<'_>, name: &str, axis: &Axis) -> Result<GridLine, Vec<Fault>> {
+fn line(setting: &Setting<'_>, name: &str, axis: &BasinAxis) -> Result<GridLine, Vec<Fault>> {
     let headings = columns::coordinates(setting);
     let Some(place) = headings.iter().position(|heading| heading.name == name) else {
         let known = headings.iter().map(|heading| heading.name.as_str());

@@ -18,7 +18,7 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use sort::{Sorting, Start};
+use sort::{BasinStart, Sorting};
 use std::time::Instant;
 
 /// Settings of `basins`.
@@ -28,7 +28,7 @@ pub struct Basins {
     /// Excitation frequency.
     pub at: Quantity,
     /// Values of the varied coordinates, by column name, such as `q.mesh_1` and `v.mesh_1`.
-    pub grid: IndexMap<String, Axis>,
+    pub grid: IndexMap<String, BasinAxis>,
     /// All other coordinates at phase 0; default: the static equilibrium at rest.
     #[serde(default)]
     pub initial: Option<Initial>,
@@ -55,7 +55,7 @@ pub struct Basins {
 /// Values of one coordinate.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Axis {
+pub struct BasinAxis {
     /// First value.
     pub from: Quantity,
     /// Last value.
@@ -130,7 +130,7 @@ impl Analysis for Basins {
         let start = ("initial", &self.initial.clone().unwrap_or_default());
         let motion = flow::PreparedMotion::new(setting, &self.at, start, self.integrator);
         let motion = motion.map_err(refused)?;
-        let mut sorting = Sorting::new(setting, (Start::of(&motion), &grid), self.patience());
+        let mut sorting = Sorting::new(setting, (BasinStart::of(&motion), &grid), self.patience());
         sorting.run();
         let mut report = report::assemble(self, setting, &sorting, &region);
         report.warnings.splice(0..0, motion.warning.clone());

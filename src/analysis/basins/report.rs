@@ -1,7 +1,7 @@
 //! Basins as tables and as a picture.
 
 use super::Basins;
-use super::grid::{Grid, Region};
+use super::grid::{Grid, StartRegion};
 use super::sort::{Sorted, Sorting};
 use crate::analysis::columns::{coordinates, float, integer, text};
 use crate::analysis::response::OrbitTable;
@@ -80,7 +80,7 @@ pub(super) fn assemble(
     settings: &Basins,
     setting: &Setting<'_>,
     sorting: &Sorting<'_>,
-    region: &Region,
+    region: &StartRegion,
 ) -> Report {
     let ranking = Ranking::new(sorting);
     let grid = sorting.grid;
@@ -186,7 +186,7 @@ impl AttractorColumns {
     }
 }
 
-fn rows(ranking: &Ranking<'_>, region: &Region) -> AttractorColumns {
+fn rows(ranking: &Ranking<'_>, region: &StartRegion) -> AttractorColumns {
     let mut rows = AttractorColumns::default();
     let followed = ranking.followed().count() as f64;
     let inside = inside(ranking, region);
@@ -220,7 +220,7 @@ fn rows(ranking: &Ranking<'_>, region: &Region) -> AttractorColumns {
 }
 
 /// Share of the starts inside a part of the grid that ends at each attractor.
-fn inside(ranking: &Ranking<'_>, region: &Region) -> Vec<f64> {
+fn inside(ranking: &Ranking<'_>, region: &StartRegion) -> Vec<f64> {
     let Some(region) = region else {
         return Vec::new();
     };

@@ -6,7 +6,7 @@ use crate::analysis::Setting;
 use crate::analysis::flow::PreparedMotion;
 use crate::interrupt;
 use crate::solve::attractor::basins::{Fate, Patience, Settled, fate, trapped};
-use crate::solve::attractor::{Stop, Stroboscopic};
+use crate::solve::attractor::{RecordStop, Stroboscopic};
 use crate::solve::ensemble::{Ensemble, Next, Visit};
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice};
 use crate::system::System;
@@ -35,7 +35,7 @@ const STEP: f64 = 0.618_033_988_749_894_9;
 
 /// Data shared by all starts.
 #[derive(Clone, Copy)]
-pub(super) struct Start<'a> {
+pub(super) struct BasinStart<'a> {
     system: &'a System,
     /// State at phase 0 before the grid's coordinates are put in.
     state: &'a [f64],
@@ -45,20 +45,20 @@ pub(super) struct Start<'a> {
 /// The starts on their way to attractors.
 pub(super) struct Sorting<'a> {
     setting: &'a Setting<'a>,
-    start: Start<'a>,
+    start: BasinStart<'a>,
     pub grid: &'a Grid,
     pub patience: Patience,
     pub known: Vec<Settled>,
     pub sorted: Vec<Sorted>,
     /// The first start that could not be followed, and why.
-    pub failure: Option<(usize, Stop)>,
+    pub failure: Option<(usize, RecordStop)>,
     done: AtomicUsize,
 }
 
 impl<'a> Sorting<'a> {
     pub fn new(
         setting: &'a Setting<'a>,
-        (start, grid): (Start<'a>, &'a Grid),
+        (start, grid): (BasinStart<'a>, &'a Grid),
         patience: Patience,
     ) -> Sorting<'a> {
         Sorting {
@@ -130,10 +130,10 @@ impl<'a> Sorting<'a> {
         let mut visit = |visit: Visit<'_>| {
             let k = travelling[visit.trajectory];
             if !visit.state.iter().all(|x| x.is_finite()) {
-                let stop = Stop::Failed(IntegrationEnd::Diverged, visit.period);
+                let stop = RecordStop::Failed(IntegrationEnd::Diverged, visit.period);
                 fates[k] = Some(Fate::Stopped(stop));
             } else if self.setting.control.is_interrupted() {
-                fates[k] = Some(Fate::Stopped(Stop::Interrupted));
+                fates[k] = Some(Fate::Stopped(RecordStop::Interrupted));
             } else if visit.period < transient {
                 fates[k] = trapped(&self.known, visit.state).map(Fate::Known);
             }
@@ -146,7 +146,7 @@ impl<'a> Sorting<'a> {
         let ends = ensemble.run(system, &begins, transient, &mut visit);
         for (k, end) in travelling.iter().zip(ends) {
             if end != IntegrationEnd::Reached {
-                fates[*k] = Some(Fate::Stopped(Stop::of(end, transient)));
+                fates[*k] = Some(Fate::Stopped(RecordStop::of(end, transient)));
             }
         }
         let states = states.chunks_exact_mut(size);
@@ -193,7 +193,7 @@ impl<'a> Sorting<'a> {
                 Sorted::At(k as u32)
             }
             Fate::Undecided => Sorted::Undecided,
-            Fate::Stopped(Stop::Interrupted) => Sorted::Unknown,
+            Fate::Stopped(RecordStop::Interrupted) => Sorted::Unknown,
             Fate::Stopped(stop) => {
                 self.failure.get_or_insert((start, stop));
                 Sorted::Failed
@@ -228,10 +228,10 @@ impl<'a> Sorting<'a> {
     }
 }
 
-impl<'a> Start<'a> {
+impl<'a> BasinStart<'a> {
     /// Initial state of a motion.
-    pub fn of(motion: &'a PreparedMotion) -> Start<'a> {
-        Start {
+    pub fn of(motion: &'a PreparedMotion) -> BasinStart<'a> {
+        BasinStart {
             system: &motion.system,
             state: &motion.state,
             integrator: motion.integrator.name(),

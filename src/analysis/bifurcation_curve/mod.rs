@@ -13,7 +13,7 @@ use crate::quantity::Quantity;
 use crate::report::{Report, Table};
 use crate::solve::integrate::IntegratorChoice;
 use indexmap::IndexMap;
-pub(super) use plane::{Axes, Axis, Grounds};
+pub(super) use plane::{Axes, CurveAxis, Grounds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

@@ -13,7 +13,7 @@ use crate::system::System;
 
 /// One parameter.
 #[derive(Debug, Clone)]
-pub(in crate::analysis) struct Axis {
+pub(in crate::analysis) struct CurveAxis {
     pub parameter: Parameter,
     /// As the user wrote it.
     pub written: String,
@@ -24,7 +24,7 @@ pub(in crate::analysis) struct Axis {
     pub factor: f64,
 }
 
-impl Axis {
+impl CurveAxis {
     /// The native value at a share.
     pub fn value(&self, share: f64) -> f64 {
         match share {
@@ -62,7 +62,7 @@ impl Axis {
         written: &str,
         ends: (&Quantity, &Quantity),
         linked: (&Link, &[&str]),
-    ) -> Result<Axis, (Option<usize>, String)> {
+    ) -> Result<CurveAxis, (Option<usize>, String)> {
         let parameter = Parameter::linked(setting, written, linked);
         let parameter = parameter.map_err(|message| (None, message))?;
         let value = |k: usize, quantity: &Quantity| {
@@ -72,7 +72,7 @@ impl Axis {
         };
         let values = (value(0, ends.0)?, value(1, ends.1)?);
         let (unit, factor) = parameter.reported(setting, ends.0);
-        Ok(Axis {
+        Ok(CurveAxis {
             parameter,
             written: written.into(),
             ends: values,
@@ -85,7 +85,7 @@ impl Axis {
 /// Both parameters.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct Axes {
-    pub list: [Axis; 2],
+    pub list: [CurveAxis; 2],
     /// Excitation frequency over omega_c, where it is not a parameter.
     pub at: f64,
 }
@@ -117,7 +117,7 @@ impl Axes {
         let mut list = Vec::new();
         let names: Vec<&str> = keys.parameters.iter().map(String::as_str).collect();
         for (k, (written, range)) in keys.parameters.iter().zip(&keys.ranges).enumerate() {
-            match Axis::read(setting, written, (&range.0, &range.1), (&keys.link, &names)) {
+            match CurveAxis::read(setting, written, (&range.0, &range.1), (&keys.link, &names)) {
                 Ok(axis) if axis.ends.0 == axis.ends.1 => {
                     let message = format!("{} is the start of the range", range.1.text);
                     faults.push(Fault::new(format!("ranges.{k}.1"), message));
@@ -140,7 +140,7 @@ impl Axes {
     /// All that is wrong with them.
     pub fn of(
         setting: &Setting<'_>,
-        list: Vec<Axis>,
+        list: Vec<CurveAxis>,
         at: Option<&Quantity>,
         mut faults: Vec<Fault>,
     ) -> Result<Axes, Vec<Fault>> {
@@ -163,7 +163,7 @@ impl Axes {
             }
             (None, _) => 1.0,
         };
-        match <[Axis; 2]>::try_from(list) {
+        match <[CurveAxis; 2]>::try_from(list) {
             Ok(list) if list[0].parameter == list[1].parameter => {
                 let message = format!(
                     "`{}` and `{}` are the same number",

@@ -1,7 +1,7 @@
 //! Curves as tables and as a figure.
 
 use super::BifurcationCurve;
-use super::plane::{Axes, Axis};
+use super::plane::{Axes, CurveAxis};
 use super::trace::{CurvePiece, TracedCurve};
 use crate::analysis::Setting;
 use crate::analysis::columns::{float, frequency_axis, integer, states, text};
@@ -127,7 +127,7 @@ pub(super) fn tables(
 }
 
 /// Reported value of a parameter at a share.
-fn reported(axis: &Axis, share: f64) -> f64 {
+fn reported(axis: &CurveAxis, share: f64) -> f64 {
     axis.value(share) * axis.factor
 }
 

@@ -4,7 +4,7 @@ use super::plane::{Axes, Grounds};
 use super::{Begin, BifurcationCurve, Kind};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::read::parts;
-use crate::analysis::saved::Wanted;
+use crate::analysis::saved::SavedReference;
 use crate::analysis::{Analysis, EventState, Fault, Setting, columns, flow};
 use crate::error::{Error, did_you_mean};
 use crate::solve::curve::{CurveKind, Defining, Guess, Guesses, NoStart, Plane, Spot, seek};
@@ -156,7 +156,7 @@ fn saved(
     let Some(analysis) = &begin.analysis else {
         return Err("no `analysis`".into());
     };
-    let wanted = Wanted {
+    let wanted = SavedReference {
         folder,
         analysis,
         branch: begin.branch as i64,

@@ -5,7 +5,7 @@ use super::{BifurcationCurve, start};
 use crate::analysis::Setting;
 use crate::error::{Error, SolveError};
 use crate::interrupt;
-use crate::solve::continuation::{PathEnd, Side};
+use crate::solve::continuation::{CrossingSide, PathEnd};
 use crate::solve::curve::{
     Arm, CurveEnd, CurveEvent, CurveKind, CurveOptions, CurvePoint, Defining, Spot, follow,
 };
@@ -86,7 +86,7 @@ fn both_ways(
         !setting.control.is_interrupted()
     };
     let (mut arms, mut is_stopped) = (Vec::<Arm>::new(), false);
-    for side in [Side::Backward, Side::Forward] {
+    for side in [CrossingSide::Backward, CrossingSide::Forward] {
         let arm = match follow(&mut problem, &spot, side, &options, &mut keep_going) {
             Ok(Some(arm)) => arm,
             Ok(None) => return Ok(lost("the first point cannot be corrected".into())),

@@ -1,6 +1,6 @@
 //! The runs of a bifurcation diagram, spread over the threads. Each value of the results depends on its own run alone.
 
-use super::{Reach, Seeds};
+use super::{Seeds, StartBox};
 use crate::analysis::columns;
 use crate::analysis::flow::{self, LabelKeys};
 use crate::analysis::parameter::{Parameter, Systems, joined};
@@ -9,7 +9,7 @@ use crate::interrupt;
 use crate::report::Column;
 use crate::solve::attractor::lyapunov::Exponents;
 use crate::solve::attractor::{
-    Attractor, Cycle, HeadStart, Label, Map, MapSize, Stop, Stroboscopic, attractor_from,
+    Attractor, Cycle, HeadStart, Label, Map, MapSize, RecordStop, Stroboscopic, attractor_from,
     head_starts, reconsider, scatter,
 };
 use crate::solve::ensemble::Ensemble;
@@ -62,7 +62,7 @@ pub(super) struct States {
 }
 
 /// One value of the parameter in one run.
-pub(super) struct Point {
+pub(super) struct SweepPoint {
     pub value: f64,
     pub run: usize,
     pub attractor: Attractor,
@@ -72,7 +72,7 @@ pub(super) struct Point {
 }
 
 /// Names of the integrators that ran, and the most laborious point.
-pub(super) fn integrations(points: &[Point]) -> (String, Option<Strain>) {
+pub(super) fn integrations(points: &[SweepPoint]) -> (String, Option<Strain>) {
     let mut names: Vec<&str> = points.iter().map(|p| p.integrator).collect();
     names.sort_unstable();
     names.dedup();
@@ -84,8 +84,8 @@ impl Seeds {
     /// The box in nondimensional numbers.
     pub(super) fn states(&self, setting: &Setting<'_>) -> Result<States, Fault> {
         let widths = match &self.reach {
-            Reach::Uniform(width) => vec![*width; setting.assembly.system.state_size()],
-            Reach::Each(widths) => widths.widths(setting, "seeds.box")?,
+            StartBox::Uniform(width) => vec![*width; setting.assembly.system.state_size()],
+            StartBox::Each(widths) => widths.widths(setting, "seeds.box")?,
         };
         Ok(States {
             count: self.count,
@@ -99,7 +99,7 @@ impl Seeds {
 struct Hints(Vec<Vec<Cycle>>);
 
 impl Hints {
-    fn new(values: usize, list: &[(usize, Vec<f64>, Point)]) -> Hints {
+    fn new(values: usize, list: &[(usize, Vec<f64>, SweepPoint)]) -> Hints {
         let mut found: Vec<Vec<Cycle>> = vec![Vec::new(); values];
         for (k, _, point) in list {
             let Label::Period(n) = point.attractor.label else {
@@ -128,7 +128,7 @@ impl Hints {
 }
 
 /// The runs with their progress and the reasons why some ended early.
-pub(super) struct Work<'a> {
+pub(super) struct SweepWork<'a> {
     setting: &'a Setting<'a>,
     plan: &'a SweepPlan,
     total: usize,
@@ -137,10 +137,10 @@ pub(super) struct Work<'a> {
     stops: Mutex<Vec<(usize, usize, String)>>,
 }
 
-impl<'a> Work<'a> {
-    pub fn new(setting: &'a Setting<'a>, plan: &'a SweepPlan) -> Work<'a> {
+impl<'a> SweepWork<'a> {
+    pub fn new(setting: &'a Setting<'a>, plan: &'a SweepPlan) -> SweepWork<'a> {
         let values: usize = plan.sweeps.iter().map(Vec::len).sum();
-        Work {
+        SweepWork {
             setting,
             plan,
             total: values * plan.seeds.as_ref().map_or(1, |s| s.count),
@@ -166,16 +166,16 @@ impl<'a> Work<'a> {
 
     /// Sweeps: the final state at one value is the initial one at the next. After a value that fails, the next one starts from
     /// the last state that was reached, or from the initial one.
-    pub fn followed(&self) -> Vec<Point> {
+    pub fn followed(&self) -> Vec<SweepPoint> {
         let flag = interrupt::current();
         let sweeps = self.plan.sweeps.par_iter().enumerate();
-        let lists: Vec<Vec<Point>> = sweeps
+        let lists: Vec<Vec<SweepPoint>> = sweeps
             .map(|(run, values)| flag.scope(|| self.follow(run, values)))
             .collect();
         lists.into_iter().flatten().collect()
     }
 
-    fn follow(&self, run: usize, values: &[f64]) -> Vec<Point> {
+    fn follow(&self, run: usize, values: &[f64]) -> Vec<SweepPoint> {
         let mut points = Vec::with_capacity(values.len());
         let mut carried: Option<Vec<f64>> = None;
         // The last periodic orbit.
@@ -216,7 +216,7 @@ impl<'a> Work<'a> {
     }
 
     /// Every value with every random state, on its own.
-    pub fn scattered(&self, states: &States) -> Vec<Point> {
+    pub fn scattered(&self, states: &States) -> Vec<SweepPoint> {
         let values = &self.plan.sweeps[0];
         let groups = states.count.div_ceil(TOGETHER);
         let tasks = (0..values.len() * groups).into_par_iter();
@@ -226,7 +226,7 @@ impl<'a> Work<'a> {
             let runs = first..states.count.min(first + TOGETHER);
             flag.scope(|| self.group(states, task / groups, runs))
         });
-        let list: Vec<(usize, Vec<f64>, Point)> = list.collect();
+        let list: Vec<(usize, Vec<f64>, SweepPoint)> = list.collect();
         let hints = Hints::new(values.len(), &list);
         let points = list.into_par_iter().map(|(k, mut state, mut point)| {
             flag.scope(|| self.reconsider(k, &mut state, &mut point, hints.near(k)));
@@ -241,7 +241,7 @@ impl<'a> Work<'a> {
         states: &States,
         k: usize,
         runs: Range<usize>,
-    ) -> Vec<(usize, Vec<f64>, Point)> {
+    ) -> Vec<(usize, Vec<f64>, SweepPoint)> {
         let (value, first) = (self.plan.sweeps[0][k], runs.start);
         let Some(system) = self.system(first, k, value) else {
             // Each run has its own row in the list of those that ended.
@@ -280,7 +280,7 @@ impl<'a> Work<'a> {
     }
 
     /// Judges a run again with the periodic orbits of the other runs.
-    fn reconsider(&self, k: usize, state: &mut [f64], point: &mut Point, hints: Vec<Cycle>) {
+    fn reconsider(&self, k: usize, state: &mut [f64], point: &mut SweepPoint, hints: Vec<Cycle>) {
         let is_open = !matches!(point.attractor.label, Label::Period(_) | Label::Undecided);
         if !is_open || hints.is_empty() {
             return;
@@ -328,7 +328,7 @@ impl<'a> Work<'a> {
         system: &System,
         (state, head): (&mut [f64], HeadStart),
         hints: &[Cycle],
-    ) -> Option<Point> {
+    ) -> Option<SweepPoint> {
         let setting = self.setting;
         let mut integrator = match flow::integrator(setting, system, self.plan.integrator) {
             Ok(integrator) => integrator,
@@ -350,7 +350,7 @@ impl<'a> Work<'a> {
         reconsider(moving, &mut attractor, hints, options, &mut keep_going);
         match attractor.record.stop {
             // A point that was cut short says nothing about its attractor.
-            Some(Stop::Interrupted) => return None,
+            Some(RecordStop::Interrupted) => return None,
             Some(stop) => self.stop(run, k, value, &flow::tell(stop, setting)),
             None => {}
         }
@@ -358,7 +358,7 @@ impl<'a> Work<'a> {
         let share = done as f64 / self.total as f64;
         let words = format!("{done} of {} points", self.total);
         setting.control.progress(setting.name, share, &words);
-        Some(Point {
+        Some(SweepPoint {
             value,
             run,
             attractor,
@@ -391,7 +391,7 @@ pub(super) fn shortened(stops: &[String]) -> String {
 }
 
 /// Lyapunov exponents of every point.
-pub(super) fn exponents(points: &[Point]) -> Vec<Option<&Exponents>> {
+pub(super) fn exponents(points: &[SweepPoint]) -> Vec<Option<&Exponents>> {
     let list = points.iter();
     list.map(|p| p.attractor.record.exponents.as_ref())
         .collect()

@@ -6,14 +6,14 @@ use super::columns::refused;
 use super::cost::Cost;
 use super::{Analysis, Fault, Setting};
 use crate::error::Error;
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::postprocess::describing_function::{describing_function, mean_for_force};
 use crate::postprocess::effective_stiffness::natural_frequencies;
 use crate::quantity::Quantity;
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
-use crate::solve::attractor::Stop;
+use crate::solve::attractor::RecordStop;
 use indexmap::IndexMap;
-use motion::{Held, Moving};
+use motion::{HeldQuantity, Moving};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -99,7 +99,7 @@ impl Analysis for EffectiveFrequencies {
             tables: vec![table(setting, &moving, &rows)],
             figure: Some(figure(setting, &amplitude_of(setting, &moving))),
             warnings: warnings(setting, &moving, &rows),
-            ended_early: (rows.len() < self.points).then(|| Stop::Interrupted.to_string()),
+            ended_early: (rows.len() < self.points).then(|| RecordStop::Interrupted.to_string()),
             ..Report::default()
         };
         for m in moving.iter().filter(|m| lost(m, &rows) == rows.len()) {
@@ -170,8 +170,8 @@ fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<Amplitude
         let element = system.mounts()[m.connection].element.as_ref();
         let amplitude = m.amplitude[0] + (m.amplitude[1] - m.amplitude[0]) * share;
         let mean = match m.held {
-            Held::Displacement(mean) => Some(mean),
-            Held::Force(force) => mean_for_force(element, amplitude, force),
+            HeldQuantity::Displacement(mean) => Some(mean),
+            HeldQuantity::Force(force) => mean_for_force(element, amplitude, force),
         };
         let given = mean.map(|mean| describing_function(element, mean, amplitude));
         list[m.connection] = AmplitudeState {
@@ -186,12 +186,12 @@ fn states(setting: &Setting<'_>, moving: &[Moving], share: f64) -> Vec<Amplitude
 
 /// `mean.c.., force_mean.c.., effective_stiffness.c..`.
 fn connection_columns(setting: &Setting<'_>, rows: &[AmplitudeRow]) -> Vec<Column> {
-    type Part<'p> = (
-        &'p dyn Fn(usize, &str) -> Heading,
+    type FrequencyPart<'p> = (
+        &'p dyn Fn(usize, &str) -> ColumnHeading,
         fn(&AmplitudeState) -> Option<f64>,
     );
     let units = setting.units();
-    let parts: [Part<'_>; 3] = [
+    let parts: [FrequencyPart<'_>; 3] = [
         (&|e, c| units.displacement(format!("mean.{c}"), e), |s| {
             s.mean
         }),
@@ -199,7 +199,7 @@ fn connection_columns(setting: &Setting<'_>, rows: &[AmplitudeRow]) -> Vec<Colum
             s.mean_force
         }),
         (
-            &|_, c| Heading::number(format!("effective_stiffness.{c}")),
+            &|_, c| ColumnHeading::number(format!("effective_stiffness.{c}")),
             |s| s.stiffness,
         ),
     ];
@@ -215,7 +215,7 @@ fn connection_columns(setting: &Setting<'_>, rows: &[AmplitudeRow]) -> Vec<Colum
     columns
 }
 
-fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> Heading {
+fn amplitude_of(setting: &Setting<'_>, moving: &[Moving]) -> ColumnHeading {
     let connection = moving.first().map_or(0, |m| m.connection);
     setting.units().displacement("amplitude", connection)
 }
@@ -247,7 +247,7 @@ fn warnings(setting: &Setting<'_>, moving: &[Moving], rows: &[AmplitudeRow]) -> 
     list
 }
 
-fn figure(setting: &Setting<'_>, amplitude: &Heading) -> Figure {
+fn figure(setting: &Setting<'_>, amplitude: &ColumnHeading) -> Figure {
     let curve = |i: usize| Curve {
         table: String::new(),
         x: "amplitude".into(),

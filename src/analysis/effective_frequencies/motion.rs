@@ -7,7 +7,7 @@ use crate::quantity::{Quantity, UnitDimension};
 
 /// Mean of one connection, nondimensional.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Held {
+pub(super) enum HeldQuantity {
     Displacement(f64),
     Force(f64),
 }
@@ -18,7 +18,7 @@ pub(super) struct Moving {
     pub connection: usize,
     /// First and last amplitude.
     pub amplitude: [f64; 2],
-    pub held: Held,
+    pub held: HeldQuantity,
 }
 
 impl EffectiveFrequencies {
@@ -90,9 +90,9 @@ impl EffectiveFrequencies {
                     Mean::All(quantity) => (key.to_string(), Some(quantity)),
                     Mean::Each(map) => (format!("{key}.{name}"), map.get(name)),
                 };
-                let (kind, held): (_, fn(f64) -> Held) = match key {
-                    "mean_force" => (NumberKind::Force, Held::Force),
-                    _ => (NumberKind::Displacement, Held::Displacement),
+                let (kind, held): (_, fn(f64) -> HeldQuantity) = match key {
+                    "mean_force" => (NumberKind::Force, HeldQuantity::Force),
+                    _ => (NumberKind::Displacement, HeldQuantity::Displacement),
                 };
                 match written {
                     Some(quantity) => number(path, quantity, kind).map(held),

@@ -92,18 +92,18 @@ pub(super) struct Collector {
 /// [`Reduce`] with its number in the unit of `by`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Rule {
-    Extremum(Extremum),
+    Extremum(Extreme),
     Mean,
     Range,
     First,
     Last,
     Count,
-    Where(Extremum),
+    Where(Extreme),
     At(f64),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Extremum {
+enum Extreme {
     Max,
     Min,
 }
@@ -271,10 +271,10 @@ impl CollectedColumns<'_> {
                 let value = in_unit_of(by, value, setting).map_err(|m| ("reduce.at", m))?;
                 return Ok(own(Rule::At(value)));
             }
-            Reduce::Max => Rule::Extremum(Extremum::Max),
-            Reduce::Min => Rule::Extremum(Extremum::Min),
-            Reduce::Argmax => Rule::Where(Extremum::Max),
-            Reduce::Argmin => Rule::Where(Extremum::Min),
+            Reduce::Max => Rule::Extremum(Extreme::Max),
+            Reduce::Min => Rule::Extremum(Extreme::Min),
+            Reduce::Argmax => Rule::Where(Extreme::Max),
+            Reduce::Argmin => Rule::Where(Extreme::Min),
             Reduce::Mean => Rule::Mean,
             Reduce::Range => Rule::Range,
             Reduce::Count => Rule::Count,
@@ -371,18 +371,18 @@ fn numeric(
             .map(|row| (*row, number(values, *row)))
             .filter(|(_, x)| x.is_finite())
     };
-    let extremum = |which: Extremum| {
+    let extremum = |which: Extreme| {
         numbers().fold(None, |best: Option<(usize, f64)>, (row, x)| match best {
-            Some((_, y)) if which == Extremum::Max && x <= y => best,
-            Some((_, y)) if which == Extremum::Min && x >= y => best,
+            Some((_, y)) if which == Extreme::Max && x <= y => best,
+            Some((_, y)) if which == Extreme::Min && x >= y => best,
             _ => Some((row, x)),
         })
     };
     let found = match rule {
         Rule::Count => return Cell::Integer(numbers().count() as i64),
         Rule::Extremum(which) => extremum(which).map(|(_, x)| x),
-        Rule::Range => extremum(Extremum::Max)
-            .zip(extremum(Extremum::Min))
+        Rule::Range => extremum(Extreme::Max)
+            .zip(extremum(Extreme::Min))
             .map(|((_, high), (_, low))| high - low),
         Rule::Mean => {
             let (count, sum) = numbers().fold((0usize, 0.0), |(n, sum), (_, x)| (n + 1, sum + x));

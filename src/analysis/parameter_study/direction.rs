@@ -8,7 +8,7 @@ use crate::yaml::Node;
 
 /// A parameter of the study.
 #[derive(Debug, Clone)]
-pub(super) struct Direction {
+pub(super) struct StudyParameter {
     /// Destinations of its values.
     pub place: Destination,
     /// Its column: name as written, SI unit, no values.
@@ -36,7 +36,7 @@ impl Coordinate {
     }
 }
 
-impl Direction {
+impl StudyParameter {
     /// As in a document.
     pub fn node(&self, value: &Coordinate) -> Node {
         match (value, &self.unit) {
@@ -52,7 +52,7 @@ impl Direction {
 /// # Errors
 /// What is wrong with the key `link`.
 pub(super) fn link(
-    directions: &mut [Direction],
+    directions: &mut [StudyParameter],
     setting: &Setting<'_>,
     link: &Link,
 ) -> Result<(), Fault> {

@@ -18,9 +18,9 @@ mod statistics;
 mod watch;
 
 pub use collect::{Collected, Reduce};
-pub use plan::{COMPLETE, Plan, Row, Worker};
+pub use plan::{COMPLETE, Plan, StudyRow, Worker};
 pub use report::Tally;
-pub use sample::{Distribution, Method, Sample, Shape};
+pub use sample::{Distribution, Sample, SamplingMethod, Shape};
 pub use settings::{Axis, Given, Spacing};
 
 use super::cost::Cost;
@@ -99,7 +99,7 @@ impl Analysis for ParameterStudy {
             return Err(refused(Fault::new("", message)));
         }
         let flag = interrupt::current();
-        let rows: Vec<Option<Row>> = (0..plan.runs())
+        let rows: Vec<Option<StudyRow>> = (0..plan.runs())
             .into_par_iter()
             .map_init(
                 || plan.worker(),

@@ -2,7 +2,7 @@
 
 use super::ParameterStudy;
 use super::collect::Collector;
-use super::direction::{Coordinate, Direction};
+use super::direction::{Coordinate, StudyParameter};
 use super::place::{Destination, Target};
 use super::space::Space;
 use super::watch::RunWatch;
@@ -32,7 +32,7 @@ pub struct Plan<'a> {
 
 /// A finished run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct StudyRow {
     /// Its cells, one per column of the plan.
     pub cells: Vec<Cell>,
     /// Whether the run delivered everything.
@@ -108,7 +108,7 @@ impl<'a> Plan<'a> {
             return Err(faults);
         }
         let identity = identity(study, &target, &columns);
-        let is_varied = |d: &Direction| d.place == Destination::Analysis(MAX_POINTS.into());
+        let is_varied = |d: &StudyParameter| d.place == Destination::Analysis(MAX_POINTS.into());
         let limits_points =
             target.own.get(MAX_POINTS).is_some() && !space.directions.iter().any(is_varied);
         Ok(Plan {
@@ -232,7 +232,7 @@ struct Prepared {
 
 impl Worker<'_> {
     /// A run by its number; `None` when it was interrupted.
-    pub fn run(&mut self, run: u64) -> Option<Row> {
+    pub fn run(&mut self, run: u64) -> Option<StudyRow> {
         let plan = self.plan;
         let watch = RunWatch::new(plan.setting.control);
         if watch.is_interrupted() {
@@ -262,7 +262,7 @@ impl Worker<'_> {
         cells.extend(plan.collectors.iter().map(|c| c.cell(&report)));
         let warnings = report.warnings.join("; ");
         cells.extend([status, reason, &warnings].map(|text| Cell::Text(cropped(text))));
-        Some(Row {
+        Some(StudyRow {
             cells,
             is_complete: status == COMPLETE,
             has_warnings: !warnings.is_empty(),

@@ -16,7 +16,7 @@ use std::f64::consts::SQRT_2;
 pub struct Sample {
     /// Sampling method.
     #[serde(default)]
-    pub method: Method,
+    pub method: SamplingMethod,
     /// Number of runs.
     pub count: u64,
     /// Seed of the generator: the same seed gives the same values.
@@ -28,7 +28,7 @@ pub struct Sample {
 /// Sampling method.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum SamplingMethod {
     /// Latin hypercube: one value of every parameter in each of `count` equally likely intervals, paired at random.
     #[default]
     LatinHypercube,
@@ -250,8 +250,8 @@ impl Draw {
             Permutation::new(count, &mut || random.next_u64())
         };
         let permutations = match sample.method {
-            Method::LatinHypercube => (0..parameters).map(permutation).collect(),
-            Method::MonteCarlo => Vec::new(),
+            SamplingMethod::LatinHypercube => (0..parameters).map(permutation).collect(),
+            SamplingMethod::MonteCarlo => Vec::new(),
         };
         Draw {
             count,
@@ -334,7 +334,7 @@ mod tests {
     #[test]
     fn a_latin_hypercube_meets_every_interval_once() {
         let sample = Sample {
-            method: Method::LatinHypercube,
+            method: SamplingMethod::LatinHypercube,
             count: 1000,
             seed: 7,
             parameters: IndexMap::new(),

@@ -1,6 +1,6 @@
 //! From the number of a run to the values of its parameters.
 
-use super::direction::{Coordinate, Direction, link};
+use super::direction::{Coordinate, StudyParameter, link};
 use super::place::{Destination, Target};
 use super::sample::{Draw, Inverse};
 use super::settings::{Axis, Given, Range, Spacing};
@@ -13,13 +13,13 @@ use indexmap::IndexMap;
 /// All runs.
 #[derive(Debug)]
 pub(super) struct Space {
-    pub directions: Vec<Direction>,
-    layout: Layout,
+    pub directions: Vec<StudyParameter>,
+    layout: SpaceLayout,
     runs: u64,
 }
 
 #[derive(Debug)]
-enum Layout {
+enum SpaceLayout {
     Grid(Vec<GridValues>),
     List(Vec<Vec<Coordinate>>),
     Sample(Draw, Vec<Inverse>),
@@ -83,7 +83,7 @@ impl Space {
     /// Values of a run, one per direction.
     pub fn values(&self, run: u64) -> Vec<Coordinate> {
         match &self.layout {
-            Layout::Grid(lines) => {
+            SpaceLayout::Grid(lines) => {
                 let mut rest = run;
                 let mut values: Vec<Coordinate> = (lines.iter().rev())
                     .map(|line| {
@@ -95,8 +95,8 @@ impl Space {
                 values.reverse();
                 values
             }
-            Layout::List(rows) => rows[run as usize].clone(),
-            Layout::Sample(draw, inverses) => (inverses.iter().enumerate())
+            SpaceLayout::List(rows) => rows[run as usize].clone(),
+            SpaceLayout::Sample(draw, inverses) => (inverses.iter().enumerate())
                 .map(|(k, inverse)| Coordinate::Number(inverse.at(draw.uniform(run, k))))
                 .collect(),
         }
@@ -114,11 +114,11 @@ impl Space {
         let name = |k: usize| self.directions[k].column.name.as_str();
         let mut list = Vec::new();
         match &self.layout {
-            Layout::List(rows) => {
+            SpaceLayout::List(rows) => {
                 let row = |(k, row): (usize, &Vec<Coordinate>)| (format!("list.{k}"), row.clone());
                 list.extend(rows.iter().enumerate().take(most).map(row));
             }
-            Layout::Grid(lines) => {
+            SpaceLayout::Grid(lines) => {
                 for (k, line) in lines.iter().enumerate() {
                     let key = format!("grid.{}", name(k));
                     match line {
@@ -135,7 +135,7 @@ impl Space {
                     }
                 }
             }
-            Layout::Sample(_, inverses) => {
+            SpaceLayout::Sample(_, inverses) => {
                 for (k, inverse) in inverses.iter().enumerate() {
                     let key = format!("sample.parameters.{}", name(k));
                     let (low, high) = inverse.ends();
@@ -178,7 +178,7 @@ impl GridValues {
 struct DirectionReader<'a> {
     setting: &'a Setting<'a>,
     target: &'a Target,
-    directions: Vec<Direction>,
+    directions: Vec<StudyParameter>,
     faults: Vec<Fault>,
 }
 
@@ -188,7 +188,7 @@ impl DirectionReader<'_> {
         None
     }
 
-    fn grid(&mut self, grid: &IndexMap<String, Axis>) -> Option<(Layout, u64)> {
+    fn grid(&mut self, grid: &IndexMap<String, Axis>) -> Option<(SpaceLayout, u64)> {
         if grid.is_empty() {
             return self.refuse("grid", "no parameter: nothing varies");
         }
@@ -203,7 +203,7 @@ impl DirectionReader<'_> {
         }
         let product = |n: Option<u64>, line: &GridValues| n?.checked_mul(line.length());
         match lines.iter().fold(Some(1), product) {
-            Some(runs) if runs <= MOST_RUNS => Some((Layout::Grid(lines), runs)),
+            Some(runs) if runs <= MOST_RUNS => Some((SpaceLayout::Grid(lines), runs)),
             _ => self.refuse(
                 "grid",
                 format!("more than {MOST_RUNS} runs, which is the limit"),
@@ -262,7 +262,7 @@ impl DirectionReader<'_> {
         Some(GridValues::Even(range.clone()))
     }
 
-    fn list(&mut self, rows: &[IndexMap<String, Given>]) -> Option<(Layout, u64)> {
+    fn list(&mut self, rows: &[IndexMap<String, Given>]) -> Option<(SpaceLayout, u64)> {
         let Some(first) = rows.first().filter(|row| !row.is_empty()) else {
             return self.refuse("list", "no row with a value: nothing to run");
         };
@@ -288,10 +288,10 @@ impl DirectionReader<'_> {
         let row = |k: usize| columns.iter().map(|c| c[k].clone()).collect();
         let rows: Vec<_> = (0..rows.len()).map(row).collect();
         let count = rows.len() as u64;
-        Some((Layout::List(rows), count))
+        Some((SpaceLayout::List(rows), count))
     }
 
-    fn sample(&mut self, sample: &Sample) -> Option<(Layout, u64)> {
+    fn sample(&mut self, sample: &Sample) -> Option<(SpaceLayout, u64)> {
         if sample.parameters.is_empty() {
             return self.refuse("sample.parameters", "no parameter: nothing varies");
         }
@@ -317,7 +317,7 @@ impl DirectionReader<'_> {
             }
         }
         let draw = Draw::new(sample, sample.parameters.len());
-        Some((Layout::Sample(draw, inverses), sample.count))
+        Some((SpaceLayout::Sample(draw, inverses), sample.count))
     }
 
     /// Adds a direction with these numbers, each with its key.
@@ -352,7 +352,7 @@ impl DirectionReader<'_> {
             },
             place => (place, Vec::new()),
         };
-        self.directions.push(Direction {
+        self.directions.push(StudyParameter {
             place,
             column: Column {
                 name: path.to_owned(),

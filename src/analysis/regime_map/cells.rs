@@ -1,6 +1,6 @@
 //! The cells of a map, level by level; each depends on its own start alone, so that any number of threads gives the same.
 
-use super::measures::{Wanted, sheet};
+use super::measures::{WantedColumns, sheet};
 use super::{RegimeMap, Seed};
 use crate::analysis::bifurcation_curve::{Axes, Grounds};
 use crate::analysis::response::OrbitTable;
@@ -9,7 +9,9 @@ use crate::analysis::{Setting, flow};
 use crate::interrupt;
 use crate::measure::Solved;
 use crate::postprocess::measures::Meter;
-use crate::solve::attractor::{Goal, Label, LabelOptions, MapSize, Stop, Stroboscopic, attractor};
+use crate::solve::attractor::{
+    Goal, Label, LabelOptions, MapSize, RecordStop, Stroboscopic, attractor,
+};
 use crate::solve::curve::Plane;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -17,7 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One motion in a cell.
 #[derive(Debug, Clone)]
-pub(super) struct Cell {
+pub(super) struct MapCell {
     pub label: Label,
     /// Wanted measures in nondimensional numbers.
     pub values: Vec<f64>,
@@ -36,18 +38,18 @@ const ORBITS: (usize, usize) = (200, 128);
 const ROUNDS: usize = 2;
 
 /// Place of a cell on the finest grid.
-pub(super) type Place = (usize, usize);
+pub(super) type CellIndex = (usize, usize);
 
 /// The cells that are known.
 pub(super) struct Field<'a> {
     keys: &'a RegimeMap,
     setting: &'a Setting<'a>,
     axes: &'a Axes,
-    wanted: &'a Wanted,
+    wanted: &'a WantedColumns,
     /// Cells along each axis on the coarsest grid.
     base: [usize; 2],
     /// By seed and place.
-    pub cells: BTreeMap<(usize, Place), Cell>,
+    pub cells: BTreeMap<(usize, CellIndex), MapCell>,
     done: AtomicUsize,
 }
 
@@ -56,7 +58,7 @@ impl<'a> Field<'a> {
         keys: &'a RegimeMap,
         setting: &'a Setting<'a>,
         axes: &'a Axes,
-        wanted: &'a Wanted,
+        wanted: &'a WantedColumns,
     ) -> Field<'a> {
         let mut points = keys.parameters.values().map(|v| v.points);
         Field {
@@ -84,14 +86,14 @@ impl<'a> Field<'a> {
     pub fn run(&mut self) {
         let stride = self.stride(0);
         let all = |axis: usize| (0..self.base[axis]).map(move |k| k * stride);
-        let rows: Vec<Vec<Place>> = all(1).map(|j| all(0).map(|i| (i, j)).collect()).collect();
+        let rows: Vec<Vec<CellIndex>> = all(1).map(|j| all(0).map(|i| (i, j)).collect()).collect();
         self.complete(&rows);
         for level in 1..=self.keys.refine {
             if self.setting.control.is_interrupted() {
                 return;
             }
             let new = self.contested(level);
-            let rows: Vec<Vec<Place>> = new.into_iter().map(|place| vec![place]).collect();
+            let rows: Vec<Vec<CellIndex>> = new.into_iter().map(|place| vec![place]).collect();
             self.complete(&rows);
         }
         for round in 1..=ROUNDS {
@@ -104,12 +106,12 @@ impl<'a> Field<'a> {
 
     /// Goes on with the motions of undecided cells beside which the others agree, for longer with every round.
     fn decide(&mut self, round: usize) {
-        let is_open = |((seed, place), cell): &(&(usize, Place), &Cell)| {
+        let is_open = |((seed, place), cell): &(&(usize, CellIndex), &MapCell)| {
             let is_undecided = cell.label == Label::Undecided && cell.failure.is_none();
             is_undecided && !self.is_contested(*seed, *place)
         };
         let open = self.cells.iter().filter(is_open);
-        let open: Vec<((usize, Place), Vec<f64>)> =
+        let open: Vec<((usize, CellIndex), Vec<f64>)> =
             open.map(|(key, cell)| (*key, cell.end.clone())).collect();
         let size = self.keys.size();
         let longer = MapSize {
@@ -118,7 +120,7 @@ impl<'a> Field<'a> {
             ..size
         };
         let flag = interrupt::current();
-        let one = |((seed, place), end): ((usize, Place), Vec<f64>)| {
+        let one = |((seed, place), end): ((usize, CellIndex), Vec<f64>)| {
             flag.scope(|| {
                 let mut grounds = Grounds::new(self.setting, self.axes.clone(), 1);
                 let cell = self.cell(&mut grounds, (seed, place), Some(end), longer)?;
@@ -130,7 +132,7 @@ impl<'a> Field<'a> {
     }
 
     /// Whether the decided cells nearest to a place have different labels.
-    fn is_contested(&self, seed: usize, (i, j): Place) -> bool {
+    fn is_contested(&self, seed: usize, (i, j): CellIndex) -> bool {
         let furthest = self.stride(0) as isize;
         let label = |(a, b): (isize, isize)| {
             let along = (1..=furthest).map(|k| (i as isize + k * a, j as isize + k * b));
@@ -146,10 +148,10 @@ impl<'a> Field<'a> {
     }
 
     /// Places of a level next to which two known neighbours differ.
-    fn contested(&self, level: usize) -> Vec<Place> {
+    fn contested(&self, level: usize) -> Vec<CellIndex> {
         let (coarse, step) = (self.stride(level - 1), self.stride(level));
         let ends = [0, 1].map(|axis| (self.base[axis] - 1) * self.stride(0));
-        let labels = |place: Place| -> Vec<Option<Label>> {
+        let labels = |place: CellIndex| -> Vec<Option<Label>> {
             let seeds = 0..self.keys.seeds.len();
             seeds
                 .map(|s| self.cells.get(&(s, place)).map(|c| c.label))
@@ -186,20 +188,20 @@ impl<'a> Field<'a> {
     }
 
     /// Computes rows of places with all seeds, one row after another on any thread.
-    fn complete(&mut self, rows: &[Vec<Place>]) {
+    fn complete(&mut self, rows: &[Vec<CellIndex>]) {
         let flag = interrupt::current();
         let total: usize = rows.iter().map(Vec::len).sum();
         self.done.store(0, Ordering::Relaxed);
-        let one = |row: &Vec<Place>| flag.scope(|| self.row(row, total));
-        let found: Vec<Vec<((usize, Place), Cell)>> = rows.par_iter().map(one).collect();
+        let one = |row: &Vec<CellIndex>| flag.scope(|| self.row(row, total));
+        let found: Vec<Vec<((usize, CellIndex), MapCell)>> = rows.par_iter().map(one).collect();
         self.cells.extend(found.into_iter().flatten());
     }
 
-    fn row(&self, row: &[Place], total: usize) -> Vec<((usize, Place), Cell)> {
+    fn row(&self, row: &[CellIndex], total: usize) -> Vec<((usize, CellIndex), MapCell)> {
         let mut list = Vec::new();
         let mut grounds = Grounds::new(self.setting, self.axes.clone(), 1);
         for (number, seed) in self.keys.seeds.iter().enumerate() {
-            let mut order: Vec<Place> = row.to_vec();
+            let mut order: Vec<CellIndex> = row.to_vec();
             if *seed == Seed::NeighbourDown {
                 order.reverse();
             }
@@ -232,11 +234,11 @@ impl<'a> Field<'a> {
     }
 
     /// Where the motion of the nearest known cell ended.
-    fn nearest(&self, seed: usize, (i, j): Place) -> Option<Vec<f64>> {
+    fn nearest(&self, seed: usize, (i, j): CellIndex) -> Option<Vec<f64>> {
         let own = self
             .cells
             .range((seed, (0, 0))..=(seed, (usize::MAX, usize::MAX)));
-        let gap = |place: &Place| place.0.abs_diff(i) + place.1.abs_diff(j);
+        let gap = |place: &CellIndex| place.0.abs_diff(i) + place.1.abs_diff(j);
         let usable = own.filter(|(_, cell)| cell.failure.is_none());
         let nearest = usable.min_by_key(|((_, place), _)| gap(place));
         nearest.map(|(_, cell)| cell.end.clone())
@@ -248,7 +250,7 @@ impl<'a> Field<'a> {
     }
 
     /// Whether the orbit of a cell is kept: at regular intervals on the coarsest grid.
-    fn keeps(&self, (i, j): Place) -> bool {
+    fn keeps(&self, (i, j): CellIndex) -> bool {
         let step = self.stride(0);
         let is_coarse = i.is_multiple_of(step) && j.is_multiple_of(step);
         let total = self.base[0] * self.base[1] * self.keys.seeds.len();
@@ -260,14 +262,14 @@ impl<'a> Field<'a> {
     fn cell(
         &self,
         grounds: &mut Grounds<'_>,
-        (seed, place): (usize, Place),
+        (seed, place): (usize, CellIndex),
         start: Option<Vec<f64>>,
         size: MapSize,
-    ) -> Option<Cell> {
+    ) -> Option<MapCell> {
         let (setting, keys) = (self.setting, self.keys);
         let p = [self.share(0, place.0), self.share(1, place.1)];
         let lost = |reason: String| {
-            Some(Cell {
+            Some(MapCell {
                 label: Label::Undecided,
                 values: vec![f64::NAN; self.wanted.columns.len()],
                 end: Vec::new(),
@@ -295,11 +297,11 @@ impl<'a> Field<'a> {
         };
         let found = attractor(&mut map, &mut state, size, labels, &mut keep_going);
         match found.record.stop {
-            Some(Stop::Interrupted) => return None,
+            Some(RecordStop::Interrupted) => return None,
             Some(stop) => return lost(flow::tell(stop, setting)),
             None => {}
         }
-        let mut cell = Cell {
+        let mut cell = MapCell {
             label: found.label,
             values: vec![f64::NAN; self.wanted.columns.len()],
             failure: None,

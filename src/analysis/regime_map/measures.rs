@@ -3,14 +3,14 @@
 use crate::analysis::{Fault, Setting};
 use crate::error::did_you_mean;
 use crate::measure::{
-    Connections, ContactMetrics, EffectiveFrequencies, Heading, Measure, PeakAccelerations, Sheet,
-    Solved,
+    ColumnHeading, Connections, ContactMetrics, EffectiveFrequencyColumns, Measure,
+    PeakAccelerations, Sheet, Solved,
 };
 
 /// Columns of all measures, and which of them are wanted.
-pub(super) struct Wanted {
+pub(super) struct WantedColumns {
     /// Places among the values of the sheet, with their headings.
-    pub columns: Vec<(usize, Heading)>,
+    pub columns: Vec<(usize, ColumnHeading)>,
     /// The column that is drawn; labels when `None`.
     pub drawn: Option<String>,
 }
@@ -21,14 +21,14 @@ pub(super) fn sheet(setting: &Setting<'_>) -> Sheet {
     let accelerations = PeakAccelerations::new(setting.model, setting.assembly);
     let measures: Vec<Box<dyn Measure>> = vec![
         Box::new(Connections),
-        Box::new(EffectiveFrequencies { dof }),
+        Box::new(EffectiveFrequencyColumns { dof }),
         Box::new(ContactMetrics),
         Box::new(accelerations),
     ];
     Sheet::new(measures)
 }
 
-impl Wanted {
+impl WantedColumns {
     /// Reads the keys.
     ///
     /// # Errors
@@ -37,13 +37,14 @@ impl Wanted {
         setting: &Setting<'_>,
         names: &[String],
         drawn: Option<&str>,
-    ) -> Result<Wanted, Vec<Fault>> {
+    ) -> Result<WantedColumns, Vec<Fault>> {
         let headings = sheet(setting).headings(&setting.units());
-        let (mut columns, mut faults) = (Vec::<(usize, Heading)>::new(), Vec::new());
+        let (mut columns, mut faults) = (Vec::<(usize, ColumnHeading)>::new(), Vec::new());
         for (k, name) in names.iter().enumerate() {
-            let is_own = |h: &Heading| h.name == *name || h.name.starts_with(&format!("{name}."));
+            let is_own =
+                |h: &ColumnHeading| h.name == *name || h.name.starts_with(&format!("{name}."));
             let own = headings.iter().enumerate().filter(|(_, h)| is_own(h));
-            let own: Vec<(usize, Heading)> = own.map(|(k, h)| (k, h.clone())).collect();
+            let own: Vec<(usize, ColumnHeading)> = own.map(|(k, h)| (k, h.clone())).collect();
             if own.is_empty() && name != "label" {
                 let known = headings.iter().map(|h| h.name.as_str());
                 let message = format!(
@@ -62,7 +63,7 @@ impl Wanted {
         let drawn = match drawn {
             None | Some("label") => None,
             Some(name) => {
-                let is_own = |(_, h): &&(usize, Heading)| {
+                let is_own = |(_, h): &&(usize, ColumnHeading)| {
                     h.name == name || h.name.starts_with(&format!("{name}."))
                 };
                 let own = columns.iter().find(is_own).map(|(_, h)| h.name.clone());
@@ -74,7 +75,7 @@ impl Wanted {
             }
         };
         match faults.is_empty() {
-            true => Ok(Wanted { columns, drawn }),
+            true => Ok(WantedColumns { columns, drawn }),
             false => Err(faults),
         }
     }

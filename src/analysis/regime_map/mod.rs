@@ -5,7 +5,7 @@ mod measures;
 mod overlay;
 mod report;
 
-use super::bifurcation_curve::{Axes, Axis};
+use super::bifurcation_curve::{Axes, CurveAxis};
 use super::cost::{Cost, Period};
 use super::flow::{self, LabelKeys};
 use super::parameter::Parameter;
@@ -17,7 +17,7 @@ use crate::solve::attractor::{Lengths, MapSize};
 use crate::solve::integrate::IntegratorChoice;
 use cells::Field;
 use indexmap::IndexMap;
-use measures::Wanted;
+use measures::WantedColumns;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -28,7 +28,7 @@ use std::time::Instant;
 #[serde(deny_unknown_fields)]
 pub struct RegimeMap {
     /// The two numbers (`frequency` or paths of numbers of the model), each with its values.
-    pub parameters: IndexMap<String, Values>,
+    pub parameters: IndexMap<String, AxisValues>,
     /// Further numbers that follow one of them, such as `{gear_1.drag: {gear_2.drag: "0.4*x"}}`.
     #[serde(default, skip_serializing_if = "Link::is_empty")]
     pub link: Link,
@@ -74,7 +74,7 @@ pub struct RegimeMap {
 /// Values of one number.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Values {
+pub struct AxisValues {
     /// First value.
     pub from: Quantity,
     /// Last value.
@@ -146,7 +146,7 @@ impl Analysis for RegimeMap {
             }
             Err(list) => faults.extend(list),
         }
-        let wanted = Wanted::new(setting, &self.measures, self.draw.as_deref());
+        let wanted = WantedColumns::new(setting, &self.measures, self.draw.as_deref());
         faults.extend(wanted.err().into_iter().flatten());
         let cells = self.parameters.values().fold(1_usize, |n, values| {
             n.saturating_mul(values.points.saturating_mul(1 << self.refine.min(8)))
@@ -178,7 +178,7 @@ impl Analysis for RegimeMap {
         let axes = self
             .axes(setting)
             .map_err(|mut list| refused(list.remove(0)))?;
-        let wanted = Wanted::new(setting, &self.measures, self.draw.as_deref());
+        let wanted = WantedColumns::new(setting, &self.measures, self.draw.as_deref());
         let wanted = wanted.map_err(|mut list| refused(list.remove(0)))?;
         let curves = overlay::tables(setting, &axes, &self.curves)?;
         let mut field = Field::new(self, setting, &axes, &wanted);
@@ -190,7 +190,7 @@ impl Analysis for RegimeMap {
     }
 
     fn tables(&self, setting: &Setting<'_>) -> Vec<Table> {
-        let wanted = Wanted::new(setting, &self.measures, self.draw.as_deref());
+        let wanted = WantedColumns::new(setting, &self.measures, self.draw.as_deref());
         match (self.axes(setting), wanted) {
             (Ok(axes), Ok(wanted)) => {
                 let field = Field::new(self, setting, &axes, &wanted);
@@ -229,7 +229,7 @@ impl RegimeMap {
         let mut list = Vec::new();
         let names: Vec<&str> = self.parameters.keys().map(String::as_str).collect();
         for (name, values) in &self.parameters {
-            match Axis::read(
+            match CurveAxis::read(
                 setting,
                 name,
                 (&values.from, &values.to),
@@ -255,7 +255,7 @@ impl RegimeMap {
 }
 
 /// A number in the unit in which a user wrote it: the unit, and reported values over those in it.
-fn users_unit(axis: &Axis, written: &Quantity) -> Option<(String, f64)> {
+fn users_unit(axis: &CurveAxis, written: &Quantity) -> Option<(String, f64)> {
     written.dimension?;
     let text = written.text.trim();
     let end =

@@ -1,11 +1,11 @@
 //! Maps as tables and as pictures.
 
-use super::cells::{Cell, Field, Place};
-use super::measures::Wanted;
+use super::cells::{CellIndex, Field, MapCell};
+use super::measures::WantedColumns;
 use super::overlay::Overlay;
 use super::{RegimeMap, users_unit};
 use crate::analysis::Setting;
-use crate::analysis::bifurcation_curve::{Axes, Axis};
+use crate::analysis::bifurcation_curve::{Axes, CurveAxis};
 use crate::analysis::columns::{float, frequency_label, integer, text};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::response::OrbitTable;
@@ -22,12 +22,12 @@ const SHOWN: usize = 4;
 pub(super) fn assemble(
     keys: &RegimeMap,
     setting: &Setting<'_>,
-    (axes, wanted): (&Axes, &Wanted),
+    (axes, wanted): (&Axes, &WantedColumns),
     (field, (curves, list, reasons)): (&Field<'_>, Overlay),
 ) -> Report {
     let main = main_table(keys, (axes, wanted), field);
     let mut warnings: Vec<String> = reasons;
-    let lost: Vec<(&Place, &String)> = (field.cells.iter())
+    let lost: Vec<(&CellIndex, &String)> = (field.cells.iter())
         .filter_map(|((_, place), cell)| Some((place, cell.failure.as_ref()?)))
         .collect();
     for (place, reason) in lost.iter().take(SHOWN) {
@@ -70,9 +70,9 @@ pub(super) fn assemble(
 }
 
 /// Unit and factor in which each axis is drawn.
-type Units = [(String, f64); 2];
+type AxisUnits = [(String, f64); 2];
 
-fn units(keys: &RegimeMap, axes: &Axes) -> Units {
+fn units(keys: &RegimeMap, axes: &Axes) -> AxisUnits {
     let written: Vec<&Quantity> = keys.parameters.values().map(|v| &v.from).collect();
     [0, 1].map(|k| {
         let axis = &axes.list[k];
@@ -82,8 +82,8 @@ fn units(keys: &RegimeMap, axes: &Axes) -> Units {
 }
 
 /// Cells in the order of the main table.
-fn rows<'f>(field: &'f Field<'_>) -> Vec<(&'f (usize, Place), &'f Cell)> {
-    let mut rows: Vec<(&(usize, Place), &Cell)> = field.cells.iter().collect();
+fn rows<'f>(field: &'f Field<'_>) -> Vec<(&'f (usize, CellIndex), &'f MapCell)> {
+    let mut rows: Vec<(&(usize, CellIndex), &MapCell)> = field.cells.iter().collect();
     rows.sort_by_key(|((seed, (i, j)), _)| (*j, *i, *seed));
     rows
 }
@@ -102,11 +102,11 @@ pub(super) fn orbits(setting: &Setting<'_>, field: &Field<'_>) -> Table {
 /// `<path>, <path>, seed, label, <measures>`, then the speed and the values in the user's units.
 pub(super) fn main_table(
     keys: &RegimeMap,
-    (axes, wanted): (&Axes, &Wanted),
+    (axes, wanted): (&Axes, &WantedColumns),
     field: &Field<'_>,
 ) -> Table {
     let rows = rows(field);
-    let value = |k: usize, place: &Place| {
+    let value = |k: usize, place: &CellIndex| {
         let place = if k == 0 { place.0 } else { place.1 };
         axes.list[k].value(field.share(k, place)) * axes.list[k].factor
     };
@@ -122,7 +122,7 @@ pub(super) fn main_table(
         "seed",
         rows.iter().map(|((seed, _), _)| *seed as i64).collect(),
     ));
-    let label = |cell: &Cell| cell.label.to_string();
+    let label = |cell: &MapCell| cell.label.to_string();
     columns.push(text(
         "label",
         rows.iter().map(|(_, cell)| label(cell)).collect(),
@@ -149,7 +149,7 @@ pub(super) fn main_table(
 }
 
 /// Adds what the picture is drawn over: `x`, `y`.
-fn drawn(mut table: Table, axes: &Axes, units: &Units) -> Table {
+fn drawn(mut table: Table, axes: &Axes, units: &AxisUnits) -> Table {
     for (k, name) in ["x", "y"].into_iter().enumerate() {
         let own = table
             .columns
@@ -164,7 +164,7 @@ fn drawn(mut table: Table, axes: &Axes, units: &Units) -> Table {
 }
 
 /// The same for curves.
-fn with_users_units(mut table: Table, units: &Units) -> Table {
+fn with_users_units(mut table: Table, units: &AxisUnits) -> Table {
     for (k, (from, name)) in [("parameter_1", "x"), ("parameter_2", "y")]
         .into_iter()
         .enumerate()
@@ -179,7 +179,7 @@ fn with_users_units(mut table: Table, units: &Units) -> Table {
 
 /// The longest period among the labels.
 fn longest(field: &Field<'_>) -> usize {
-    let period = |cell: &Cell| match cell.label {
+    let period = |cell: &MapCell| match cell.label {
         Label::Period(n) => n,
         _ => 1,
     };
@@ -203,11 +203,11 @@ fn kinds(longest: usize) -> Vec<(String, String)> {
 /// A panel per seed, or one of the drawn measure per seed, with the curves over it.
 fn figure(
     (setting, keys): (&Setting<'_>, &RegimeMap),
-    (axes, units): (&Axes, &Units),
-    (wanted, longest): (&Wanted, usize),
+    (axes, units): (&Axes, &AxisUnits),
+    (wanted, longest): (&WantedColumns, usize),
     curves: &[(String, String)],
 ) -> Figure {
-    let axis = |axis: &Axis, unit: &str| {
+    let axis = |axis: &CurveAxis, unit: &str| {
         let written = Words::of_number(&axis.written, unit);
         match (&axis.parameter, unit) {
             (Parameter::Frequency(_), "rpm") => frequency_label(setting, &written),

@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 const HARDLY_MOVES: f64 = 1e-3;
 
 /// Values and errors of one point, nondimensional, by connection.
-struct Judged {
+struct JudgedPoint {
     /// What judged: `flow`, whose orbits are exact, or `series`, with twice the harmonics.
     by: &'static str,
     rms: Vec<Rms>,
@@ -33,7 +33,7 @@ struct Judged {
     multipliers: f64,
 }
 
-impl Judged {
+impl JudgedPoint {
     /// Largest relative error of an r.m.s. value.
     fn largest(&self) -> f64 {
         relative(&self.rms, &self.errors)
@@ -46,7 +46,7 @@ struct PointErrors {
     point: usize,
     lambda: f64,
     harmonics: usize,
-    judged: Judged,
+    judged: JudgedPoint,
     /// Largest relative error against the nearest place of the branch.
     along: f64,
     estimate: Estimate,
@@ -72,7 +72,7 @@ struct Judge<'a> {
 
 impl Judge<'_> {
     /// Against the flow's orbit.
-    fn by_flow(&self, point: &BranchPoint, row: &verify::FlowRow) -> Judged {
+    fn by_flow(&self, point: &BranchPoint, row: &verify::FlowRow) -> JudgedPoint {
         let of = |measure| recorded(self.swept, point, measure);
         let pairs = of("rms").into_iter().zip(of("rms_velocity"));
         let rms: Vec<Rms> = pairs
@@ -86,7 +86,7 @@ impl Judge<'_> {
             velocity: exact.rms_velocity - value.velocity,
         });
         let force = of("force_max").into_iter().zip(&row.exactly);
-        Judged {
+        JudgedPoint {
             by: "flow",
             errors: errors.collect(),
             force: force.map(|(f, exact)| (f, exact.force_max - f)).collect(),
@@ -101,7 +101,7 @@ impl Judge<'_> {
         point: &BranchPoint,
         estimate: &Estimate,
         (system, orbit): (&System, FourierOrbit),
-    ) -> Judged {
+    ) -> JudgedPoint {
         let corrected = &estimate.corrected;
         let is_known = estimate.errors.iter().all(|e| e.displacement.is_finite());
         let here = self.swept.here(point.lambda);
@@ -126,7 +126,7 @@ impl Judge<'_> {
                 multipliers = confirm::difference(&of(&orbit), &of(corrected));
             }
         }
-        Judged {
+        JudgedPoint {
             by: "series",
             rms: estimate.rms.clone(),
             errors: estimate.errors.clone(),
@@ -363,7 +363,7 @@ impl Accuracies {
 /// ```
 ///
 /// every value relative to its size, a frequency too.
-fn along(swept: &Swept<'_>, points: &[BranchPoint], point: usize, judged: &Judged) -> f64 {
+fn along(swept: &Swept<'_>, points: &[BranchPoint], point: usize, judged: &JudgedPoint) -> f64 {
     let ends = [point.saturating_sub(1), (point + 1).min(points.len() - 1)];
     let largest = judged
         .rms
@@ -391,7 +391,7 @@ fn along(swept: &Swept<'_>, points: &[BranchPoint], point: usize, judged: &Judge
 }
 
 /// What the convergence check says of one connection.
-struct Checked {
+struct CheckedConnection {
     /// R.m.s. from the first half of the harmonics.
     first: f64,
     /// Its difference from the judged value, relative.
@@ -401,12 +401,12 @@ struct Checked {
 }
 
 impl PointErrors {
-    fn checked(&self, connection: usize) -> Option<Checked> {
+    fn checked(&self, connection: usize) -> Option<CheckedConnection> {
         let check = self.check.as_ref().filter(|c| c.outcome.is_converged())?;
         let all = check.rms[connection].displacement;
         let first = check.first[connection].displacement;
         let judged = self.estimate.rms[connection].displacement;
-        Some(Checked {
+        Some(CheckedConnection {
             first,
             difference: ((judged - first) / first).abs(),
             truncation: 1.0 - first / all,

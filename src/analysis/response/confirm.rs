@@ -2,7 +2,7 @@
 
 use super::BranchSettings;
 use super::trace::Work;
-use super::verify::Taken;
+use super::verify::TakenBranch;
 use crate::analysis::Setting;
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::analysis::cost::Period;
@@ -157,7 +157,7 @@ impl Work<'_> {
             return Ok(());
         }
         let given = (settings, swept);
-        let taken = Taken {
+        let taken = TakenBranch {
             number: self.delivered.len(),
             spread,
             begins_at_crossing,

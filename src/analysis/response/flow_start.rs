@@ -2,7 +2,7 @@
 
 use super::Method;
 use super::delivered::{Delivered, Ending};
-use super::source::Source;
+use super::source::BranchSource;
 use super::trace::{Work, sizes};
 use crate::analysis::flow;
 use crate::error::Error;
@@ -28,7 +28,7 @@ impl Work<'_> {
     pub(super) fn settled(&mut self, method: Method) -> Result<Delivered, Error> {
         let mut delivered = Delivered::new(method, self.settings.subharmonic);
         match self.settle_from_rest()? {
-            Ok(u) => self.follow(Source::Guess(u), &mut delivered)?,
+            Ok(u) => self.follow(BranchSource::Guess(u), &mut delivered)?,
             Err(message) => delivered.end = Ending::early("no_start", message),
         }
         Ok(delivered)

@@ -1,7 +1,7 @@
 //! Periodic orbits of systems that do not exist everywhere.
 
 use crate::error::SolveError;
-use crate::numeric::jacobian::Structure;
+use crate::numeric::jacobian::JacobianStructure;
 use crate::solve::orbit::Orbit;
 use crate::solve::residual::{
     Extent, Fit, Linearisation, PeriodicResidual, Residual, Size, Survey,
@@ -18,7 +18,7 @@ impl Residual for Guarded<'_> {
         self.0.dim()
     }
 
-    fn structure(&self) -> Structure {
+    fn structure(&self) -> JacobianStructure {
         self.0.structure()
     }
 

@@ -8,12 +8,12 @@ use super::delivered::{Delivered, Ending};
 use super::report::early_message;
 use super::{BranchSettings, Method, Swept};
 use crate::analysis::Setting;
-use crate::analysis::bifurcation_diagram::Direction;
+use crate::analysis::bifurcation_diagram::SweepDirection;
 use crate::analysis::branch_table::MeasureRecorder;
 use crate::analysis::flow;
 use crate::analysis::summary::{Unmeasured, measured};
 use crate::solve::attractor::{
-    Attractor, Cycle, Label, Map, Stop, Stroboscopic, attractor, reconsider,
+    Attractor, Cycle, Label, Map, RecordStop, Stroboscopic, attractor, reconsider,
 };
 use crate::solve::branch::{BranchPoint, Recorder, Stability};
 use crate::solve::integrate::Strain;
@@ -27,7 +27,7 @@ const SAME: f64 = 1e-12;
 
 /// Values with whether each is a mark, in the order of every sweep.
 pub(super) fn sweeps(settings: &BranchSettings, swept: &Swept<'_>) -> Vec<Vec<(f64, bool)>> {
-    Direction::sweeps(settings.direction, values(settings, swept))
+    SweepDirection::sweeps(settings.direction, values(settings, swept))
 }
 
 /// Follows the attractor over the values of a sweep; `keep` gets the orbits that are wanted, with the index of their point.
@@ -167,7 +167,7 @@ impl Sweep<'_, '_> {
         if go_on {
             Ok(())
         } else {
-            Err(reason(self.swept.setting, Stop::Interrupted))
+            Err(reason(self.swept.setting, RecordStop::Interrupted))
         }
     }
 
@@ -187,10 +187,10 @@ impl Sweep<'_, '_> {
     }
 }
 
-fn reason(setting: &Setting<'_>, stop: Stop) -> Reason {
+fn reason(setting: &Setting<'_>, stop: RecordStop) -> Reason {
     let word = match stop {
-        Stop::Interrupted => "interrupted",
-        Stop::Failed(..) => "integration_failed",
+        RecordStop::Interrupted => "interrupted",
+        RecordStop::Failed(..) => "integration_failed",
     };
     (word, flow::tell(stop, setting))
 }

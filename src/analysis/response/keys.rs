@@ -70,11 +70,11 @@ macro_rules! response_keys {
             pub orbits: crate::analysis::response::Orbits,
             /// Tables to compute and write: a list, or `all`. Default: all except `multiplier_estimates`, and
             /// `rattle` only if a law has a gap.
-            #[serde(default, skip_serializing_if = "crate::analysis::Tables::are_usual")]
-            pub tables: crate::analysis::Tables,
+            #[serde(default, skip_serializing_if = "crate::analysis::TableChoice::are_usual")]
+            pub tables: crate::analysis::TableChoice,
             /// Orders of the reference whose amplitudes in deformations, forces and accelerations are columns of the main table.
             #[serde(default, skip_serializing_if = "Vec::is_empty")]
-            pub orders: Vec<crate::analysis::Order>,
+            pub orders: Vec<crate::analysis::ReportedOrder>,
             /// What the flow confirms on Galerkin branches: `events` with a spread of points, `all` points, every
             /// k-th point, or `none`. Default: `events` where the flow is exact.
             #[serde(default)]
@@ -120,7 +120,7 @@ macro_rules! response_keys {
             pub points: Option<usize>,
             /// Integration: direction in which the attractor is followed; default: from `from` to `to`.
             #[serde(default)]
-            pub direction: Option<crate::analysis::bifurcation_diagram::Direction>,
+            pub direction: Option<crate::analysis::bifurcation_diagram::SweepDirection>,
             /// Integration: excitation periods before the record, at every value; default 200.
             #[serde(default)]
             pub transient: Option<usize>,

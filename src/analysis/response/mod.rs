@@ -47,5 +47,5 @@ pub(super) use orbits::OrbitTable;
 pub use saved_start::Beginning;
 pub use starts::Starts;
 pub(super) use swept::Swept;
-pub use tables::{ResponseTable, Tables};
+pub use tables::{ResponseTable, TableChoice};
 pub(super) use trace::{run, tables};

@@ -9,7 +9,7 @@ use crate::system::System;
 
 /// A number of the model between two values.
 #[derive(Debug, Clone)]
-pub(super) struct Track {
+pub(super) struct NumberTrack {
     /// The number.
     pub knob: Knob,
     /// The path as the user wrote it.
@@ -22,7 +22,7 @@ pub(super) struct Track {
     pub at: f64,
 }
 
-impl Track {
+impl NumberTrack {
     /// The number at lambda.
     pub fn value(&self, lambda: f64) -> f64 {
         let (from, to) = self.ends;
@@ -60,7 +60,7 @@ pub(super) trait Road {
     fn step(&self, lambda: f64) -> f64;
 }
 
-impl Road for Track {
+impl Road for NumberTrack {
     fn knobs(&self) -> Vec<Knob> {
         vec![self.knob.clone()]
     }

@@ -2,7 +2,7 @@
 
 use crate::analysis::Setting;
 use crate::analysis::columns::{connections, coordinates, integer};
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::report::{Column, Table};
 use crate::solve::galerkin::march;
 use crate::solve::orbit::Orbit;
@@ -97,7 +97,7 @@ impl OrbitTable {
 const ORBIT_ROWS: usize = 256;
 
 /// Coordinates and rates that are no deformations, with their places in the state: with them a row is a whole state.
-fn others(setting: &Setting<'_>) -> Vec<(usize, Heading)> {
+fn others(setting: &Setting<'_>) -> Vec<(usize, ColumnHeading)> {
     let list = coordinates(setting).into_iter().enumerate();
     list.filter(|(_, heading)| heading.name.starts_with(['r', 'd']))
         .collect()
@@ -109,7 +109,7 @@ fn orbit_columns(setting: &Setting<'_>, numbers: Vec<Vec<i64>>, series: Vec<Vec<
         .zip(numbers)
         .map(|(name, n)| integer(name, n))
         .collect();
-    let headings = [Heading::new("tau", "rad", 1.0)]
+    let headings = [ColumnHeading::new("tau", "rad", 1.0)]
         .into_iter()
         .chain(connections(setting))
         .chain(others(setting).into_iter().map(|(_, heading)| heading));

@@ -2,12 +2,12 @@
 //! and the multipliers do not depend on it.
 
 use super::delivered::{Delivered, Ending};
-use super::source::Source;
+use super::source::BranchSource;
 use super::trace::Work;
 use super::{BranchSettings, Method};
 use crate::error::{Error, SolveError};
 use crate::numeric::roots::{self, Bracketed};
-use crate::solve::continuation::Side;
+use crate::solve::continuation::CrossingSide;
 use crate::solve::events::{BifurcationEvent, Count, EventKind, Sought, Verdict};
 use crate::solve::family::Family;
 use crate::solve::floquet;
@@ -42,12 +42,12 @@ struct Pole {
 }
 
 /// Multipliers of a linear system, whose transition matrix is the same along every motion.
-struct Linear<F: Family> {
+struct LinearTrain<F: Family> {
     shooting: Shooting<F>,
     state: Vec<f64>,
 }
 
-impl<F: Family> Linear<F> {
+impl<F: Family> LinearTrain<F> {
     fn multipliers(&mut self, lambda: f64) -> Result<Vec<Complex<f64>>, SolveError> {
         let image = self.shooting.image(&self.state, lambda, &mut ())?;
         Ok(image.map_or(Vec::new(), |image| floquet::multipliers(image.phi)))
@@ -143,7 +143,10 @@ impl Work<'_> {
             piece.start = Some(format!("behind the pole at {place}"));
             piece.is_restart = true;
             let u = DVector::zeros(self.unknowns(method, behind)?);
-            self.follow(Source::Inside(u, behind, Side::Forward), &mut piece)?;
+            self.follow(
+                BranchSource::Inside(u, behind, CrossingSide::Forward),
+                &mut piece,
+            )?;
             if piece.points.is_empty() {
                 break;
             }
@@ -174,7 +177,7 @@ impl Work<'_> {
         let state = vec![0.0; shooting.dim()];
         let (from, to) = swept.range;
         let scale = last.abs().max(LEAST * (to - from).abs());
-        let mut linear = Linear { shooting, state };
+        let mut linear = LinearTrain { shooting, state };
         match linear.pole(last, to, scale) {
             // The model ends before.
             Err(SolveError::NoSystem { .. }) => Ok(None),

@@ -3,10 +3,10 @@
 use super::Method;
 use super::delivered::Delivered;
 use super::hunt::Hunt;
-use super::source::Source;
+use super::source::BranchSource;
 use super::trace::Work;
 use crate::error::Error;
-use crate::solve::continuation::Side;
+use crate::solve::continuation::CrossingSide;
 use nalgebra::DVector;
 
 impl Work<'_> {
@@ -46,14 +46,18 @@ impl Work<'_> {
         origin: &str,
     ) -> Result<(), Error> {
         let (from, to) = self.swept.range;
-        for side in [Side::Forward, Side::Backward] {
-            let border = if side == Side::Forward { to } else { from };
+        for side in [CrossingSide::Forward, CrossingSide::Backward] {
+            let border = if side == CrossingSide::Forward {
+                to
+            } else {
+                from
+            };
             if lambda == border {
                 continue;
             }
             let mut delivered = Delivered::new(method, self.settings.subharmonic);
             delivered.start = Some(origin.into());
-            let source = Source::Inside(u.clone(), lambda, side);
+            let source = BranchSource::Inside(u.clone(), lambda, side);
             self.follow(source, &mut delivered)?;
             let is_closed = delivered.end.reason == "closed";
             self.delivered.push(delivered);

@@ -2,12 +2,12 @@
 
 use super::delivered::{Delivered, Ending};
 use super::hunt::Hunt;
-use super::source::Source;
+use super::source::BranchSource;
 use super::trace::Work;
 use super::{BranchSettings, Method};
 use crate::error::Error;
 use crate::solve::branch::BranchPoint;
-use crate::solve::continuation::Side;
+use crate::solve::continuation::CrossingSide;
 
 /// Distances behind a break at which the branch is taken up again, as shares of the range.
 const BEHIND: [f64; 5] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1];
@@ -72,7 +72,10 @@ impl Work<'_> {
                 let mut piece = Delivered::new(method, settings.subharmonic);
                 piece.start = Some(format!("behind the break at {place}"));
                 piece.is_restart = true;
-                self.follow(Source::Inside(u, lambda, Side::Forward), &mut piece)?;
+                self.follow(
+                    BranchSource::Inside(u, lambda, CrossingSide::Forward),
+                    &mut piece,
+                )?;
                 let is_onward = |p: &BranchPoint| (p.lambda - lambda) / (to - from) > 0.0;
                 if piece.points.iter().any(is_onward) {
                     return Ok(Some(piece));

@@ -7,11 +7,11 @@
 
 use super::crossings::{Limits, MOST_HARMONICS};
 use super::delivered::{Delivered, Origin};
-use super::source::Source;
+use super::source::BranchSource;
 use super::trace::Work;
 use super::{BranchSettings, Method};
 use crate::error::Error;
-use crate::solve::continuation::{Heading, Side};
+use crate::solve::continuation::{CrossingSide, Heading};
 use crate::solve::events::EventKind;
 
 impl BranchSettings {
@@ -83,9 +83,9 @@ impl Work<'_> {
 
     /// Follows what begins at an event: one branch or two arms in every direction.
     fn leave(&mut self, method: Method, origin: Origin) -> Result<(), Error> {
-        let sides: &[Side] = match origin.kind {
-            EventKind::PeriodDoubling => &[Side::Forward],
-            _ => &[Side::Forward, Side::Backward],
+        let sides: &[CrossingSide] = match origin.kind {
+            EventKind::PeriodDoubling => &[CrossingSide::Forward],
+            _ => &[CrossingSide::Forward, CrossingSide::Backward],
         };
         let event = &self.delivered[origin.parent].events[origin.event];
         let Some(point) = event.point.clone() else {
@@ -97,7 +97,7 @@ impl Work<'_> {
             for side in sides {
                 let mut delivered = Delivered::new(method, self.subharmonic(origin));
                 delivered.origin = Some(origin);
-                let source = Source::Crossing {
+                let source = BranchSource::Crossing {
                     point: Box::new(point.clone()),
                     subharmonic: self.delivered[origin.parent].subharmonic,
                     side: *side,

@@ -1,16 +1,16 @@
 //! Where branches of periodic solutions begin.
 
 use crate::solve::branch::Begin;
-use crate::solve::continuation::{Heading, PathPoint, Side};
+use crate::solve::continuation::{CrossingSide, Heading, PathPoint};
 use crate::solve::residual::PeriodicResidual;
 use nalgebra::DVector;
 
 /// Where a branch of periodic solutions begins.
-pub(super) enum Source {
+pub(super) enum BranchSource {
     /// A guess at the first value of the range.
     Guess(DVector<f64>),
     /// A solution inside the range, and the way to go.
-    Inside(DVector<f64>, f64, Side),
+    Inside(DVector<f64>, f64, CrossingSide),
     /// An event of another branch.
     Crossing {
         /// The point of that branch.
@@ -18,7 +18,7 @@ pub(super) enum Source {
         /// nu of that branch.
         subharmonic: usize,
         /// Which way the new branch is followed.
-        side: Side,
+        side: CrossingSide,
         /// In which of several directions it leaves.
         heading: Heading,
         /// Whether the new branch has twice the period.
@@ -26,13 +26,13 @@ pub(super) enum Source {
     },
 }
 
-impl Source {
+impl BranchSource {
     /// The same in the unknowns of the new branch.
     pub fn begin(self, problem: &dyn PeriodicResidual) -> Begin {
         match self {
-            Source::Guess(u) => Begin::Guess(u),
-            Source::Inside(u, lambda, side) => Begin::Inside(u, lambda, side),
-            Source::Crossing {
+            BranchSource::Guess(u) => Begin::Guess(u),
+            BranchSource::Inside(u, lambda, side) => Begin::Inside(u, lambda, side),
+            BranchSource::Crossing {
                 mut point,
                 side,
                 heading,

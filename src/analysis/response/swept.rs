@@ -1,14 +1,14 @@
 //! The continued parameter of a response: what it means, the systems along it, and how it is reported.
 
-use super::model_family::{ModelFamily, Road, Ties, Track};
-use super::{BranchSettings, ResponseTable, Tables};
+use super::model_family::{ModelFamily, NumberTrack, Road, Ties};
+use super::{BranchSettings, ResponseTable, TableChoice};
 use crate::analysis::parameter::{FREQUENCY, Parameter, Variation, joined};
 use crate::analysis::saved::SavedPoint;
 use crate::analysis::sections::Sections;
 use crate::analysis::{Fault, Link, Setting};
 use crate::assembly::Assembly;
 use crate::error::SolveError;
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::model::{Knob, Model};
 use crate::postprocess::connection::is_clearance;
 use crate::quantity::{Quantity, UnitDimension};
@@ -33,14 +33,14 @@ pub(in crate::analysis) struct Swept<'a> {
     starts: usize,
     /// Unit of the reported parameter.
     pub unit: String,
-    tables: Tables,
+    tables: TableChoice,
     /// Orders of the reference whose amplitudes are reported.
     pub orders: Vec<f64>,
     stability: bool,
     subharmonic: usize,
     kind: SweptKind,
     /// Headings of the values recorded at every point, each with its table; computed on first use.
-    headings: OnceLock<Vec<(ResponseTable, Heading)>>,
+    headings: OnceLock<Vec<(ResponseTable, ColumnHeading)>>,
 }
 
 /// Share of the range by which a saved point may lie outside it: what is written is rounded.
@@ -58,7 +58,7 @@ enum SweptKind {
         factor: f64,
         ties: Ties,
     },
-    Number(Track),
+    Number(NumberTrack),
 }
 
 /// The model at one value of the parameter.
@@ -95,7 +95,7 @@ impl<'a> Swept<'a> {
     }
 
     /// Headings of a table, each with the place of its values among the recorded ones of a point; none where it is not computed.
-    pub fn columns(&self, table: ResponseTable) -> impl Iterator<Item = (usize, &Heading)> {
+    pub fn columns(&self, table: ResponseTable) -> impl Iterator<Item = (usize, &ColumnHeading)> {
         let headings = self
             .headings
             .get_or_init(|| self.sections().headings(&self.setting.units()));
@@ -180,7 +180,7 @@ impl<'a> Swept<'a> {
         let shares: Vec<f64> = marks.iter().map(share).collect();
         let mut exact = vec![(0.0, ends.0), (1.0, ends.1)];
         exact.extend(shares.iter().copied().zip(marks));
-        let track = Track {
+        let track = NumberTrack {
             knob: knob.clone(),
             written: written.into(),
             ends,
@@ -409,7 +409,7 @@ fn read(
 /// Orders of the reference.
 fn orders(setting: &Setting<'_>, settings: &BranchSettings) -> Result<Vec<f64>, Fault> {
     let numbered = settings.orders.iter().enumerate();
-    let value = |(k, order): (usize, &crate::analysis::Order)| {
+    let value = |(k, order): (usize, &crate::analysis::ReportedOrder)| {
         let fault = |message| Fault::new(format!("orders.{k}"), message);
         order.value(setting).map_err(fault)
     };

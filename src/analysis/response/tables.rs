@@ -23,7 +23,7 @@ pub enum ResponseTable {
 
 /// The requested tables.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub enum Tables {
+pub enum TableChoice {
     /// All but the estimated multipliers; rattle where a law has a gap.
     #[default]
     Usual,
@@ -33,25 +33,25 @@ pub enum Tables {
     Listed(Vec<ResponseTable>),
 }
 
-impl Tables {
+impl TableChoice {
     /// Whether a table is computed; `has_gap`: whether any law has one.
     pub fn include(&self, table: ResponseTable, has_gap: bool) -> bool {
         match (self, table) {
-            (_, ResponseTable::Main) | (Tables::All, _) => true,
-            (Tables::Listed(list), _) => list.contains(&table),
-            (Tables::Usual, ResponseTable::Rattle) => has_gap,
-            (Tables::Usual, ResponseTable::MultiplierEstimates) => false,
-            (Tables::Usual, ResponseTable::Events | ResponseTable::Multipliers) => true,
+            (_, ResponseTable::Main) | (TableChoice::All, _) => true,
+            (TableChoice::Listed(list), _) => list.contains(&table),
+            (TableChoice::Usual, ResponseTable::Rattle) => has_gap,
+            (TableChoice::Usual, ResponseTable::MultiplierEstimates) => false,
+            (TableChoice::Usual, ResponseTable::Events | ResponseTable::Multipliers) => true,
         }
     }
 
     /// Whether no tables were requested.
     pub fn are_usual(&self) -> bool {
-        *self == Tables::Usual
+        *self == TableChoice::Usual
     }
 }
 
-impl JsonSchema for Tables {
+impl JsonSchema for TableChoice {
     fn schema_name() -> Cow<'static, str> {
         "Tables".into()
     }
@@ -62,17 +62,17 @@ impl JsonSchema for Tables {
     }
 }
 
-impl Serialize for Tables {
+impl Serialize for TableChoice {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Tables::Usual => serializer.serialize_none(),
-            Tables::All => serializer.serialize_str("all"),
-            Tables::Listed(list) => list.serialize(serializer),
+            TableChoice::Usual => serializer.serialize_none(),
+            TableChoice::All => serializer.serialize_str("all"),
+            TableChoice::Listed(list) => list.serialize(serializer),
         }
     }
 }
 
-impl<'de> Deserialize<'de> for Tables {
+impl<'de> Deserialize<'de> for TableChoice {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(WrittenTables)
     }
@@ -81,24 +81,24 @@ impl<'de> Deserialize<'de> for Tables {
 struct WrittenTables;
 
 impl<'de> serde::de::Visitor<'de> for WrittenTables {
-    type Value = Tables;
+    type Value = TableChoice;
 
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("`all`, or a list of tables such as [main, events, rattle]")
     }
 
-    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Tables, E> {
+    fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<TableChoice, E> {
         match word {
-            "all" => Ok(Tables::All),
+            "all" => Ok(TableChoice::All),
             _ => Err(E::invalid_value(serde::de::Unexpected::Str(word), &self)),
         }
     }
 
-    fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<Tables, A::Error> {
+    fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<TableChoice, A::Error> {
         let mut tables = Vec::new();
         while let Some(table) = list.next_element()? {
             tables.push(table);
         }
-        Ok(Tables::Listed(tables))
+        Ok(TableChoice::Listed(tables))
     }
 }

@@ -7,7 +7,7 @@ use super::guarded::Guarded;
 use super::integration;
 use super::orbits::OrbitTable;
 use super::report;
-use super::source::Source;
+use super::source::BranchSource;
 use super::starts::{self, StartSearch};
 use super::verify::Verification;
 use super::{BranchSettings, Method, Swept};
@@ -121,7 +121,7 @@ pub(super) struct Work<'a> {
 }
 
 /// The first periodic solution, as the Galerkin method sees it.
-struct First<'a> {
+struct FirstSolution<'a> {
     galerkin: Galerkin<Box<dyn Family + 'a>>,
     found: Start,
 }
@@ -168,7 +168,7 @@ impl<'a> Work<'a> {
     fn follow_primary(
         &mut self,
         method: Method,
-        first: &mut Option<First<'a>>,
+        first: &mut Option<FirstSolution<'a>>,
     ) -> Result<(), Error> {
         let delivered = match first {
             _ if self.starts_by_flow(method) => self.settled(method)?,
@@ -184,7 +184,7 @@ impl<'a> Work<'a> {
     }
 
     /// Looks for the first solution at the beginning of the range.
-    fn first(&mut self) -> Result<First<'a>, Error> {
+    fn first(&mut self) -> Result<FirstSolution<'a>, Error> {
         let (settings, from) = (self.settings, self.swept.range.0);
         let galerkin = Galerkin::new(self.swept.family()?, from, settings.size())?;
         let mut galerkin = settings.with_quadrature(galerkin, from)?;
@@ -212,11 +212,15 @@ impl<'a> Work<'a> {
         for size in &mut self.bounds {
             *size = settings.bound * size.max(1.0);
         }
-        Ok(First { galerkin, found })
+        Ok(FirstSolution { galerkin, found })
     }
 
     /// The branch from the first solution.
-    fn primary(&mut self, method: Method, first: &mut First<'_>) -> Result<Delivered, Error> {
+    fn primary(
+        &mut self,
+        method: Method,
+        first: &mut FirstSolution<'_>,
+    ) -> Result<Delivered, Error> {
         let from = self.swept.range.0;
         let mut delivered = Delivered::new(method, self.settings.subharmonic);
         let mut u = match &first.found {
@@ -232,7 +236,7 @@ impl<'a> Work<'a> {
             u = DVector::zeros(first.galerkin.system_at(from)?.state_size());
             orbit.state(0.0, u.as_mut_slice());
         }
-        self.follow(Source::Guess(u), &mut delivered)?;
+        self.follow(BranchSource::Guess(u), &mut delivered)?;
         Ok(delivered)
     }
 
@@ -240,7 +244,7 @@ impl<'a> Work<'a> {
     /// it has.
     pub(super) fn follow(
         &mut self,
-        source: Source,
+        source: BranchSource,
         delivered: &mut Delivered,
     ) -> Result<(), Error> {
         match self.follow_whole(source, delivered) {
@@ -249,7 +253,11 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn follow_whole(&mut self, source: Source, delivered: &mut Delivered) -> Result<(), Error> {
+    fn follow_whole(
+        &mut self,
+        source: BranchSource,
+        delivered: &mut Delivered,
+    ) -> Result<(), Error> {
         if delivered.method == Method::Galerkin {
             return self.follow_series(source, delivered);
         }
@@ -267,7 +275,11 @@ impl<'a> Work<'a> {
     }
 
     /// Follows a branch with the Galerkin method and estimates the errors of its points on request.
-    fn follow_series(&mut self, source: Source, delivered: &mut Delivered) -> Result<(), Error> {
+    fn follow_series(
+        &mut self,
+        source: BranchSource,
+        delivered: &mut Delivered,
+    ) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);
         let (from, nu) = (swept.range.0, delivered.subharmonic);
         let options = |harmonics| settings.size_with(harmonics, nu);
@@ -311,8 +323,8 @@ impl<'a> Work<'a> {
     }
 
     /// Harmonics of the excitation frequency of the orbit at which a branch begins.
-    fn harmonics(&self, source: &Source) -> Option<usize> {
-        let Source::Crossing {
+    fn harmonics(&self, source: &BranchSource) -> Option<usize> {
+        let BranchSource::Crossing {
             point, subharmonic, ..
         } = source
         else {
@@ -325,7 +337,7 @@ impl<'a> Work<'a> {
     fn trace(
         &mut self,
         problem: &mut dyn PeriodicResidual,
-        source: Source,
+        source: BranchSource,
         delivered: &mut Delivered,
     ) -> Result<(), Error> {
         let (settings, swept) = (self.settings, self.swept);

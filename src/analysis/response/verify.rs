@@ -14,7 +14,7 @@ use crate::solve::branch::{Branch, Recorder};
 use crate::solve::events::{BifurcationEvent, Verdict};
 use crate::solve::residual::PeriodicResidual;
 use crate::solve::shooting::Shooting;
-use row::{ALL_DIGITS, Check, FlowAnswer};
+use row::{ALL_DIGITS, FlowAnswer, PointCheck};
 pub(super) use row::{FlowRow, recorded};
 use serde_json::{Value, json};
 
@@ -30,7 +30,7 @@ struct Verdicts {
 }
 
 /// How a branch is taken through the flow.
-pub(super) struct Taken {
+pub(super) struct TakenBranch {
     /// Its number.
     pub number: usize,
     /// Which points.
@@ -70,12 +70,12 @@ impl Verification {
         &mut self,
         (settings, swept): (&BranchSettings, &Swept<'_>),
         galerkin: &mut dyn PeriodicResidual,
-        Taken {
+        TakenBranch {
             number,
             spread,
             begins_at_crossing,
             steps,
-        }: Taken,
+        }: TakenBranch,
         branch: &mut Branch,
         recorder: &mut dyn Recorder,
     ) -> Result<Vec<String>, SolveError> {
@@ -103,7 +103,7 @@ impl Verification {
         let mut continuation = settings.continuation(swept.range, weight);
         continuation.newton = settings.shooting_newton();
         let mut guarded = Guarded(&mut shooting);
-        let mut check = Check {
+        let mut check = PointCheck {
             galerkin,
             shooting: &mut guarded,
             meter: Meter::new(settings.size_for(nu).samples),

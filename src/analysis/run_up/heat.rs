@@ -5,7 +5,7 @@ use super::record::Window;
 use super::tables::{Natural, speed};
 use crate::analysis::columns::{self, float, integer};
 use crate::analysis::{Setting, columns::text};
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::report::{Column, Curve, CurveStyle, Figure, NamedFigure, Panel, Table, Words};
 
 /// Levels further below the largest one are drawn as if they were this far below \[dB\].
@@ -104,7 +104,7 @@ pub fn campbell(setting: &Setting<'_>, plan: &RunUpPlan, natural: &[Natural]) ->
 
 /// One picture per signal: levels over speed and order, natural frequencies over them.
 pub fn figure(setting: &Setting<'_>, plan: &RunUpPlan, campbell: &Table) -> NamedFigure {
-    let x: Heading = speed(setting);
+    let x: ColumnHeading = speed(setting);
     let x_label = columns::frequency_label(setting, &x.axis());
     let mut lines: Vec<String> = match campbell.column("line").map(|c| &c.values) {
         Some(values) => values.as_texts().map_or(Vec::new(), <[String]>::to_vec),

@@ -51,7 +51,7 @@ pub struct RunUp {
     /// Orders of the reference to track: numbers, fractions such as 35/47, or names of meshes with teeth; default:
     /// the orders of the loads.
     #[serde(default)]
-    pub orders: Option<Vec<Order>>,
+    pub orders: Option<Vec<ReportedOrder>>,
     /// Length of a window, in whole revolutions.
     #[serde(default = "defaults::window")]
     pub window: usize,
@@ -91,27 +91,27 @@ pub struct RunUp {
 /// An order of the reference: a number, a fraction, or the name of a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Order {
+pub enum ReportedOrder {
     /// A number.
     Number(f64),
     /// A fraction, or the name of a mesh with teeth.
     Text(String),
 }
 
-impl Order {
+impl ReportedOrder {
     /// Its number.
     ///
     /// # Errors
     /// What is no number above 0, no fraction, and no mesh with teeth.
     pub(in crate::analysis) fn value(&self, setting: &Setting<'_>) -> Result<f64, String> {
         let value = match self {
-            Order::Number(value) => Some(*value),
-            Order::Text(text) => plan::named(setting, text),
+            ReportedOrder::Number(value) => Some(*value),
+            ReportedOrder::Text(text) => plan::named(setting, text),
         };
         value.filter(|value| *value > 0.0 && value.is_finite()).ok_or_else(|| {
             let shown = match self {
-                Order::Number(value) => value.to_string(),
-                Order::Text(text) => format!("`{text}`"),
+                ReportedOrder::Number(value) => value.to_string(),
+                ReportedOrder::Text(text) => format!("`{text}`"),
             };
             format!(
                 "{shown}: wanted a number above 0, a fraction such as 35/47, or the name of a mesh with teeth"

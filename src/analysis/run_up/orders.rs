@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 /// Orders and how they are sampled.
 #[derive(Debug, Clone)]
-pub struct Orders {
+pub struct OrderSampling {
     /// The orders.
     pub list: Vec<f64>,
     /// Samples per revolution.
@@ -23,7 +23,7 @@ pub struct Orders {
 
 /// Sums over one revolution.
 #[derive(Debug, Clone)]
-pub struct Sums {
+pub struct OrderSums {
     /// Sum of the values.
     pub plain: f64,
     /// Sum of the values times e^(i order phase), phase counted from the begin of the revolution.
@@ -33,12 +33,12 @@ pub struct Sums {
 /// Order amplitude and phase: x ~ amplitude cos(order phi + phase).
 pub type Wave = (f64, f64);
 
-impl Orders {
+impl OrderSampling {
     /// Tables for orders.
-    pub fn new(list: Vec<f64>, samples: usize, window: usize) -> Orders {
+    pub fn new(list: Vec<f64>, samples: usize, window: usize) -> OrderSampling {
         let angle = |j: usize, order: f64| TAU * (order * j as f64 / samples as f64);
         let waves = (0..samples).flat_map(|j| list.iter().map(move |o| Complex::cis(angle(j, *o))));
-        Orders {
+        OrderSampling {
             waves: waves.collect(),
             list,
             samples,
@@ -47,8 +47,8 @@ impl Orders {
     }
 
     /// Nothing summed yet.
-    pub fn sums(&self) -> Sums {
-        Sums {
+    pub fn sums(&self) -> OrderSums {
+        OrderSums {
             plain: 0.0,
             waves: vec![Complex::default(); self.list.len()],
         }
@@ -56,7 +56,7 @@ impl Orders {
 
     /// Adds sample `j` of a revolution.
     #[inline]
-    pub fn add(&self, j: usize, value: f64, sums: &mut Sums) {
+    pub fn add(&self, j: usize, value: f64, sums: &mut OrderSums) {
         sums.plain += value;
         let count = self.list.len();
         let waves = &self.waves[j * count..(j + 1) * count];
@@ -81,13 +81,17 @@ impl Orders {
     }
 
     /// The waves of a window of revolutions, whose first one is `first`.
-    pub fn fit<'s>(&self, first: i64, revolutions: impl Iterator<Item = &'s Sums>) -> Vec<Wave> {
+    pub fn fit<'s>(
+        &self,
+        first: i64,
+        revolutions: impl Iterator<Item = &'s OrderSums>,
+    ) -> Vec<Wave> {
         let mut plain = 0.0;
         let mut sums = vec![Complex::<f64>::default(); self.list.len()];
         for (revolution, own) in (first..).zip(revolutions) {
             plain += own.plain;
             for ((sum, wave), order) in sums.iter_mut().zip(&own.waves).zip(&self.list) {
-                *sum += wave * Complex::cis(TAU * Orders::turn(*order, revolution));
+                *sum += wave * Complex::cis(TAU * OrderSampling::turn(*order, revolution));
             }
         }
         let count = (self.window * self.samples) as f64;
@@ -110,7 +114,7 @@ impl Orders {
         for revolution in first..first + self.window as i64 {
             for j in 0..self.samples {
                 for (k, order) in self.list.iter().enumerate() {
-                    let start = Complex::cis(TAU * Orders::turn(*order, revolution));
+                    let start = Complex::cis(TAU * OrderSampling::turn(*order, revolution));
                     let wave = start * self.waves[j * count + k];
                     (row[2 * k + 1], row[2 * k + 2]) = (wave.re, wave.im);
                 }
@@ -137,13 +141,13 @@ mod tests {
     #[test]
     fn waves_are_found_again() {
         for list in [vec![0.5, 1.0, 3.0], vec![0.5, 1.27, 3.0]] {
-            let orders = Orders::new(list.clone(), 32, 4);
+            let orders = OrderSampling::new(list.clone(), 32, 4);
             let signal = |phi: f64| {
                 2.0 + (0.5 * phi + 0.3).cos() + 0.2 * (list[1] * phi - 1.0).cos()
                     - 0.7 * (3.0 * phi).sin()
             };
             let first = 7;
-            let revolutions: Vec<Sums> = (first..first + 4)
+            let revolutions: Vec<OrderSums> = (first..first + 4)
                 .map(|r| {
                     let mut sums = orders.sums();
                     for j in 0..32 {

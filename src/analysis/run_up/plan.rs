@@ -1,7 +1,7 @@
 //! What the settings of a run-up mean.
 
-use super::orders::Orders;
-use super::record::Layout;
+use super::orders::OrderSampling;
+use super::record::WindowLayout;
 use super::signals::{self, Signal};
 use super::{RunUp, RunUpTable};
 use crate::analysis::transient::{self, SpeedRamp};
@@ -128,15 +128,15 @@ impl RunUpPlan {
     }
 
     /// Positions of the windows of a number of revolutions.
-    pub fn layout(&self, window: usize) -> (Orders, Layout) {
-        let layout = Layout {
+    pub fn layout(&self, window: usize) -> (OrderSampling, WindowLayout) {
+        let layout = WindowLayout {
             revolutions: self.ramp.revolutions,
             hop: self.hop,
             spectrum: self.spectrum,
             keeps_series: self.keeps_series,
         };
         (
-            Orders::new(self.orders.clone(), self.samples, window),
+            OrderSampling::new(self.orders.clone(), self.samples, window),
             layout,
         )
     }

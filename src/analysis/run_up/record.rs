@@ -1,7 +1,7 @@
 //! What is kept of a run-up while it runs: sums, extremes and impacts revolution by revolution; windows as they end.
 
-use super::orders::{Orders, Sums, Wave};
-use super::signals::{Probe, Signal};
+use super::orders::{OrderSampling, OrderSums, Wave};
+use super::signals::{Signal, SignalProbe};
 use crate::analysis::Setting;
 use crate::numeric::bernstein::{SIZE, hull, sign_changes};
 use crate::numeric::fourier::Fourier;
@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 /// Positions of the windows.
 #[derive(Debug, Clone, Copy)]
-pub struct Layout {
+pub struct WindowLayout {
     /// First revolution that begins in the run, and the one behind the last whole one.
     pub revolutions: (i64, i64),
     /// Revolutions from window to window.
@@ -46,7 +46,7 @@ pub struct Window {
 /// Statistics of one revolution.
 #[derive(Debug, Clone)]
 struct Revolution {
-    sums: Vec<Sums>,
+    sums: Vec<OrderSums>,
     squares: Vec<f64>,
     ranges: Vec<(f64, f64)>,
     /// Largest and least deformation seen, of every connection of a signal.
@@ -64,9 +64,9 @@ pub struct RunUpRecord<'a> {
     system: &'a System,
     course: &'a Course,
     signals: &'a [Signal],
-    pub orders: Orders,
-    layout: Layout,
-    probe: Probe<'a>,
+    pub orders: OrderSampling,
+    layout: WindowLayout,
+    probe: SignalProbe<'a>,
     fourier: Option<Fourier>,
     half_mass: Vec<f64>,
     /// Share of the r.m.s. rate below which an impact does not count, of every connection; 0 without a stop.
@@ -99,10 +99,10 @@ impl<'a> RunUpRecord<'a> {
         setting: &'a Setting<'a>,
         (system, course): (&'a System, &'a Course),
         signals: &'a [Signal],
-        (orders, layout): (Orders, Layout),
+        (orders, layout): (OrderSampling, WindowLayout),
         state: &[f64],
     ) -> RunUpRecord<'a> {
-        let mut probe = Probe::new(setting, system, signals);
+        let mut probe = SignalProbe::new(setting, system, signals);
         let mut origin = vec![0.0; signals.len()];
         probe.read(0.0, state, &mut origin);
         let half = |k| 0.5 * effective_mass(system, k).unwrap_or(f64::NAN);
@@ -356,7 +356,7 @@ fn widen(range: &mut (f64, f64), value: f64) {
 }
 
 impl Revolution {
-    fn empty(orders: &Orders, signals: usize, connections: usize) -> Revolution {
+    fn empty(orders: &OrderSampling, signals: usize, connections: usize) -> Revolution {
         Revolution {
             sums: vec![orders.sums(); signals],
             squares: vec![0.0; signals],

@@ -2,7 +2,7 @@
 
 use crate::analysis::{Fault, Setting, columns};
 use crate::error::did_you_mean;
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::postprocess::connection::is_clearance;
 use crate::system::{Scratch, System};
 
@@ -92,7 +92,7 @@ pub fn chosen(setting: &Setting<'_>, names: Option<&[String]>) -> Result<Vec<Sig
 
 impl Signal {
     /// Name, unit and factor.
-    pub fn heading(self, setting: &Setting<'_>) -> Heading {
+    pub fn heading(self, setting: &Setting<'_>) -> ColumnHeading {
         let units = setting.units();
         let names = &setting.assembly.connections;
         match self {
@@ -114,7 +114,7 @@ impl Signal {
 }
 
 /// Values of signals at states; owns its buffers.
-pub struct Probe<'a> {
+pub struct SignalProbe<'a> {
     setting: &'a Setting<'a>,
     system: &'a System,
     signals: &'a [Signal],
@@ -124,10 +124,14 @@ pub struct Probe<'a> {
     has_force: Vec<bool>,
 }
 
-impl<'a> Probe<'a> {
-    pub fn new(setting: &'a Setting<'a>, system: &'a System, signals: &'a [Signal]) -> Probe<'a> {
+impl<'a> SignalProbe<'a> {
+    pub fn new(
+        setting: &'a Setting<'a>,
+        system: &'a System,
+        signals: &'a [Signal],
+    ) -> SignalProbe<'a> {
         let is_absolute = |s: &Signal| matches!(s, Signal::Acceleration(_));
-        Probe {
+        SignalProbe {
             setting,
             system,
             signals,

@@ -7,7 +7,7 @@ use super::signals::Signal;
 use crate::analysis::columns::{float, integer};
 use crate::analysis::transient::switch_table;
 use crate::analysis::{Setting, columns};
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::model::Structure;
 use crate::postprocess::connection::is_clearance;
 use crate::postprocess::effective_stiffness::frequencies_at_rest;
@@ -20,13 +20,13 @@ use std::f64::consts::TAU;
 const MOST_CURVES: usize = 8;
 
 /// The speed of the reference: `speed_rpm`, or `omega` in nondimensional reports of reduced models.
-pub fn speed(setting: &Setting<'_>) -> Heading {
+pub fn speed(setting: &Setting<'_>) -> ColumnHeading {
     match setting.model.structure {
         Structure::Train(_) => {
             let factor = setting.assembly.scales.frequency * 60.0 / TAU;
-            Heading::new("speed_rpm", "rpm", factor)
+            ColumnHeading::new("speed_rpm", "rpm", factor)
         }
-        Structure::Reduced(_) => Heading::number("omega"),
+        Structure::Reduced(_) => ColumnHeading::number("omega"),
     }
 }
 
@@ -116,13 +116,13 @@ fn ranges(setting: &Setting<'_>, plan: &RunUpPlan, windows: &[Window]) -> Table 
     let names = &setting.assembly.connections;
     for k in gaps(setting) {
         let name = format!("impacts_per_s.{}", names[k]);
-        let heading = Heading::new(name, unit("1"), per_time);
+        let heading = ColumnHeading::new(name, unit("1"), per_time);
         list.push(heading.column(windows.iter().map(|w| w.impacts[k][0])));
     }
     for k in gaps(setting) {
         let energy = setting.units().energy("", k);
         let name = format!("impact_energy_per_s.{}", names[k]);
-        let heading = Heading::new(name, unit(&energy.unit), energy.factor * per_time);
+        let heading = ColumnHeading::new(name, unit(&energy.unit), energy.factor * per_time);
         list.push(heading.column(windows.iter().map(|w| w.impacts[k][1])));
     }
     for (b, band) in plan.bands.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::loops;
 use crate::analysis::{Setting, columns};
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::postprocess::connection::is_clearance;
 use crate::report::{Curve, CurveStyle, Figure, NamedFigure, Panel, Table, Words, readable};
 
@@ -26,7 +26,7 @@ pub(super) fn of_loops(setting: &Setting<'_>, tables: (&Table, &Table)) -> Named
 pub(super) fn figure(setting: &Setting<'_>, main: &Table, slow: Option<&Table>) -> Figure {
     let time = columns::time(setting);
     let names = &setting.assembly.connections;
-    let panel = |(quantity, name): (Heading, &String)| Panel {
+    let panel = |(quantity, name): (ColumnHeading, &String)| Panel {
         x_label: time.axis(),
         y_label: Words::of("q").axis(&quantity.unit),
         heading: readable(name),

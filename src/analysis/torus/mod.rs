@@ -5,7 +5,7 @@ mod road;
 mod start;
 mod trace;
 
-use super::bifurcation_curve::Axis;
+use super::bifurcation_curve::CurveAxis;
 use super::cost::{Cost, Period};
 use super::parameter::Parameter;
 use super::{Analysis, Fault, Link, Setting, columns, limits};
@@ -14,7 +14,7 @@ use crate::quantity::Quantity;
 use crate::report::{Report, Table};
 use crate::solve::integrate::IntegratorChoice;
 use crate::solve::jumps;
-use road::Road;
+use road::TorusRoad;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -116,19 +116,19 @@ pub struct Begin {
     pub analysis: Option<String>,
     /// Kind of the event: `neimark_sacker`.
     #[serde(default)]
-    pub kind: Option<Kind>,
+    pub kind: Option<TorusEvent>,
     /// Value of the parameter near the event; default: the first event.
     #[serde(default)]
     pub near: Option<Quantity>,
     /// The attractor that is reached from rest.
     #[serde(default)]
-    pub attractor: Option<Attractor>,
+    pub attractor: Option<AttractorStart>,
 }
 
 /// Kind of an event at which tori are born.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum TorusEvent {
     /// A complex pair passes the unit circle.
     NeimarkSacker,
 }
@@ -136,7 +136,7 @@ pub enum Kind {
 /// An attractor found by integration.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Attractor {
+pub struct AttractorStart {
     /// Value of the parameter.
     pub value: Quantity,
     /// State at phase 0; default: the static equilibrium at rest.
@@ -150,7 +150,7 @@ impl Analysis for Torus {
         let mut faults = self.check_numbers();
         match self.axis(setting) {
             Ok((axis, at)) => {
-                faults.extend(Road::new(setting, axis.clone(), at, 1).check());
+                faults.extend(TorusRoad::new(setting, axis.clone(), at, 1).check());
                 faults.extend(self.shares(setting, &axis).err());
                 faults.extend(start::check(setting, &axis, &self.start));
             }
@@ -208,10 +208,10 @@ impl Analysis for Torus {
 
 impl Torus {
     /// The parameter with its range, and the excitation frequency where that is fixed.
-    fn axis(&self, setting: &Setting<'_>) -> Result<(Axis, f64), Fault> {
+    fn axis(&self, setting: &Setting<'_>) -> Result<(CurveAxis, f64), Fault> {
         let names = [self.parameter.as_str()];
         let linked = (&self.link, names.as_slice());
-        let axis = Axis::read(setting, &self.parameter, (&self.from, &self.to), linked);
+        let axis = CurveAxis::read(setting, &self.parameter, (&self.from, &self.to), linked);
         let axis = axis.map_err(|(end, message)| match end {
             None => Fault::new("parameter", message),
             Some(0) => Fault::new("from", message),
@@ -242,7 +242,7 @@ impl Torus {
     }
 
     /// Shares of the marks.
-    fn shares(&self, setting: &Setting<'_>, axis: &Axis) -> Result<Vec<f64>, Fault> {
+    fn shares(&self, setting: &Setting<'_>, axis: &CurveAxis) -> Result<Vec<f64>, Fault> {
         let share = |(k, written): (usize, &Quantity)| {
             let fault = |message: String| Fault::new(format!("marks.{k}"), message);
             let share = start::share(setting, axis, written).map_err(fault)?;

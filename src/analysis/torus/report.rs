@@ -3,10 +3,10 @@
 use super::Torus;
 use super::trace::{TorusRow, TracedTorus};
 use crate::analysis::Setting;
-use crate::analysis::bifurcation_curve::Axis;
+use crate::analysis::bifurcation_curve::CurveAxis;
 use crate::analysis::columns::{coordinates, float, frequency_axis, integer};
 use crate::analysis::parameter::Parameter;
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel, Report, Table};
 use crate::solve::torus::{TorusEnd, TorusPoint};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ const UNSURE: f64 = 3.0;
 pub(super) fn assemble(
     keys: &Torus,
     setting: &Setting<'_>,
-    axis: &Axis,
+    axis: &CurveAxis,
     traced: &TracedTorus,
 ) -> Report {
     let mut tables = vec![main_table(setting, axis, &traced.rows)];
@@ -50,7 +50,7 @@ pub(super) fn assemble(
 }
 
 /// The end in words.
-fn told(axis: &Axis, end: &TorusEnd) -> String {
+fn told(axis: &CurveAxis, end: &TorusEnd) -> String {
     match end {
         TorusEnd::Folded(locked) => {
             format!(
@@ -79,7 +79,7 @@ fn stable(row: &TorusRow) -> f64 {
 }
 
 /// Places between which the torus gains or loses stability.
-fn changes(axis: &Axis, rows: &[TorusRow]) -> Value {
+fn changes(axis: &CurveAxis, rows: &[TorusRow]) -> Value {
     let pairs = rows
         .windows(2)
         .filter(|w| exponent(&w[0]) * exponent(&w[1]) < 0.0);
@@ -93,7 +93,7 @@ fn changes(axis: &Axis, rows: &[TorusRow]) -> Value {
 }
 
 /// `point, parameter, mark, rotation, nu, rms.c.., exponent, invariance_error, points, switches_least, switches_most, stable`.
-pub(super) fn main_table(setting: &Setting<'_>, axis: &Axis, rows: &[TorusRow]) -> Table {
+pub(super) fn main_table(setting: &Setting<'_>, axis: &CurveAxis, rows: &[TorusRow]) -> Table {
     let of =
         |f: &dyn Fn(&TorusPoint) -> f64| rows.iter().map(|r| f(&r.point)).collect::<Vec<f64>>();
     let count =
@@ -148,7 +148,7 @@ fn curves(setting: &Setting<'_>, rows: &[TorusRow]) -> Table {
     }
     let mut columns = vec![
         integer("point", numbers),
-        Heading::new("angle", "turns", 1.0).column(angles),
+        ColumnHeading::new("angle", "turns", 1.0).column(angles),
     ];
     let headings = coordinates(setting).into_iter().enumerate();
     columns.extend(headings.map(|(i, heading)| heading.column(states.iter().map(|s| s[i]))));
@@ -159,7 +159,7 @@ fn curves(setting: &Setting<'_>, rows: &[TorusRow]) -> Table {
 }
 
 /// Rotation, r.m.s. deformations and exponent against the parameter; the curves where they are kept.
-fn figure(keys: &Torus, setting: &Setting<'_>, axis: &Axis, rows: &[TorusRow]) -> Figure {
+fn figure(keys: &Torus, setting: &Setting<'_>, axis: &CurveAxis, rows: &[TorusRow]) -> Figure {
     let x_frequency = match axis.parameter {
         Parameter::Frequency(_) => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
         Parameter::Number(_) => None,

@@ -1,6 +1,6 @@
 //! The systems along one number of the model, as shares of its range.
 
-use crate::analysis::bifurcation_curve::Axis;
+use crate::analysis::bifurcation_curve::CurveAxis;
 use crate::analysis::parameter::{Parameter, Systems, joined};
 use crate::analysis::{Fault, Setting};
 use crate::error::SolveError;
@@ -8,18 +8,23 @@ use crate::solve::curve::Plane;
 use crate::system::System;
 
 /// The systems of a range; the second parameter of the plane is idle.
-pub(in crate::analysis) struct Road<'a> {
+pub(in crate::analysis) struct TorusRoad<'a> {
     systems: Systems<'a>,
-    axis: Axis,
+    axis: CurveAxis,
     /// Excitation frequency over omega_c, where it is not the parameter.
     at: f64,
 }
 
-impl<'a> Road<'a> {
+impl<'a> TorusRoad<'a> {
     /// Along this axis.
-    pub fn new(setting: &'a Setting<'a>, axis: Axis, at: f64, subharmonic: usize) -> Road<'a> {
+    pub fn new(
+        setting: &'a Setting<'a>,
+        axis: CurveAxis,
+        at: f64,
+        subharmonic: usize,
+    ) -> TorusRoad<'a> {
         let parameters = std::slice::from_ref(&axis.parameter);
-        Road {
+        TorusRoad {
             systems: Systems::new(setting, parameters, at, subharmonic),
             axis,
             at,
@@ -44,7 +49,7 @@ impl<'a> Road<'a> {
     }
 }
 
-impl Plane for Road<'_> {
+impl Plane for TorusRoad<'_> {
     fn system(&mut self, p: [f64; 2]) -> Result<System, SolveError> {
         let frequency = self.reference_frequency(p);
         if frequency <= 0.0 || frequency.is_nan() {

@@ -1,14 +1,14 @@
 //! Source of the first torus.
 
-use super::road::Road;
+use super::road::TorusRoad;
 use super::{Begin, Torus};
-use crate::analysis::bifurcation_curve::{Axis, other};
+use crate::analysis::bifurcation_curve::{CurveAxis, other};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::{EventState, Fault, Setting, columns, flow};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::solve::attractor::{
-    Label, LabelOptions, Lengths, MapSize, Stop, Stroboscopic, attractor, rotation,
+    Label, LabelOptions, Lengths, MapSize, RecordStop, Stroboscopic, attractor, rotation,
 };
 use crate::solve::curve::{Plane, Shots};
 use crate::solve::events::EventKind;
@@ -18,19 +18,23 @@ use crate::solve::torus::{self, TorusOptions, TorusProblem};
 const RECORD: usize = 2000;
 
 /// A first torus: the problem around it, the torus, and excitation periods per map; or why there is none.
-pub(super) type First<'a> = Result<(TorusProblem<'a>, torus::Torus, usize), String>;
+pub(super) type FirstMaps<'a> = Result<(TorusProblem<'a>, torus::Torus, usize), String>;
 
 /// The share of a value.
 ///
 /// # Errors
 /// Errors of the model at this value.
-pub(super) fn share(setting: &Setting<'_>, axis: &Axis, written: &Quantity) -> Result<f64, String> {
+pub(super) fn share(
+    setting: &Setting<'_>,
+    axis: &CurveAxis,
+    written: &Quantity,
+) -> Result<f64, String> {
     axis.parameter.check(setting, written)?;
     Ok(axis.share(axis.parameter.value(setting, written)?))
 }
 
 /// What is wrong with a start.
-pub(super) fn check(setting: &Setting<'_>, axis: &Axis, begin: &Begin) -> Vec<Fault> {
+pub(super) fn check(setting: &Setting<'_>, axis: &CurveAxis, begin: &Begin) -> Vec<Fault> {
     let fault = |key: &str, message: &str| vec![Fault::new(format!("start.{key}"), message)];
     match (&begin.analysis, &begin.attractor) {
         (Some(_), Some(_)) => fault(
@@ -67,9 +71,9 @@ pub(super) fn check(setting: &Setting<'_>, axis: &Axis, begin: &Begin) -> Vec<Fa
 pub(super) fn first<'a>(
     keys: &Torus,
     setting: &'a Setting<'a>,
-    (axis, at): (&Axis, f64),
+    (axis, at): (&CurveAxis, f64),
     options: &TorusOptions,
-) -> Result<First<'a>, Error> {
+) -> Result<FirstMaps<'a>, Error> {
     match &keys.start.analysis {
         Some(name) => from_event(keys, setting, (axis, at), (name, options)),
         None => from_attractor(keys, setting, (axis, at)),
@@ -79,9 +83,9 @@ pub(super) fn first<'a>(
 fn from_event<'a>(
     keys: &Torus,
     setting: &'a Setting<'a>,
-    (axis, at): (&Axis, f64),
+    (axis, at): (&CurveAxis, f64),
     (name, options): (&str, &TorusOptions),
-) -> Result<First<'a>, Error> {
+) -> Result<FirstMaps<'a>, Error> {
     let refused =
         |message: String| columns::refused(setting, Fault::new("start.analysis", message));
     let analysis = other(setting, name).map_err(refused)?;
@@ -115,7 +119,7 @@ fn from_event<'a>(
         )));
     }
     let nu = event.subharmonic;
-    let road = Road::new(setting, axis.clone(), at, nu);
+    let road = TorusRoad::new(setting, axis.clone(), at, nu);
     let shots = Shots::new(Box::new(road), [lambda, 0.0], keys.integrator);
     let path = options.path(keys.points);
     let found = torus::from_event(
@@ -136,8 +140,8 @@ fn from_event<'a>(
 fn from_attractor<'a>(
     keys: &Torus,
     setting: &'a Setting<'a>,
-    (axis, at): (&Axis, f64),
-) -> Result<First<'a>, Error> {
+    (axis, at): (&CurveAxis, f64),
+) -> Result<FirstMaps<'a>, Error> {
     let refused = |fault| columns::refused(setting, fault);
     let Some(begin) = &keys.start.attractor else {
         return Ok(Err("no start".into()));
@@ -146,7 +150,7 @@ fn from_attractor<'a>(
     let lambda = share(setting, axis, &begin.value)
         .map_err(fault)?
         .clamp(0.0, 1.0);
-    let mut road = Road::new(setting, axis.clone(), at, 1);
+    let mut road = TorusRoad::new(setting, axis.clone(), at, 1);
     let system = road.system([lambda, 0.0]).map_err(Error::Solve)?;
     let initial = begin.initial.clone().unwrap_or_default();
     let (mut state, _) = initial
@@ -172,7 +176,7 @@ fn from_attractor<'a>(
     let told = axis.told(axis.value(lambda));
     if let Some(stop) = found.record.stop {
         return Ok(Err(match stop {
-            Stop::Interrupted => "interrupted".into(),
+            RecordStop::Interrupted => "interrupted".into(),
             stop => format!("the motion at {told}: {}", flow::tell(stop, setting)),
         }));
     }
@@ -205,7 +209,7 @@ fn from_attractor<'a>(
         .copied()
         .collect();
     let first = torus::from_record(&points, n, (turns.fract(), lambda), keys.points);
-    let road = Road::new(setting, axis.clone(), at, nu);
+    let road = TorusRoad::new(setting, axis.clone(), at, nu);
     let shots = Shots::new(Box::new(road), [lambda, 0.0], keys.integrator);
     let problem = TorusProblem::new(shots.map_err(Error::Solve)?, &first);
     Ok(Ok((problem, first, nu)))

@@ -1,13 +1,13 @@
 //! Tori followed both ways from the first one.
 
-use super::road::Road;
+use super::road::TorusRoad;
 use super::{Torus, start};
 use crate::analysis::Setting;
-use crate::analysis::bifurcation_curve::Axis;
+use crate::analysis::bifurcation_curve::CurveAxis;
 use crate::error::{Error, SolveError};
 use crate::interrupt::Interrupt;
 use crate::postprocess::measures::Meter;
-use crate::solve::continuation::{PathEnd, Side};
+use crate::solve::continuation::{CrossingSide, PathEnd};
 use crate::solve::curve::Shots;
 use crate::solve::orbit::Orbit;
 use crate::solve::torus::{
@@ -39,7 +39,7 @@ pub(super) struct TracedTorus {
 pub(super) fn run(
     keys: &Torus,
     setting: &Setting<'_>,
-    (axis, at): (&Axis, f64),
+    (axis, at): (&CurveAxis, f64),
     marks: &[f64],
 ) -> Result<TracedTorus, Error> {
     let options = TorusOptions {
@@ -69,9 +69,9 @@ pub(super) fn run(
         first.lambda >= 1.0 - 1e-9,
         &keys.start.analysis,
     ) {
-        (true, ..) => vec![Side::Forward],
-        (_, true, _) => vec![Side::Backward],
-        _ => vec![Side::Backward, Side::Forward],
+        (true, ..) => vec![CrossingSide::Forward],
+        (_, true, _) => vec![CrossingSide::Backward],
+        _ => vec![CrossingSide::Backward, CrossingSide::Forward],
     };
     let (mut arms, mut is_stopped) = (Vec::new(), false);
     for side in sides {
@@ -98,9 +98,9 @@ pub(super) fn run(
     ends.extend(is_stopped.then_some(TorusEnd::Path(PathEnd::Interrupted)));
     for (side, arm) in arms {
         match side {
-            Side::Backward => points.extend(arm.points.into_iter().rev()),
+            CrossingSide::Backward => points.extend(arm.points.into_iter().rev()),
             // Both begin at the first one.
-            Side::Forward => {
+            CrossingSide::Forward => {
                 points.extend(arm.points.into_iter().skip(usize::from(!points.is_empty())))
             }
         }
@@ -118,14 +118,14 @@ pub(super) fn run(
 fn explained(
     keys: &Torus,
     setting: &Setting<'_>,
-    (axis, at, nu): (&Axis, f64, usize),
+    (axis, at, nu): (&CurveAxis, f64, usize),
     (problem, arm): (&mut TorusProblem<'_>, &TorusArm),
 ) -> Result<TorusEnd, SolveError> {
     if arm.end != TorusEnd::BreakUp {
         return Ok(arm.end.clone());
     }
     let mut repeated = |maps: usize, lambda: f64| {
-        let road = Road::new(setting, axis.clone(), at, nu * maps);
+        let road = TorusRoad::new(setting, axis.clone(), at, nu * maps);
         Shots::new(Box::new(road), [lambda, 0.0], keys.integrator)
     };
     let found = locking(problem, &arm.points, &mut repeated)?;

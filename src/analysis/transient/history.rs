@@ -15,7 +15,7 @@ use crate::system::System;
 use serde_json::json;
 
 /// The keys that say how a motion over time goes.
-pub struct History<'a> {
+pub struct HistoryKeys<'a> {
     /// Constant speed of the reference, where no `speed` is given.
     pub at: Option<&'a Quantity>,
     /// How long.
@@ -42,7 +42,7 @@ struct HistoryPlan {
 }
 
 impl HistoryPlan {
-    fn drive(&self, history: &History<'_>) -> Drive<'_> {
+    fn drive(&self, history: &HistoryKeys<'_>) -> Drive<'_> {
         Drive {
             speed: &self.speed,
             phase: 0.0,
@@ -52,7 +52,7 @@ impl HistoryPlan {
 }
 
 /// Everything wrong with the keys.
-pub fn check(history: &History<'_>, setting: &Setting<'_>) -> Vec<Fault> {
+pub fn check(history: &HistoryKeys<'_>, setting: &Setting<'_>) -> Vec<Fault> {
     let mut faults = history.initial.check(setting, "initial");
     faults.extend(flow::check_tolerance(history.integrator));
     match plan(history, setting) {
@@ -71,7 +71,7 @@ pub fn check(history: &History<'_>, setting: &Setting<'_>) -> Vec<Fault> {
     faults
 }
 
-fn plan(history: &History<'_>, setting: &Setting<'_>) -> Result<HistoryPlan, Vec<Fault>> {
+fn plan(history: &HistoryKeys<'_>, setting: &Setting<'_>) -> Result<HistoryPlan, Vec<Fault>> {
     let mut faults = Vec::new();
     let end = positive_time(setting, "duration", history.duration);
     let end = end.map_err(|fault| faults.push(fault));
@@ -158,7 +158,11 @@ fn measured_speed(setting: &Setting<'_>) -> Option<BrokenLine> {
 }
 
 /// Instants of the rows, omega_c t.
-fn times(history: &History<'_>, setting: &Setting<'_>, end: f64) -> Result<Vec<f64>, Vec<Fault>> {
+fn times(
+    history: &HistoryKeys<'_>,
+    setting: &Setting<'_>,
+    end: f64,
+) -> Result<Vec<f64>, Vec<Fault>> {
     let Some(samples) = history.samples else {
         let last = history.points.max(2) - 1;
         let at = |k: usize| {
@@ -199,7 +203,7 @@ fn times(history: &History<'_>, setting: &Setting<'_>, end: f64) -> Result<Vec<f
 ///
 /// # Errors
 /// Misuse that `check` could not detect.
-pub fn run(history: &History<'_>, setting: &Setting<'_>) -> Result<Report, Error> {
+pub fn run(history: &HistoryKeys<'_>, setting: &Setting<'_>) -> Result<Report, Error> {
     let first = |mut list: Vec<Fault>| columns::refused(setting, list.remove(0));
     let plan = plan(history, setting).map_err(first)?;
     let start = plan.drive(history);

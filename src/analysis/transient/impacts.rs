@@ -3,7 +3,7 @@
 use super::rows::{connection_column, time_column, units_of};
 use crate::analysis::columns::{float, integer};
 use crate::analysis::{Setting, columns};
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::numeric::roots;
 use crate::postprocess::connection::is_clearance;
 use crate::postprocess::contacts::effective_mass;
@@ -176,8 +176,9 @@ impl<'a> Impacts<'a> {
     fn list_table(&self) -> Table {
         let setting = self.setting;
         let count = setting.assembly.connections.len();
-        let rates: Vec<Heading> = (0..count).map(|k| columns::rate(setting, k)).collect();
-        let energies: Vec<Heading> = (0..count).map(|k| setting.units().energy("", k)).collect();
+        let rates: Vec<ColumnHeading> = (0..count).map(|k| columns::rate(setting, k)).collect();
+        let energies: Vec<ColumnHeading> =
+            (0..count).map(|k| setting.units().energy("", k)).collect();
         let of = |f: &dyn Fn(&Switch) -> f64| self.list.iter().map(|(_, s)| f(s)).collect();
         let speed = |s: &Switch| s.velocity.abs() * rates[s.connection].factor;
         let energy = |s: &Switch| self.energy(s) * energies[s.connection].factor;
@@ -200,8 +201,8 @@ impl<'a> Impacts<'a> {
         let mounts = self.system.mounts();
         let gaps = (0..mounts.len()).filter(|k| is_clearance(mounts[*k].element.as_ref()));
         let gaps: Vec<usize> = gaps.collect();
-        let rates: Vec<Heading> = gaps.iter().map(|k| units.rate("", *k)).collect();
-        let forces: Vec<Heading> = gaps.iter().map(|k| units.force("", *k)).collect();
+        let rates: Vec<ColumnHeading> = gaps.iter().map(|k| units.rate("", *k)).collect();
+        let forces: Vec<ColumnHeading> = gaps.iter().map(|k| units.force("", *k)).collect();
         let per_time = duration * columns::time(setting).factor;
         let own = |k: usize| {
             self.list

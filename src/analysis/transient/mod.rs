@@ -6,7 +6,7 @@ mod ramp;
 mod rows;
 mod speed;
 
-pub(super) use history::{History, check as check_history, run as run_history};
+pub(super) use history::{HistoryKeys, check as check_history, run as run_history};
 pub(super) use impacts::Impacts;
 pub(super) use ramp::{RampKeys, SpeedRamp, ramp};
 pub(super) use rows::{Rows, headings, switch_table};
@@ -16,7 +16,7 @@ pub(super) use speed::time;
 use super::{Fault, Initial, Setting, columns, flow};
 use crate::model::Structure;
 use crate::numeric::broken_line::BrokenLine;
-use crate::solve::attractor::Stop;
+use crate::solve::attractor::RecordStop;
 use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer};
 use crate::system::{Course, LoadKind, LoadSource, Mount, System};
 
@@ -82,7 +82,7 @@ impl Transient {
         setting: &Setting<'_>,
         (begin, end): (f64, f64),
         observer: &mut dyn Observer,
-    ) -> Option<Stop> {
+    ) -> Option<RecordStop> {
         let Transient {
             system,
             integrator,
@@ -95,15 +95,15 @@ impl Transient {
         };
         for k in 0..BITS {
             if setting.control.is_interrupted() {
-                return Some(Stop::Interrupted);
+                return Some(RecordStop::Interrupted);
             }
             let outcome = integrator.advance(system, (at(k), at(k + 1)), state, observer);
             let is_finite = state.iter().all(|x| x.is_finite());
             if outcome != IntegrationEnd::Reached {
-                return Some(Stop::of(outcome, 1));
+                return Some(RecordStop::of(outcome, 1));
             }
             if !is_finite {
-                return Some(Stop::of(IntegrationEnd::Diverged, 1));
+                return Some(RecordStop::of(IntegrationEnd::Diverged, 1));
             }
             let share = (k + 1) as f64 / BITS as f64;
             let words = time_in_words(setting, at(k + 1));
@@ -124,11 +124,13 @@ pub(super) fn time_in_words(setting: &Setting<'_>, time: f64) -> String {
 }
 
 /// Why a motion over time ended, in the units of the report.
-pub(super) fn tell(setting: &Setting<'_>, stop: Stop, time: f64) -> String {
+pub(super) fn tell(setting: &Setting<'_>, stop: RecordStop, time: f64) -> String {
     match stop {
-        Stop::Failed(IntegrationEnd::NotAnalytic(_), _) => flow::tell(stop, setting),
-        Stop::Failed(end, _) => format!("{} at {}", end.message(), time_in_words(setting, time)),
-        Stop::Interrupted => format!("interrupted at {}", time_in_words(setting, time)),
+        RecordStop::Failed(IntegrationEnd::NotAnalytic(_), _) => flow::tell(stop, setting),
+        RecordStop::Failed(end, _) => {
+            format!("{} at {}", end.message(), time_in_words(setting, time))
+        }
+        RecordStop::Interrupted => format!("interrupted at {}", time_in_words(setting, time)),
     }
 }
 

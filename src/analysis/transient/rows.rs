@@ -1,7 +1,7 @@
 //! Rows of a time history: deformations, rates, forces, absolute accelerations; and the table of switches.
 
 use crate::analysis::{Setting, columns};
-use crate::measure::Heading;
+use crate::measure::ColumnHeading;
 use crate::report::{Column, Table};
 use crate::solve::integrate::Switch;
 use crate::system::{Scratch, Stops, System};
@@ -72,7 +72,7 @@ impl<'a> Rows<'a> {
 }
 
 /// Columns besides the time.
-pub fn headings(setting: &Setting<'_>) -> impl Iterator<Item = Heading> {
+pub fn headings(setting: &Setting<'_>) -> impl Iterator<Item = ColumnHeading> {
     let connections = columns::connections(setting).into_iter();
     let connections = connections.chain(columns::memories(setting));
     connections.chain(columns::accelerations(setting))
@@ -118,7 +118,7 @@ pub fn connection_column(setting: &Setting<'_>, numbers: impl Iterator<Item = us
 }
 
 /// The units of quantities that share a column.
-pub fn units_of(headings: &[Heading]) -> String {
+pub fn units_of(headings: &[ColumnHeading]) -> String {
     let mut units: Vec<&str> = headings.iter().map(|q| q.unit.as_str()).collect();
     units.dedup();
     units.join(" or ")

@@ -49,7 +49,7 @@ pub(super) enum Variable {
 
 /// One instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Op {
+pub(super) enum Instruction {
     Number(f64),
     Variable(Variable),
     Parameter(usize),
@@ -82,7 +82,7 @@ pub(super) struct Formula {
     /// Bytes of the text before the sign or name of each node.
     pub(super) places: Vec<usize>,
     /// The same as instructions.
-    pub(super) code: Vec<Op>,
+    pub(super) code: Vec<Instruction>,
     /// Intermediate values that the instructions need at once.
     pub(super) stack: usize,
 }

@@ -10,7 +10,7 @@ use crate::element::derivatives::Dual;
 
 /// Dependence of a node on q, v and phase between two switches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Shape {
+struct NodeShape {
     /// 0 constant, 1 affine in (q, v), 2 anything else.
     degree: u8,
     on_velocity: bool,
@@ -19,7 +19,7 @@ struct Shape {
 
 /// A switch that could not be placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Hidden {
+pub(super) struct HiddenSwitch {
     /// Bytes of the text before it.
     pub(super) place: usize,
     /// Whether the value may jump there; else only its slope does.
@@ -28,11 +28,11 @@ pub(super) struct Hidden {
 
 /// Switches of a formula, for given parameters.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Kinks {
+pub(super) struct FoundKinks {
     /// Displacements, ascending.
     pub(super) levels: Vec<f64>,
     /// The others.
-    pub(super) hidden: Vec<Hidden>,
+    pub(super) hidden: Vec<HiddenSwitch>,
     /// Whether the value is affine in q between the levels and depends on nothing else.
     pub(super) is_affine: bool,
     /// Whether the value depends on v.
@@ -45,12 +45,12 @@ pub(super) struct Kinks {
 const SAME: f64 = 1e-12;
 
 /// Finds the switches.
-pub(super) fn find(formula: &Formula, parameters: &[f64]) -> Kinks {
+pub(super) fn find(formula: &Formula, parameters: &[f64]) -> FoundKinks {
     let mut search = KinkSearch {
         formula,
         parameters,
         shapes: Vec::with_capacity(formula.nodes.len()),
-        kinks: Kinks::default(),
+        kinks: FoundKinks::default(),
     };
     for node in 0..formula.nodes.len() {
         let shape = search.shape(node);
@@ -94,16 +94,16 @@ pub(super) fn insides(levels: &[f64]) -> impl Iterator<Item = f64> {
 struct KinkSearch<'f> {
     formula: &'f Formula,
     parameters: &'f [f64],
-    shapes: Vec<Shape>,
-    kinks: Kinks,
+    shapes: Vec<NodeShape>,
+    kinks: FoundKinks,
 }
 
 impl KinkSearch<'_> {
-    fn shape(&mut self, node: usize) -> Shape {
+    fn shape(&mut self, node: usize) -> NodeShape {
         let place = self.formula.places[node];
         match self.formula.nodes[node] {
-            FormulaNode::Number(_) | FormulaNode::Parameter(_) => Shape::CONSTANT,
-            FormulaNode::Variable(variable) => Shape::of(variable),
+            FormulaNode::Number(_) | FormulaNode::Parameter(_) => NodeShape::CONSTANT,
+            FormulaNode::Variable(variable) => NodeShape::of(variable),
             FormulaNode::Unary(Unary::Negative, x) => self.shapes[x],
             FormulaNode::Unary(Unary::Abs, x) => {
                 let shape = self.shapes[x];
@@ -113,7 +113,7 @@ impl KinkSearch<'_> {
             FormulaNode::Unary(Unary::Sign, x) => {
                 let shape = self.shapes[x];
                 let is_placed = self.place(shape, |all| all[x], place, true);
-                Shape { degree: 0, ..shape }.if_placed(is_placed)
+                NodeShape { degree: 0, ..shape }.if_placed(is_placed)
             }
             FormulaNode::Unary(_, x) => self.shapes[x].smooth(),
             FormulaNode::Binary(operator, a, b) => self.binary(operator, (a, b), place),
@@ -125,7 +125,7 @@ impl KinkSearch<'_> {
                 } else {
                     2
                 };
-                Shape {
+                NodeShape {
                     degree,
                     ..value.and(condition)
                 }
@@ -133,7 +133,7 @@ impl KinkSearch<'_> {
         }
     }
 
-    fn binary(&mut self, operator: Binary, (a, b): (usize, usize), place: usize) -> Shape {
+    fn binary(&mut self, operator: Binary, (a, b): (usize, usize), place: usize) -> NodeShape {
         let (x, y) = (self.shapes[a], self.shapes[b]);
         let both = x.and(y);
         let exponent = self.constant(b);
@@ -144,7 +144,7 @@ impl KinkSearch<'_> {
             }
             operator if operator.is_comparison() => {
                 let is_placed = self.place(both, |all| all[a] - all[b], place, true);
-                return Shape { degree: 0, ..both }.if_placed(is_placed);
+                return NodeShape { degree: 0, ..both }.if_placed(is_placed);
             }
             Binary::Add | Binary::Subtract => both.degree,
             Binary::Multiply => (x.degree + y.degree).min(2),
@@ -153,7 +153,7 @@ impl KinkSearch<'_> {
             _ if both.degree == 0 => 0,
             _ => 2,
         };
-        Shape { degree, ..both }
+        NodeShape { degree, ..both }
     }
 
     /// Value of a node that is one number whatever q, v and phase.
@@ -168,7 +168,7 @@ impl KinkSearch<'_> {
     /// Places a switch where a function of the nodes passes 0; false when it stays hidden.
     fn place(
         &mut self,
-        shape: Shape,
+        shape: NodeShape,
         function: impl Fn(&[Dual]) -> Dual,
         place: usize,
         may_jump: bool,
@@ -178,7 +178,7 @@ impl KinkSearch<'_> {
             return true;
         }
         if shape.degree > 1 || shape.on_velocity || shape.on_phase {
-            self.kinks.hidden.push(Hidden { place, may_jump });
+            self.kinks.hidden.push(HiddenSwitch { place, may_jump });
             return false;
         }
         let at = |q: f64| {
@@ -244,23 +244,23 @@ fn forget_smooth(formula: &Formula, parameters: &[f64], levels: &mut Vec<f64>) {
     });
 }
 
-impl Shape {
-    const CONSTANT: Shape = Shape {
+impl NodeShape {
+    const CONSTANT: NodeShape = NodeShape {
         degree: 0,
         on_velocity: false,
         on_phase: false,
     };
 
-    fn of(variable: Variable) -> Shape {
-        let none = Shape::CONSTANT;
+    fn of(variable: Variable) -> NodeShape {
+        let none = NodeShape::CONSTANT;
         match variable {
-            Variable::Displacement => Shape { degree: 1, ..none },
-            Variable::Velocity => Shape {
+            Variable::Displacement => NodeShape { degree: 1, ..none },
+            Variable::Velocity => NodeShape {
                 degree: 1,
                 on_velocity: true,
                 ..none
             },
-            Variable::Phase => Shape {
+            Variable::Phase => NodeShape {
                 degree: 2,
                 on_phase: true,
                 ..none
@@ -268,8 +268,8 @@ impl Shape {
         }
     }
 
-    fn and(self, other: Shape) -> Shape {
-        Shape {
+    fn and(self, other: NodeShape) -> NodeShape {
+        NodeShape {
             degree: self.degree.max(other.degree),
             on_velocity: self.on_velocity || other.on_velocity,
             on_phase: self.on_phase || other.on_phase,
@@ -277,13 +277,13 @@ impl Shape {
     }
 
     /// A smooth function of it.
-    fn smooth(self) -> Shape {
+    fn smooth(self) -> NodeShape {
         let degree = if self.degree == 0 { 0 } else { 2 };
-        Shape { degree, ..self }
+        NodeShape { degree, ..self }
     }
 
-    fn if_placed(self, is_placed: bool) -> Shape {
+    fn if_placed(self, is_placed: bool) -> NodeShape {
         let degree = if is_placed { self.degree } else { 2 };
-        Shape { degree, ..self }
+        NodeShape { degree, ..self }
     }
 }

@@ -1,7 +1,7 @@
 //! Evaluation of a formula: instructions on a stack of numbers of any kind, without allocation.
 
 use super::MAX_STACK;
-use super::formula::{Binary, Formula, FormulaNode, Op, Unary, Variable};
+use super::formula::{Binary, Formula, FormulaNode, Instruction, Unary, Variable};
 use crate::element::derivatives::Dual;
 use crate::element::number::Number;
 
@@ -47,28 +47,36 @@ pub(super) fn run<N: Number>(formula: &Formula, parameters: &[f64], at: Point<N>
     }
 }
 
-fn run_on<const SIZE: usize, N: Number>(code: &[Op], parameters: &[f64], at: Point<N>) -> N {
+fn run_on<const SIZE: usize, N: Number>(
+    code: &[Instruction],
+    parameters: &[f64],
+    at: Point<N>,
+) -> N {
     let mut stack = [N::from(0.0); SIZE];
     let (mut count, mut next) = (0, 0);
     while let Some(op) = code.get(next) {
         next += 1;
         match *op {
-            Op::Binary(operator) => {
+            Instruction::Binary(operator) => {
                 count -= 1;
                 stack[count - 1] = binary(operator, stack[count - 1], stack[count]);
             }
-            Op::Unary(operator) => stack[count - 1] = unary(operator, stack[count - 1]),
-            Op::Power(n) => stack[count - 1] = stack[count - 1].powi(n),
-            Op::Skip(to) => next = to,
-            Op::SkipUnless(to) => {
+            Instruction::Unary(operator) => stack[count - 1] = unary(operator, stack[count - 1]),
+            Instruction::Power(n) => stack[count - 1] = stack[count - 1].powi(n),
+            Instruction::Skip(to) => next = to,
+            Instruction::SkipUnless(to) => {
                 count -= 1;
                 if stack[count] == 0.0 {
                     next = to;
                 }
             }
-            Op::Number(value) => (stack[count], count) = (N::from(value), count + 1),
-            Op::Variable(variable) => (stack[count], count) = (at.variable(variable), count + 1),
-            Op::Parameter(k) => (stack[count], count) = (N::from(parameters[k]), count + 1),
+            Instruction::Number(value) => (stack[count], count) = (N::from(value), count + 1),
+            Instruction::Variable(variable) => {
+                (stack[count], count) = (at.variable(variable), count + 1)
+            }
+            Instruction::Parameter(k) => {
+                (stack[count], count) = (N::from(parameters[k]), count + 1)
+            }
         }
     }
     stack[0]

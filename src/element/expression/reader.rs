@@ -5,18 +5,18 @@
 //! parsers would save the sixty lines that read operators, not the limits, the places and the words of the messages.
 
 use super::formula::{
-    Binary, COMPARISON, FUNCTIONS, Formula, FormulaNode, NOT, Op, SIGN, Unary, VARIABLES, WORDS,
-    strength,
+    Binary, COMPARISON, FUNCTIONS, Formula, FormulaNode, Instruction, NOT, SIGN, Unary, VARIABLES,
+    WORDS, strength,
 };
 use super::token::{self, Token, TokenKind};
-use super::{Fault, MAX_DEPTH, MAX_STACK, MAX_SWITCHES, MAX_TEXT};
+use super::{FormulaError, MAX_DEPTH, MAX_STACK, MAX_SWITCHES, MAX_TEXT};
 use crate::error::did_you_mean;
 
 /// Reads a formula; `parameters` are the names it may use besides q, v and phase.
-pub(super) fn read(text: &str, parameters: &[&str]) -> Result<Formula, Fault> {
+pub(super) fn read(text: &str, parameters: &[&str]) -> Result<Formula, FormulaError> {
     if text.len() > MAX_TEXT {
         let message = format!("the formula has {} bytes, at most {MAX_TEXT}", text.len());
-        return Err(Fault::new("", 0, message));
+        return Err(FormulaError::new("", 0, message));
     }
     let mut reader = FormulaReader {
         text,
@@ -57,7 +57,7 @@ enum Sort {
 
 /// An expression: its node, its kind of value, its first character.
 #[derive(Debug, Clone, Copy)]
-struct Read {
+struct ReadExpression {
     node: usize,
     sort: Sort,
     start: usize,
@@ -75,7 +75,7 @@ struct FormulaReader<'t> {
 
 impl<'t> FormulaReader<'t> {
     /// An expression whose operators hold more than `least`.
-    fn expression(&mut self, least: u8) -> Result<Read, Fault> {
+    fn expression(&mut self, least: u8) -> Result<ReadExpression, FormulaError> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
             return self.fail(format!("nested deeper than {MAX_DEPTH}"));
@@ -97,18 +97,22 @@ impl<'t> FormulaReader<'t> {
     }
 
     /// A number, a name, a call, a bracket or a sign with what it belongs to.
-    fn first(&mut self) -> Result<Read, Fault> {
+    fn first(&mut self) -> Result<ReadExpression, FormulaError> {
         let token = self.token;
         match token.kind {
             TokenKind::Number(value) => {
                 self.advance()?;
-                self.leaf(FormulaNode::Number(value), Op::Number(value), token)
+                self.leaf(
+                    FormulaNode::Number(value),
+                    Instruction::Number(value),
+                    token,
+                )
             }
             TokenKind::Name("not") => {
                 self.advance()?;
                 let value = self.expression(NOT)?;
                 self.condition(value, "`not`")?;
-                self.formula.code.push(Op::Unary(Unary::Not));
+                self.formula.code.push(Instruction::Unary(Unary::Not));
                 Ok(self.node(
                     FormulaNode::Unary(Unary::Not, value.node),
                     Sort::Condition,
@@ -119,7 +123,7 @@ impl<'t> FormulaReader<'t> {
             TokenKind::Sign("-") => {
                 self.advance()?;
                 let value = self.expression(SIGN)?;
-                self.formula.code.push(Op::Unary(Unary::Negative));
+                self.formula.code.push(Instruction::Unary(Unary::Negative));
                 let node = FormulaNode::Unary(Unary::Negative, value.node);
                 Ok(self.node(node, Sort::Number, token.start))
             }
@@ -140,7 +144,12 @@ impl<'t> FormulaReader<'t> {
         }
     }
 
-    fn operation(&mut self, left: Read, operator: Binary, right: u8) -> Result<Read, Fault> {
+    fn operation(
+        &mut self,
+        left: ReadExpression,
+        operator: Binary,
+        right: u8,
+    ) -> Result<ReadExpression, FormulaError> {
         let token = self.token;
         let is_logic = matches!(operator, Binary::And | Binary::Or);
         self.advance()?;
@@ -159,28 +168,28 @@ impl<'t> FormulaReader<'t> {
         };
         let node = FormulaNode::Binary(operator, left.node, second.node);
         let read = self.node(node, sort, token.start);
-        Ok(Read {
+        Ok(ReadExpression {
             start: left.start,
             ..read
         })
     }
 
     /// A variable, a constant, a parameter or a call.
-    fn name(&mut self, name: &'t str, token: Token<'t>) -> Result<Read, Fault> {
+    fn name(&mut self, name: &'t str, token: Token<'t>) -> Result<ReadExpression, FormulaError> {
         self.advance()?;
         if let Some(k) = self.parameters.iter().position(|known| *known == name) {
-            return self.leaf(FormulaNode::Parameter(k), Op::Parameter(k), token);
+            return self.leaf(FormulaNode::Parameter(k), Instruction::Parameter(k), token);
         }
         if let Some((_, variable)) = VARIABLES.iter().find(|(known, _)| *known == name) {
             return self.leaf(
                 FormulaNode::Variable(*variable),
-                Op::Variable(*variable),
+                Instruction::Variable(*variable),
                 token,
             );
         }
         if name == "pi" {
             let pi = std::f64::consts::PI;
-            return self.leaf(FormulaNode::Number(pi), Op::Number(pi), token);
+            return self.leaf(FormulaNode::Number(pi), Instruction::Number(pi), token);
         }
         let function = FUNCTIONS.iter().find(|(known, _)| *known == name);
         if function.is_none() && !["min", "max", "if"].contains(&name) {
@@ -197,7 +206,7 @@ impl<'t> FormulaReader<'t> {
         if let Some((_, function)) = function {
             let value = self.argument(name, 1, 1)?;
             self.close(bracket)?;
-            self.formula.code.push(Op::Unary(*function));
+            self.formula.code.push(Instruction::Unary(*function));
             return Ok(self.node(
                 FormulaNode::Unary(*function, value.node),
                 Sort::Number,
@@ -225,29 +234,38 @@ impl<'t> FormulaReader<'t> {
     }
 
     /// if(condition, then, else): only the branch that counts is evaluated.
-    fn choice(&mut self, token: Token<'t>, bracket: Token<'t>) -> Result<Read, Fault> {
+    fn choice(
+        &mut self,
+        token: Token<'t>,
+        bracket: Token<'t>,
+    ) -> Result<ReadExpression, FormulaError> {
         let condition = self.expression(0)?;
         self.condition(condition, "`if`")?;
         let leave = self.formula.code.len();
-        self.formula.code.push(Op::SkipUnless(0));
+        self.formula.code.push(Instruction::SkipUnless(0));
         self.waiting -= 1;
         self.comma("if", 1, 3)?;
         let then = self.argument("if", 2, 3)?;
         let skip = self.formula.code.len();
-        self.formula.code.push(Op::Skip(0));
+        self.formula.code.push(Instruction::Skip(0));
         self.waiting -= 1;
         self.comma("if", 2, 3)?;
         let otherwise = self.argument("if", 3, 3)?;
         self.close(bracket)?;
         let end = self.formula.code.len();
-        self.formula.code[leave] = Op::SkipUnless(skip + 1);
-        self.formula.code[skip] = Op::Skip(end);
+        self.formula.code[leave] = Instruction::SkipUnless(skip + 1);
+        self.formula.code[skip] = Instruction::Skip(end);
         let node = FormulaNode::If(condition.node, then.node, otherwise.node);
         Ok(self.node(node, Sort::Number, token.start))
     }
 
     /// An argument of a function that takes `most`, counted from 1.
-    fn argument(&mut self, name: &str, count: usize, most: usize) -> Result<Read, Fault> {
+    fn argument(
+        &mut self,
+        name: &str,
+        count: usize,
+        most: usize,
+    ) -> Result<ReadExpression, FormulaError> {
         if self.token.kind == TokenKind::Sign(")") {
             return self.fail(arity(name, count - 1));
         }
@@ -258,7 +276,7 @@ impl<'t> FormulaReader<'t> {
         Ok(value)
     }
 
-    fn comma(&mut self, name: &str, given: usize, wanted: usize) -> Result<(), Fault> {
+    fn comma(&mut self, name: &str, given: usize, wanted: usize) -> Result<(), FormulaError> {
         match self.token.kind {
             TokenKind::Sign(",") => self.advance(),
             TokenKind::Sign(")") if given < wanted => self.fail(arity(name, given)),
@@ -267,7 +285,7 @@ impl<'t> FormulaReader<'t> {
         }
     }
 
-    fn close(&mut self, bracket: Token<'t>) -> Result<(), Fault> {
+    fn close(&mut self, bracket: Token<'t>) -> Result<(), FormulaError> {
         match self.token.kind {
             TokenKind::Sign(")") => self.advance(),
             TokenKind::End => Err(self.fault(bracket.start, "this bracket is not closed")),
@@ -275,7 +293,12 @@ impl<'t> FormulaReader<'t> {
         }
     }
 
-    fn leaf(&mut self, node: FormulaNode, op: Op, token: Token<'t>) -> Result<Read, Fault> {
+    fn leaf(
+        &mut self,
+        node: FormulaNode,
+        op: Instruction,
+        token: Token<'t>,
+    ) -> Result<ReadExpression, FormulaError> {
         self.formula.code.push(op);
         self.waiting += 1;
         self.formula.stack = self.formula.stack.max(self.waiting);
@@ -287,7 +310,7 @@ impl<'t> FormulaReader<'t> {
     }
 
     /// The instruction of two arguments; a power with a small whole number as exponent has one of its own.
-    fn combine(&mut self, operator: Binary, second: Read) {
+    fn combine(&mut self, operator: Binary, second: ReadExpression) {
         const LARGEST: f64 = 64.0;
         self.waiting -= 1;
         let code = &mut self.formula.code;
@@ -297,21 +320,21 @@ impl<'t> FormulaReader<'t> {
             {
                 // The number is the last instruction.
                 code.pop();
-                code.push(Op::Power(n as i32));
+                code.push(Instruction::Power(n as i32));
             }
-            _ => code.push(Op::Binary(operator)),
+            _ => code.push(Instruction::Binary(operator)),
         }
     }
 
-    fn node(&mut self, node: FormulaNode, sort: Sort, start: usize) -> Read {
+    fn node(&mut self, node: FormulaNode, sort: Sort, start: usize) -> ReadExpression {
         self.formula.nodes.push(node);
         self.formula.places.push(start);
         let node = self.formula.nodes.len() - 1;
-        Read { node, sort, start }
+        ReadExpression { node, sort, start }
     }
 
     /// Numbers are not conditions; conditions are numbers, 1 and 0: (q > b)*(q - b).
-    fn condition(&self, value: Read, of: &str) -> Result<(), Fault> {
+    fn condition(&self, value: ReadExpression, of: &str) -> Result<(), FormulaError> {
         match value.sort {
             Sort::Condition => Ok(()),
             Sort::Number => {
@@ -321,7 +344,7 @@ impl<'t> FormulaReader<'t> {
         }
     }
 
-    fn advance(&mut self) -> Result<(), Fault> {
+    fn advance(&mut self) -> Result<(), FormulaError> {
         let behind = self.token.start + self.token.text.len();
         self.token = token::next(self.text, behind)?;
         Ok(())
@@ -338,7 +361,7 @@ impl<'t> FormulaReader<'t> {
         }
     }
 
-    fn unknown(&self, name: &str, token: Token<'t>) -> Fault {
+    fn unknown(&self, name: &str, token: Token<'t>) -> FormulaError {
         let known = self.parameters.iter().copied();
         let known = known.chain(VARIABLES.iter().map(|(name, _)| *name));
         let known = known.chain(FUNCTIONS.iter().map(|(name, _)| *name));
@@ -351,11 +374,11 @@ impl<'t> FormulaReader<'t> {
         self.fault(token.start, format!("unknown name `{name}`; {help}"))
     }
 
-    fn fault(&self, start: usize, message: impl Into<String>) -> Fault {
-        Fault::new(self.text, start, message)
+    fn fault(&self, start: usize, message: impl Into<String>) -> FormulaError {
+        FormulaError::new(self.text, start, message)
     }
 
-    fn fail<T>(&self, message: impl Into<String>) -> Result<T, Fault> {
+    fn fail<T>(&self, message: impl Into<String>) -> Result<T, FormulaError> {
         Err(self.fault(self.token.start, message))
     }
 }

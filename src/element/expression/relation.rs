@@ -2,7 +2,7 @@
 
 use super::formula::{Formula, FormulaNode};
 use super::program::{Point, run};
-use super::{Fault, reader};
+use super::{FormulaError, reader};
 
 /// A formula of one number x, in the words of the law `expression`.
 #[derive(Debug, Clone)]
@@ -24,12 +24,12 @@ impl Relation {
     /// # use gearlash::element::Relation;
     /// assert_eq!(Relation::new("0.4*x + 1")?.value(5.0), 3.0);
     /// assert!(Relation::new("0.4*q").is_err());
-    /// # Ok::<(), gearlash::element::ExpressionFault>(())
+    /// # Ok::<(), gearlash::element::FormulaError>(())
     /// ```
     ///
     /// # Errors
     /// What is wrong with it, and where.
-    pub fn new(text: &str) -> Result<Relation, Fault> {
+    pub fn new(text: &str) -> Result<Relation, FormulaError> {
         let formula = reader::read(text, &["x"])?;
         let foreign = formula
             .nodes
@@ -37,7 +37,7 @@ impl Relation {
             .position(|node| matches!(node, FormulaNode::Variable(_)));
         if let Some(node) = foreign {
             let message = "only x has a value here, the number that the others follow";
-            return Err(Fault::new(text, formula.places[node], message));
+            return Err(FormulaError::new(text, formula.places[node], message));
         }
         Ok(Relation {
             text: text.to_owned(),

@@ -1,6 +1,6 @@
 //! The words of a formula.
 
-use super::Fault;
+use super::FormulaError;
 use crate::yaml::scalar;
 
 /// Kind of a word.
@@ -41,7 +41,7 @@ const ELSEWHERE: [(&str, &str); 9] = [
 ];
 
 /// The word that begins at or behind a place.
-pub(super) fn next(text: &str, from: usize) -> Result<Token<'_>, Fault> {
+pub(super) fn next(text: &str, from: usize) -> Result<Token<'_>, FormulaError> {
     let rest = text[from..].trim_start();
     let start = text.len() - rest.len();
     let token = |kind, length: usize| {
@@ -56,10 +56,10 @@ pub(super) fn next(text: &str, from: usize) -> Result<Token<'_>, Fault> {
     };
     if first.is_ascii_digit() || first == '.' {
         let length = scalar::decimal_length(rest)
-            .ok_or_else(|| Fault::new(text, start, "a number has digits"))?;
+            .ok_or_else(|| FormulaError::new(text, start, "a number has digits"))?;
         return match rest[..length].parse::<f64>() {
             Ok(value) if value.is_finite() => token(TokenKind::Number(value), length),
-            _ => Err(Fault::new(text, start, "the number is not finite")),
+            _ => Err(FormulaError::new(text, start, "the number is not finite")),
         };
     }
     if is_letter(first) {
@@ -74,11 +74,11 @@ pub(super) fn next(text: &str, from: usize) -> Result<Token<'_>, Fault> {
         (Some(sign @ (&"==" | &"!=")), _) => token(TokenKind::Sign(sign), sign.len()),
         (_, Some((sign, help))) => {
             let message = format!("`{sign}` has no meaning here; {help}");
-            Err(Fault::new(text, start, message))
+            Err(FormulaError::new(text, start, message))
         }
         (None, None) => {
             let message = format!("`{}` has no meaning here", first.escape_debug());
-            Err(Fault::new(text, start, message))
+            Err(FormulaError::new(text, start, message))
         }
     }
 }

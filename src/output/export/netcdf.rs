@@ -13,7 +13,7 @@ const CHAR: u32 = 2;
 const INT: u32 = 4;
 const DOUBLE: u32 = 6;
 
-struct Variable<'a> {
+struct NetcdfVariable<'a> {
     name: String,
     dimensions: Vec<u32>,
     attributes: Vec<(&'static str, String)>,
@@ -71,7 +71,7 @@ fn variable<'a>(
     column: &'a crate::report::Column,
     row: u32,
     dimensions: &mut Vec<(String, usize)>,
-) -> Variable<'a> {
+) -> NetcdfVariable<'a> {
     let mut attributes = vec![("long_name", Words::of(&column.name).axis(""))];
     if !column.unit.is_empty() {
         attributes.push(("units", column.unit.clone()));
@@ -92,7 +92,7 @@ fn variable<'a>(
         }) as u32);
         attributes.push(("_Encoding", "utf-8".to_owned()));
     }
-    Variable {
+    NetcdfVariable {
         name,
         dimensions: own,
         attributes,
@@ -103,7 +103,7 @@ fn variable<'a>(
 }
 
 /// Bytes of the data of a variable, without what fills up to four.
-fn size(variable: &Variable<'_>) -> u64 {
+fn size(variable: &NetcdfVariable<'_>) -> u64 {
     let each = match variable.kind {
         CHAR => variable.longest as u64,
         INT => 4,
@@ -115,7 +115,7 @@ fn size(variable: &Variable<'_>) -> u64 {
 fn head(
     dimensions: &[(String, usize)],
     globals: &[(&'static str, String)],
-    variables: &[Variable<'_>],
+    variables: &[NetcdfVariable<'_>],
     start: u64,
 ) -> Vec<u8> {
     let mut bytes = b"CDF\x02\x00\x00\x00\x00".to_vec();
@@ -169,7 +169,7 @@ fn attributes(bytes: &mut Vec<u8>, entries: &[(&'static str, String)]) {
     }
 }
 
-fn data(variable: &Variable<'_>, out: &mut dyn Write) -> Result<()> {
+fn data(variable: &NetcdfVariable<'_>, out: &mut dyn Write) -> Result<()> {
     match variable.values {
         Values::Float(list) => list
             .iter()

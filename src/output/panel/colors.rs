@@ -10,7 +10,7 @@ use crate::output::axis::power_of_ten;
 use crate::output::draw::{TextStyle, fill, put_text, stroke};
 use crate::output::look::scale_color;
 use crate::output::raster::{Raster, edges};
-use crate::output::series::Series;
+use crate::output::series::DrawnSeries;
 use crate::output::sheet::Sheet;
 use crate::output::shown::{ColorBar, Shown};
 use crate::output::text::{cut, text_width};
@@ -35,7 +35,7 @@ fn level_color(level: usize) -> String {
 pub(super) fn by_color(
     frame: &Frame,
     panel: &Shown<'_>,
-    series: &Series<'_>,
+    series: &DrawnSeries<'_>,
     values: &[f64],
 ) -> Vec<(String, Places)> {
     let Some(bar) = &panel.bar else {

@@ -24,7 +24,7 @@ pub(super) struct Wheel {
 
 /// The axis of a body.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Axis {
+pub(super) struct Shaft {
     pub y: f64,
     /// Slots at its ends.
     pub ends: (f64, f64),
@@ -47,7 +47,7 @@ pub(super) enum Appearance {
 
 /// A connection on the drawing.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Link {
+pub(super) struct DrawnLink {
     pub name: String,
     pub look: Appearance,
     pub from: (f64, f64),
@@ -57,12 +57,12 @@ pub(super) struct Link {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Layout {
+pub(super) struct Schematic {
     pub names: Vec<String>,
     pub bodies: Vec<BodyNote>,
     pub wheels: Vec<Wheel>,
-    pub axes: Vec<Axis>,
-    pub links: Vec<Link>,
+    pub axes: Vec<Shaft>,
+    pub links: Vec<DrawnLink>,
     pub slots: usize,
     pub low: f64,
     pub high: f64,
@@ -74,20 +74,20 @@ pub(super) struct Layout {
 /// Slots searched on either side.
 const REACH: i64 = 60;
 
-impl Layout {
+impl Schematic {
     /// Places every body, one part of the train after another.
-    pub fn of(model: &Description) -> Layout {
+    pub fn of(model: &Description) -> Schematic {
         let wheels = model
             .connections
             .iter()
             .filter(|c| is_mesh(c))
             .flat_map(|c| &c.arms);
         let largest = wheels.map(|arm| arm.length.abs()).fold(0.0, f64::max);
-        let mut layout = Layout {
+        let mut layout = Schematic {
             names: model.bodies.iter().map(|b| b.name.clone()).collect(),
             bodies: model.bodies.clone(),
             usual: if largest > 0.0 { 0.45 * largest } else { 0.05 },
-            ..Layout::default()
+            ..Schematic::default()
         };
         for start in 0..model.bodies.len() {
             if let Entry::Vacant(place) = layout.heights.entry(start) {
@@ -252,7 +252,7 @@ impl Layout {
             let low = own.iter().map(|w| w.slot).fold(f64::INFINITY, f64::min);
             let high = own.iter().map(|w| w.slot).fold(f64::NEG_INFINITY, f64::max);
             if let Some(wheel) = own.first() {
-                self.axes.push(Axis {
+                self.axes.push(Shaft {
                     y: wheel.y,
                     ends: (low - 0.22, high + 0.22),
                     slides: self.bodies[body].slides,
@@ -295,12 +295,12 @@ mod tests {
         }
     }
 
-    fn layout(names: &[&str], connections: Vec<ConnectionNote>) -> Layout {
+    fn layout(names: &[&str], connections: Vec<ConnectionNote>) -> Schematic {
         let body = |name: &&str| BodyNote {
             name: name.to_string(),
             ..BodyNote::default()
         };
-        Layout::of(&Description {
+        Schematic::of(&Description {
             bodies: names.iter().map(body).collect(),
             connections,
             ..Description::default()

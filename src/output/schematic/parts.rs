@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use kuva::render::render::{Scene, TextAnchor};
 
-use super::layout::{Appearance, Axis, Layout, Link, Wheel};
+use super::layout::{Appearance, DrawnLink, Schematic, Shaft, Wheel};
 use super::{FONT, Paper, link_name, short};
 use crate::output::draw::{TextStyle, fill, put_text, stroke};
 use crate::output::look::{NEUTRAL, PALETTE};
@@ -14,7 +14,7 @@ use crate::report::readable;
 /// Half the width of a wheel, as a share of a slot.
 const HALF: f64 = 0.15;
 
-pub(super) fn axis(scene: &mut Scene, paper: &Paper, axis: &Axis) {
+pub(super) fn axis(scene: &mut Scene, paper: &Paper, axis: &Shaft) {
     let (left, right, y) = (paper.x(axis.ends.0), paper.x(axis.ends.1), paper.y(axis.y));
     stroke(
         scene,
@@ -76,7 +76,7 @@ pub(super) fn wheel(scene: &mut Scene, paper: &Paper, wheel: &Wheel) {
     stroke(scene, cross, NEUTRAL, 0.8, Some("6 2 1 2"));
 }
 
-pub(super) fn link(scene: &mut Scene, paper: &Paper, link: &Link) {
+pub(super) fn link(scene: &mut Scene, paper: &Paper, link: &DrawnLink) {
     let (a, b) = (place(paper, link.from), place(paper, link.to));
     let half = HALF * paper.slot;
     match link.look {
@@ -159,7 +159,7 @@ fn ground(scene: &mut Scene, (x, y): (f64, f64), length: f64) {
 }
 
 /// Names of bodies at their wheels, with loads and speeds, and of connections at their places. Returns where they end.
-pub(super) fn labels(scene: &mut Scene, paper: &Paper, layout: &Layout) -> f64 {
+pub(super) fn labels(scene: &mut Scene, paper: &Paper, layout: &Schematic) -> f64 {
     let font = f64::from(FONT);
     let mut lowest = 0.0_f64;
     for link in layout.links.iter().filter(|l| !l.name.is_empty()) {
@@ -223,7 +223,7 @@ pub(super) fn labels(scene: &mut Scene, paper: &Paper, layout: &Layout) -> f64 {
 /// Speed and loads of a body in words, from a height downward. Returns where they end.
 fn load(
     scene: &mut Scene,
-    layout: &Layout,
+    layout: &Schematic,
     body: usize,
     ((x, y), anchor): ((f64, f64), TextAnchor),
 ) -> f64 {

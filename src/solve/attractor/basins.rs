@@ -7,7 +7,7 @@
 use super::cycle::Cycle;
 use super::map::Map;
 use super::trap::Trap;
-use super::{Label, LabelOptions, Lengths, MapSize, Stop, attractor};
+use super::{Label, LabelOptions, Lengths, MapSize, RecordStop, attractor};
 use crate::solve::integrate::IntegrationEnd;
 
 /// Limits of the motion from a start.
@@ -48,7 +48,7 @@ pub(crate) enum Fate {
     /// Nowhere within the limit, or there is not enough evidence.
     Undecided,
     /// The motion could not be followed.
-    Stopped(Stop),
+    Stopped(RecordStop),
 }
 
 /// Points kept of an attractor that is not a periodic orbit.
@@ -106,14 +106,14 @@ fn step(
     map: &mut dyn Map,
     state: &mut [f64],
     (period, keep_going): (usize, &mut dyn FnMut(usize) -> bool),
-) -> Option<Stop> {
+) -> Option<RecordStop> {
     if !keep_going(period) {
-        return Some(Stop::Interrupted);
+        return Some(RecordStop::Interrupted);
     }
     match map.advance(state) {
         IntegrationEnd::Reached if state.iter().all(|x| x.is_finite()) => None,
-        IntegrationEnd::Reached => Some(Stop::Failed(IntegrationEnd::Diverged, period)),
-        end => Some(Stop::of(end, period)),
+        IntegrationEnd::Reached => Some(RecordStop::Failed(IntegrationEnd::Diverged, period)),
+        end => Some(RecordStop::of(end, period)),
     }
 }
 

@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 
 /// An invariant curve as a record shows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Curve {
+pub struct InvariantCurve {
     /// Curves that are visited in turn.
     pub loops: usize,
     /// Rotation per `loops` iterates, in (0, 1).
@@ -45,7 +45,7 @@ const EXACT: f64 = 1e-7;
 const REFINEMENTS: usize = 4;
 
 /// The curve on which the points lie; `None` where they show no rotation.
-pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<Curve> {
+pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<InvariantCurve> {
     let first = cloud.count().saturating_sub(LARGEST);
     let loops = loops(cloud, first)?;
     let points: Vec<&[f64]> = (first..cloud.count())
@@ -65,7 +65,7 @@ pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<Curve> {
     let error_of_half = half
         .prediction(rotation, HARMONICS)
         .map_or(f64::INFINITY, |p| p.0);
-    Some(Curve {
+    Some(InvariantCurve {
         loops,
         rotation: rotation.rem_euclid(1.0),
         error,

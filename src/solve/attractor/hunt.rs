@@ -5,7 +5,7 @@ use super::cycle::Cycle;
 use super::geometry::{self, Cloud};
 use super::lyapunov::Exponents;
 use super::map::{Map, Tori};
-use super::record::{Along, MapSize, Stop, Walk};
+use super::record::{Along, MapSize, RecordStop, Walk};
 use super::{Attractor, Goal, LEAST_POINTS, Label, LabelOptions, curve, lurking, reach};
 
 /// Error of the prediction on an invariant curve that is evidence for it.
@@ -87,7 +87,7 @@ impl Hunt<'_> {
     }
 
     /// The transient, and the orbit on which the motion has settled at its end, or before it where the rest is not wanted.
-    fn transient(&mut self, periods: usize) -> (Option<Stop>, Option<Cycle>) {
+    fn transient(&mut self, periods: usize) -> (Option<RecordStop>, Option<Cycle>) {
         let longest = self.options.longest_period.min(SHORT);
         let mut look = match self.options.goal {
             Goal::Record => periods,
@@ -155,12 +155,12 @@ impl Hunt<'_> {
             total += self.walk.period() - begin;
             self.found.extension = total - periods;
             match stop {
-                Some(Stop::Interrupted) => {
+                Some(RecordStop::Interrupted) => {
                     self.found.record.stop = stop;
                     return;
                 }
                 // It was on no attractor, but the record is kept.
-                Some(Stop::Failed(..)) => {
+                Some(RecordStop::Failed(..)) => {
                     self.walk.state.copy_from_slice(&before);
                     return;
                 }
@@ -173,7 +173,7 @@ impl Hunt<'_> {
     }
 
     /// Goes on until the motion arrives at an orbit, for a number of periods at most.
-    fn await_capture(&mut self, cycle: Cycle, periods: usize) -> (Option<Stop>, Verdict) {
+    fn await_capture(&mut self, cycle: Cycle, periods: usize) -> (Option<RecordStop>, Verdict) {
         let error = self.walk.map.error();
         let lap = LAPS_WATCHED * cycle.period + 1;
         let mut left = periods;

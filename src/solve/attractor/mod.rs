@@ -7,7 +7,7 @@
 //!   derivative of the map is not known, every point must repeat, and the repeats must have converged.
 //! - **chaotic**: the largest Lyapunov exponent is significantly positive over the record and positive in each third of it
 //!   (`Exponents::is_stretching`), and no attracting periodic orbit lies among the points. Never without exponents.
-//! - **quasi-periodic**: the points lie on an invariant curve ([`Curve`]), that is, a rotation number and a curve taken from two thirds
+//! - **quasi-periodic**: the points lie on an invariant curve ([`InvariantCurve`]), that is, a rotation number and a curve taken from two thirds
 //!   of the record predict the rest; the largest exponent is 0 and all others are negative; and no attracting periodic orbit
 //!   lies among the points. Never where [`Tori::Excluded`] holds.
 //!
@@ -28,11 +28,11 @@ mod scatter;
 mod together;
 mod trap;
 
-pub use curve::Curve;
+pub use curve::InvariantCurve;
 pub use cycle::Cycle;
 pub use map::{Map, Stroboscopic, Tori, tori};
 pub(crate) use record::{ALIGNMENT, poincare};
-pub use record::{HeadStart, Lengths, MapRecord, MapSize, Stop};
+pub use record::{HeadStart, Lengths, MapRecord, MapSize, RecordStop};
 pub(crate) use scatter::scatter;
 pub use together::head_starts;
 
@@ -170,7 +170,7 @@ pub fn attractor_from(
 }
 
 /// The invariant curve on which the points of a record lie, `size` values each; `None` where they show no rotation.
-pub fn rotation(points: &[f64], size: usize) -> Option<Curve> {
+pub fn rotation(points: &[f64], size: usize) -> Option<InvariantCurve> {
     let stretch = record::RecordStretch::of(points);
     curve::invariant_curve(&Cloud::new(&stretch, size))
 }

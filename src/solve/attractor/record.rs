@@ -7,28 +7,28 @@ use nalgebra::DMatrix;
 
 /// Reason why a motion was not followed to its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Stop {
+pub enum RecordStop {
     /// An interrupt was requested.
     Interrupted,
     /// The integration ended, in this period, counted from 1.
     Failed(IntegrationEnd, usize),
 }
 
-impl Stop {
+impl RecordStop {
     /// Of an integration that ended in a period.
-    pub fn of(end: IntegrationEnd, period: usize) -> Stop {
+    pub fn of(end: IntegrationEnd, period: usize) -> RecordStop {
         match end {
-            IntegrationEnd::Interrupted => Stop::Interrupted,
-            end => Stop::Failed(end, period),
+            IntegrationEnd::Interrupted => RecordStop::Interrupted,
+            end => RecordStop::Failed(end, period),
         }
     }
 }
 
-impl std::fmt::Display for Stop {
+impl std::fmt::Display for RecordStop {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Stop::Interrupted => f.write_str("interrupted"),
-            Stop::Failed(end, period) => write!(f, "{} in period {period}", end.message()),
+            RecordStop::Interrupted => f.write_str("interrupted"),
+            RecordStop::Failed(end, period) => write!(f, "{} in period {period}", end.message()),
         }
     }
 }
@@ -81,7 +81,7 @@ pub struct MapRecord {
     /// Lyapunov exponents over the record, in units of omega_c.
     pub exponents: Option<Exponents>,
     /// Reason why the record is shorter than requested.
-    pub stop: Option<Stop>,
+    pub stop: Option<RecordStop>,
 }
 
 /// Periods, before the record begins, over which the frame of deviations turns into place.
@@ -182,7 +182,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The periods before the record, up to one of them; deviations turn into place during the last ones.
-    pub fn settle(&mut self, until: usize, transient: usize) -> Option<Stop> {
+    pub fn settle(&mut self, until: usize, transient: usize) -> Option<RecordStop> {
         if until > self.period + KEPT {
             self.stretch.points.clear();
         }
@@ -210,7 +210,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Records the states after each of a number of periods. Exponents, if they go along, are counted from here on.
-    pub fn record(&mut self, periods: usize, along: Along) -> Option<Stop> {
+    pub fn record(&mut self, periods: usize, along: Along) -> Option<RecordStop> {
         self.stretch.clear();
         self.stretch
             .points
@@ -251,10 +251,10 @@ impl<'a> Walk<'a> {
         self.period
     }
 
-    fn step(&mut self, along: Along) -> Option<Stop> {
+    fn step(&mut self, along: Along) -> Option<RecordStop> {
         let period = self.period + 1;
         if !(self.keep_going)(period) {
-            return Some(Stop::Interrupted);
+            return Some(RecordStop::Interrupted);
         }
         self.period = period;
         let end = match self
@@ -272,10 +272,10 @@ impl<'a> Walk<'a> {
         };
         let is_finite = self.state.iter().all(|x| x.is_finite());
         match end {
-            IntegrationEnd::Interrupted => Some(Stop::Interrupted),
-            _ if !is_finite => Some(Stop::Failed(IntegrationEnd::Diverged, period)),
+            IntegrationEnd::Interrupted => Some(RecordStop::Interrupted),
+            _ if !is_finite => Some(RecordStop::Failed(IntegrationEnd::Diverged, period)),
             IntegrationEnd::Reached => None,
-            end => Some(Stop::Failed(end, period)),
+            end => Some(RecordStop::Failed(end, period)),
         }
     }
 }

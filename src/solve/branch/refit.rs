@@ -6,7 +6,7 @@
 
 use super::{Begin, TraceOptions, Tracer, singular};
 use crate::error::SolveError;
-use crate::solve::continuation::{Continuation, Side, Started};
+use crate::solve::continuation::{Continuation, CrossingSide, Started};
 use crate::solve::events::Probe;
 use crate::solve::newton::NewtonOutcome;
 use crate::solve::residual::{Fit, PeriodicResidual, Survey};
@@ -23,7 +23,7 @@ pub(super) fn begin(
     options: &TraceOptions,
 ) -> Result<Result<Continuation, NewtonOutcome>, SolveError> {
     let (mut guess, lambda, side) = match begin {
-        Begin::Guess(u) => (u, options.continuation.range.0, Side::Forward),
+        Begin::Guess(u) => (u, options.continuation.range.0, CrossingSide::Forward),
         Begin::Inside(u, lambda, side) => (u, lambda, side),
         Begin::Crossing(point, way) => {
             let path = Continuation::branch_off(problem, &point, way, options.continuation)?;

@@ -2,7 +2,7 @@
 
 use super::PathPoint;
 use crate::error::SolveError;
-use crate::numeric::jacobian::Structure;
+use crate::numeric::jacobian::JacobianStructure;
 use crate::solve::residual::{Linearisation, Residual};
 use nalgebra::DVector;
 
@@ -20,7 +20,7 @@ impl Residual for Bordered<'_> {
         self.problem.dim() + 1
     }
 
-    fn structure(&self) -> Structure {
+    fn structure(&self) -> JacobianStructure {
         self.problem.structure().bordered()
     }
 

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 /// The two ways along a path that crosses another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum CrossingSide {
     /// The way on which the largest part of the direction grows.
     Forward,
     /// The other one.
@@ -96,7 +96,7 @@ impl Continuation {
     pub(crate) fn branch_off(
         problem: &mut dyn Residual,
         crossing: &PathPoint,
-        (side, heading): (Side, Heading),
+        (side, heading): (CrossingSide, Heading),
         options: ContinuationOptions,
     ) -> Result<Option<Continuation>, SolveError> {
         options.validate()?;
@@ -112,8 +112,8 @@ impl Continuation {
         let (u, lambda) = (&this.origin.tangent_u, this.origin.tangent_lambda);
         let length = this.dot(u, lambda, u, lambda).sqrt();
         let sign = match side {
-            Side::Forward => 1.0,
-            Side::Backward => -1.0,
+            CrossingSide::Forward => 1.0,
+            CrossingSide::Backward => -1.0,
         };
         this.origin.tangent_u *= sign / length;
         this.origin.tangent_lambda *= sign / length;

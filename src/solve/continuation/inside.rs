@@ -1,6 +1,6 @@
 //! Paths that begin inside the range.
 
-use super::{Continuation, ContinuationOptions, PathPoint, Side, Started};
+use super::{Continuation, ContinuationOptions, CrossingSide, PathPoint, Started};
 use crate::error::SolveError;
 use crate::solve::newton::NewtonOutcome;
 use crate::solve::residual::Residual;
@@ -15,13 +15,13 @@ impl Continuation {
     pub(crate) fn start_at(
         problem: &mut dyn Residual,
         (u, lambda): (DVector<f64>, f64),
-        side: Side,
+        side: CrossingSide,
         options: ContinuationOptions,
     ) -> Result<Started, SolveError> {
         options.validate()?;
         let sign = match side {
-            Side::Forward => 1.0,
-            Side::Backward => -1.0,
+            CrossingSide::Forward => 1.0,
+            CrossingSide::Backward => -1.0,
         };
         // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
         let origin = PathPoint {

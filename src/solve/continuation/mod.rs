@@ -17,7 +17,7 @@ mod trail;
 mod types;
 mod uncertainty;
 
-pub use crossing::{Heading, Side};
+pub use crossing::{CrossingSide, Heading};
 pub use section::Section;
 pub use types::{ContinuationOptions, PathEnd, PathPoint};
 
@@ -81,7 +81,12 @@ impl Continuation {
         u: DVector<f64>,
         options: ContinuationOptions,
     ) -> Result<Started, SolveError> {
-        Continuation::start_at(problem, (u, options.range.0), Side::Forward, options)
+        Continuation::start_at(
+            problem,
+            (u, options.range.0),
+            CrossingSide::Forward,
+            options,
+        )
     }
 
     /// A path at a point.

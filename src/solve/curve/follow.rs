@@ -10,7 +10,7 @@ use super::nature::{Codimension, Nature};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::{
-    Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
+    Advance, Continuation, ContinuationOptions, CrossingSide, PathEnd, PathPoint, Started,
 };
 use crate::solve::newton::NewtonOptions;
 
@@ -90,7 +90,7 @@ enum Item {
 pub(crate) fn follow(
     problem: &mut Defining<'_>,
     start: &Spot,
-    side: Side,
+    side: CrossingSide,
     options: &CurveOptions,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Option<Arm>, SolveError> {

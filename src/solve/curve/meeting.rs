@@ -8,7 +8,9 @@ use super::follow::NEWTON;
 use super::seek::gaps;
 use super::{CurveKind, Defining};
 use crate::error::SolveError;
-use crate::solve::continuation::{Continuation, ContinuationOptions, Section, Side, Started};
+use crate::solve::continuation::{
+    Continuation, ContinuationOptions, CrossingSide, Section, Started,
+};
 
 /// First step along the grazing curve, in ranges and sizes.
 const FIRST: f64 = 1e-5;
@@ -78,7 +80,8 @@ impl Defining<'_> {
     /// The spot of the grazing curve nearest to a first one at which a test vanishes.
     fn passage(&mut self, first: &Spot, test: usize) -> Result<Option<Spot>, SolveError> {
         let begin = (self.unknowns(first), first.p[1]);
-        let Started::Path(path) = Continuation::start_at(self, begin, Side::Forward, PATH)? else {
+        let Started::Path(path) = Continuation::start_at(self, begin, CrossingSide::Forward, PATH)?
+        else {
             return Ok(None);
         };
         let base = path.point();

@@ -15,7 +15,7 @@ pub(super) struct Graph<'a> {
 
 /// Set of deformations at which a law supports a force.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Support {
+pub(super) enum ForceSupport {
     /// At one deformation, with the slope there.
     Point { x: f64, slope: f64 },
     /// On a jump of the force.
@@ -24,21 +24,21 @@ pub(super) enum Support {
     Flat { low: f64, high: f64 },
 }
 
-impl Support {
+impl ForceSupport {
     /// The deformation: of a flat stretch its middle; of one without end on a side the place nearest to 0.
     pub(super) fn position(&self) -> f64 {
         match *self {
-            Support::Point { x, .. } | Support::Jump { x } => x,
-            Support::Flat { low, high } => middle(low, high),
+            ForceSupport::Point { x, .. } | ForceSupport::Jump { x } => x,
+            ForceSupport::Flat { low, high } => middle(low, high),
         }
     }
 
     /// Slope of the law; `None` on a jump.
     pub(super) fn slope(&self) -> Option<f64> {
         match *self {
-            Support::Point { slope, .. } => Some(slope),
-            Support::Jump { .. } => None,
-            Support::Flat { .. } => Some(0.0),
+            ForceSupport::Point { slope, .. } => Some(slope),
+            ForceSupport::Jump { .. } => None,
+            ForceSupport::Flat { .. } => Some(0.0),
         }
     }
 }
@@ -139,7 +139,7 @@ impl<'a> Graph<'a> {
 
     /// Where the law supports a force and does not fall: the place nearest to 0 on the side to which
     /// the force points, else on the other. `None` where there is none.
-    pub(super) fn support(&self, force: f64) -> Option<Support> {
+    pub(super) fn support(&self, force: f64) -> Option<ForceSupport> {
         let home = self.region(0.0);
         let sides = if force < 0.0 {
             [-1.0, 1.0]
@@ -158,22 +158,22 @@ impl<'a> Graph<'a> {
     }
 
     /// A force met at 0 itself, where one side is flat or the force jumps over it.
-    fn at_zero(&self, force: f64, home: usize) -> Option<Support> {
+    fn at_zero(&self, force: f64, home: usize) -> Option<ForceSupport> {
         if self.breakpoints.get(home) != Some(&0.0) {
             return None;
         }
         let (below, above) = (self.inner(home, 0.0), self.inner(home + 1, 0.0));
         if below < above && (below - force) * (above - force) <= 0.0 {
-            return Some(Support::Jump { x: 0.0 });
+            return Some(ForceSupport::Jump { x: 0.0 });
         }
         // Both sides meet the force: a flat one leaves the place open.
         let flat = [home, home + 1].into_iter().find(|r| self.is_flat(*r));
         let (low, high) = flat.filter(|_| below == force).map(|r| self.ends(r))?;
-        Some(Support::Flat { low, high })
+        Some(ForceSupport::Flat { low, high })
     }
 
     /// From region to region, outwards from 0, until the force is met.
-    fn walk(&self, force: f64, mut region: usize, side: f64) -> Option<Support> {
+    fn walk(&self, force: f64, mut region: usize, side: f64) -> Option<ForceSupport> {
         let (low, high) = self.ends(region);
         let mut from = 0.0_f64.clamp(low, high);
         loop {
@@ -189,19 +189,20 @@ impl<'a> Graph<'a> {
             let (here, beyond) = (self.inner(region, end), self.inner(next, end));
             let rises = side * (beyond - here) > 0.0;
             if rises && (here - force) * (beyond - force) <= 0.0 {
-                return Some(Support::Jump { x: end });
+                return Some(ForceSupport::Jump { x: end });
             }
             (region, from) = (next, end);
         }
     }
 
     /// A force between two places of one region, `from` nearer to 0.
-    fn within(&self, force: f64, region: usize, (from, end): (f64, f64)) -> Option<Support> {
+    fn within(&self, force: f64, region: usize, (from, end): (f64, f64)) -> Option<ForceSupport> {
         let (low, high) = self.ends(region);
         if self.is_flat(region) {
             let inside = if low.is_finite() { low } else { high };
             let inside = if inside.is_finite() { inside } else { 0.0 };
-            return (self.inner(region, inside) == force).then_some(Support::Flat { low, high });
+            return (self.inner(region, inside) == force)
+                .then_some(ForceSupport::Flat { low, high });
         }
         let start = match from == low || from == high {
             true => self.inner(region, from),
@@ -215,11 +216,11 @@ impl<'a> Graph<'a> {
             let x = from + (force - start) / slope;
             let reach = (x - from) * (end - from).signum();
             let is_inside = reach >= 0.0 && reach <= (end - from).abs();
-            return (is_inside && x.is_finite()).then_some(Support::Point { x, slope });
+            return (is_inside && x.is_finite()).then_some(ForceSupport::Point { x, slope });
         }
         let x = self.march((force, start), (from, end))?;
         let slope = self.element.eval(x, 0.0, 0.0).df_dq;
-        Some(Support::Point { x, slope })
+        Some(ForceSupport::Point { x, slope })
     }
 
     /// The first place between `from` and `end` where a smooth law rises to the force: growing steps, then bisection. Where it falls

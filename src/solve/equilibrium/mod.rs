@@ -14,7 +14,7 @@ mod graph;
 
 use crate::system::System;
 use balance::Demand;
-use graph::{Graph, Support};
+use graph::{ForceSupport, Graph};
 use nalgebra::DVector;
 
 /// Static equilibrium of the train.
@@ -153,7 +153,7 @@ fn read_off(
         flank: (graphs.iter().zip(&places))
             .map(|(graph, (f, place))| graph.flank(place.position(), *f))
             .collect(),
-        is_unique: !(places.iter()).any(|(_, place)| matches!(place, Support::Flat { .. })),
+        is_unique: !(places.iter()).any(|(_, place)| matches!(place, ForceSupport::Flat { .. })),
         deformation,
     })
 }

@@ -3,7 +3,7 @@
 use super::accuracy::{Accuracy, Estimate, MOST_SAMPLES, in_coefficients};
 use super::{Galerkin, GalerkinOptions};
 use crate::error::SolveError;
-use crate::numeric::jacobian::Structure;
+use crate::numeric::jacobian::JacobianStructure;
 use crate::solve::family::Family;
 use crate::solve::newton::NewtonOptions;
 use crate::solve::orbit::Orbit;
@@ -191,7 +191,7 @@ impl<F: Family> Residual for Adaptive<'_, F> {
         self.problem.dim()
     }
 
-    fn structure(&self) -> Structure {
+    fn structure(&self) -> JacobianStructure {
         self.problem.structure()
     }
 

@@ -26,7 +26,7 @@ pub struct Sampling {
     /// Stiffness variation, by connection.
     variation: Vec<Option<Vec<f64>>>,
     /// Connections that need no samples: f = slope (W q - e) + offset, always.
-    affine: Vec<Option<Affine>>,
+    affine: Vec<Option<AffineParts>>,
     deformation: Vec<f64>,
     rate: Vec<f64>,
     force: Vec<f64>,
@@ -50,7 +50,7 @@ pub struct Sampling {
 }
 
 /// A law without breakpoints and rates, with constant stiffness.
-struct Affine {
+struct AffineParts {
     slope: f64,
     offset: f64,
     /// Coefficients of the transmission error; empty without one.
@@ -115,7 +115,7 @@ impl Sampling {
         self.affine = (0..count).map(|e| self.affine(system, e)).collect();
     }
 
-    fn affine(&self, system: &System, e: usize) -> Option<Affine> {
+    fn affine(&self, system: &System, e: usize) -> Option<AffineParts> {
         let mount = &system.mounts()[e];
         let law = &mount.element;
         let is_affine = law.is_piecewise_affine() && law.breakpoints().is_empty();
@@ -128,7 +128,7 @@ impl Sampling {
             error.resize(self.a.len(), 0.0);
             series.coefficients(system.subharmonic(), &mut error);
         }
-        Some(Affine {
+        Some(AffineParts {
             slope: df_dq,
             offset: f,
             error,
@@ -305,7 +305,7 @@ fn remembers(system: &System, e: usize) -> bool {
     system.mounts()[e].element.memory_count() > 0
 }
 
-impl Affine {
+impl AffineParts {
     /// c = slope (a - e) + offset.
     fn respond(&self, a: &[f64], c: &mut [f64]) {
         for (c, a) in c.iter_mut().zip(a) {

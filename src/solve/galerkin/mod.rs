@@ -27,7 +27,7 @@ use super::orbit::{FourierOrbit, Orbit};
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey, slips};
 use super::uninterrupted;
 use crate::error::SolveError;
-use crate::numeric::jacobian::Structure;
+use crate::numeric::jacobian::JacobianStructure;
 use crate::numeric::pattern::{Elimination, Pattern};
 use crate::numeric::trigonometric;
 use crate::system::{LoadKind, System};
@@ -58,7 +58,7 @@ pub struct Galerkin<F: Family> {
     /// Parameter of the cached tables below.
     prepared: Option<f64>,
     coefficients: usize,
-    structure: Structure,
+    structure: JacobianStructure,
     sampling: Sampling,
     /// Replaces sampling on request.
     exact: Option<ExactQuadrature>,
@@ -97,7 +97,7 @@ impl<F: Family> Galerkin<F> {
         let (load, load_rate) = (vec![0.0; dim], vec![0.0; dim]);
         let structure = structure(system, coefficients);
         let shifted = Linearisation::new(&match family.is_frequency() {
-            true => Structure::Dense(0),
+            true => JacobianStructure::Dense(0),
             false => structure.clone(),
         });
         let derivative = vec![0.0; coefficients];
@@ -227,8 +227,10 @@ impl<F: Family> Galerkin<F> {
             return Ok(());
         }
         // A difference in any other parameter: dR/dlambda only steers the predictor and the last column of the border.
-        let mut shifted =
-            std::mem::replace(&mut self.shifted, Linearisation::new(&Structure::Dense(0)));
+        let mut shifted = std::mem::replace(
+            &mut self.shifted,
+            Linearisation::new(&JacobianStructure::Dense(0)),
+        );
         let outcome = self.difference(u, lambda, &mut shifted, out);
         self.shifted = shifted;
         outcome
@@ -257,7 +259,7 @@ impl<F: Family> Residual for Galerkin<F> {
         self.load.len()
     }
 
-    fn structure(&self) -> Structure {
+    fn structure(&self) -> JacobianStructure {
         self.structure.clone()
     }
 
@@ -350,9 +352,9 @@ impl<F: Family> PeriodicResidual for Galerkin<F> {
 }
 
 /// One block of coefficients for every pair of coordinates that share a body.
-fn structure(system: &System, coefficients: usize) -> Structure {
+fn structure(system: &System, coefficients: usize) -> JacobianStructure {
     let pairs = system.coupled_pairs();
-    Structure::chosen(Pattern::new(system.dof(), coefficients, pairs))
+    JacobianStructure::chosen(Pattern::new(system.dof(), coefficients, pairs))
 }
 
 /// Blocks of the Jacobian that may differ from zero, and all of them, where it is eliminated by blocks; `None` where

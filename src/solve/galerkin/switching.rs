@@ -10,7 +10,7 @@ const CELLS_PER_HARMONIC: usize = 16;
 
 /// Passage of a breakpoint.
 #[derive(Debug, Clone, Copy)]
-pub struct Switch {
+pub struct ForceSwitch {
     /// Its instant.
     pub tau: f64,
     /// Breakpoint, counted from below.
@@ -27,7 +27,7 @@ pub(crate) struct Switching {
     derivative: Vec<f64>,
     values: Vec<f64>,
     slopes: Vec<f64>,
-    list: Vec<Switch>,
+    list: Vec<ForceSwitch>,
     first_region: usize,
 }
 
@@ -119,7 +119,7 @@ impl Switching {
             (value - breakpoint, slope)
         };
         let tau = newton_bracketed(distance, from, end);
-        self.list.push(Switch {
+        self.list.push(ForceSwitch {
             tau,
             level,
             region: if from.1 > 0.0 { level } else { level + 1 },
@@ -128,7 +128,7 @@ impl Switching {
     }
 
     /// The switches in the order of time.
-    pub fn list(&self) -> &[Switch] {
+    pub fn list(&self) -> &[ForceSwitch] {
         &self.list
     }
 

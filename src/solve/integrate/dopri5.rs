@@ -83,12 +83,12 @@ pub struct Dopri5 {
     last_error: f64,
     was_rejected: bool,
     allowance: usize,
-    work: Work,
+    work: StepWork,
 }
 
 /// Cost of the last call.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
+pub struct StepWork {
     /// Steps accepted.
     pub steps: usize,
     /// Trial steps, those that locate breakpoints included; six evaluations each.
@@ -109,12 +109,12 @@ impl Dopri5 {
             last_error: 0.0,
             was_rejected: false,
             allowance: usize::MAX,
-            work: Work::default(),
+            work: StepWork::default(),
         }
     }
 
     /// Cost of the last call.
-    pub fn work(&self) -> Work {
+    pub fn work(&self) -> StepWork {
         self.work
     }
 
@@ -179,7 +179,7 @@ impl Dopri5 {
         let fastest = (1.0 + system.stiffness().amax()).sqrt();
         self.probe(system, tau, 1.0 / fastest);
         self.regions.begin(1.0 / fastest);
-        self.work = Work::default();
+        self.work = StepWork::default();
         (self.step, self.last_error) = (self.options.relative.powf(0.2) / fastest, 1e-4);
         self.was_rejected = false;
     }

@@ -3,7 +3,7 @@
 use super::{Locked, Torus, TorusPoint, TorusProblem, ring};
 use crate::error::SolveError;
 use crate::solve::continuation::{
-    Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Side, Started,
+    Advance, Continuation, ContinuationOptions, CrossingSide, PathEnd, PathPoint, Started,
 };
 use crate::solve::newton::NewtonOptions;
 
@@ -145,11 +145,11 @@ impl TorusOptions {
 pub(crate) fn follow(
     problem: &mut TorusProblem<'_>,
     first: &Torus,
-    side: Side,
+    side: CrossingSide,
     options: &TorusOptions,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Option<TorusArm>, SolveError> {
-    let mut walker = Walker {
+    let mut walker = TorusWalker {
         options,
         points: Vec::new(),
         side,
@@ -167,15 +167,15 @@ pub(crate) fn follow(
     Ok(Some(TorusArm { points, end }))
 }
 
-struct Walker<'a> {
+struct TorusWalker<'a> {
     options: &'a TorusOptions,
     points: Vec<TorusPoint>,
-    side: Side,
+    side: CrossingSide,
     /// Least invariance error that more points have brought.
     best: f64,
 }
 
-impl Walker<'_> {
+impl TorusWalker<'_> {
     /// `None`: the first curve cannot be corrected.
     fn walk(
         &mut self,
@@ -212,8 +212,8 @@ impl Walker<'_> {
             }
             if !self.suits(problem, &torus, error)? {
                 self.side = match point.tangent_lambda >= 0.0 {
-                    true => Side::Forward,
-                    false => Side::Backward,
+                    true => CrossingSide::Forward,
+                    false => CrossingSide::Backward,
                 };
                 if matches!(point.lambda, 0.0 | 1.0) {
                     return Ok(Some(self.ended(PathEnd::RangeReached)));
@@ -361,8 +361,8 @@ impl Walker<'_> {
             PathEnd::RangeReached => TorusEnd::RangeReached,
             PathEnd::ReturnedToStart => match self.side {
                 // The other end of the range was where it went.
-                Side::Backward => TorusEnd::RangeReached,
-                Side::Forward => TorusEnd::Turned,
+                CrossingSide::Backward => TorusEnd::RangeReached,
+                CrossingSide::Forward => TorusEnd::Turned,
             },
             PathEnd::StepTooSmall { .. } | PathEnd::Creeping => self.lost(),
             end => TorusEnd::Path(end),

@@ -87,7 +87,7 @@ impl FlowRow {
 }
 
 /// The checked points of one branch on their way into rows.
-pub(super) struct Check<'a> {
+pub(super) struct PointCheck<'a> {
     pub galerkin: &'a mut dyn PeriodicResidual,
     pub shooting: &'a mut Guarded<'a>,
     pub meter: Meter,
@@ -97,7 +97,7 @@ pub(super) struct Check<'a> {
     pub swept: &'a Swept<'a>,
 }
 
-impl Check<'_> {
+impl PointCheck<'_> {
     pub(super) fn row(&mut self, branch: usize, checked: &Checked) -> Result<FlowRow, SolveError> {
         let Checked {
             point,

@@ -1,6 +1,6 @@
 //! Connections on the drawing, once all wheels have their places.
 
-use super::{Appearance, Layout, Link, Wheel, is_mesh};
+use super::{Appearance, DrawnLink, Schematic, Wheel, is_mesh};
 use crate::report::ConnectionNote;
 
 /// How a link looks, and its ends.
@@ -9,7 +9,7 @@ type Drawn = (Appearance, (f64, f64), (f64, f64));
 /// Laws of clutches and of what slips.
 const CLUTCHES: [&str; 3] = ["clutch", "jenkins", "tanh_friction"];
 
-impl Layout {
+impl Schematic {
     /// Adds what a connection looks like.
     pub(super) fn join(&mut self, connection: &ConnectionNote) {
         let arms: Vec<(usize, f64)> = (connection.arms.iter())
@@ -41,7 +41,7 @@ impl Layout {
                 Appearance::Carrier => String::new(),
                 _ => connection.name.clone(),
             };
-            let link = Link {
+            let link = DrawnLink {
                 name,
                 look,
                 from,
@@ -50,7 +50,7 @@ impl Layout {
             };
             // Several meshes of one planet have one carrier.
             if look != Appearance::Carrier
-                || !self.links.contains(&Link {
+                || !self.links.contains(&DrawnLink {
                     has_gap: !has_gap,
                     ..link.clone()
                 })

@@ -8,7 +8,7 @@
 
 use super::distance;
 use crate::error::SolveError;
-use crate::numeric::jacobian::Structure;
+use crate::numeric::jacobian::JacobianStructure;
 use crate::solve::events::is_outside;
 use crate::solve::family::Family;
 use crate::solve::floquet;
@@ -115,7 +115,7 @@ impl<'a, F: Family> Flow<'a, F> {
             tolerance: options.tolerance.max(ROUGH),
             ..options
         };
-        let structure = Structure::Dense(shooting.dim() + 1);
+        let structure = JacobianStructure::Dense(shooting.dim() + 1);
         Flow {
             fine: Newton::new(&structure, options),
             rough: Newton::new(&structure, rough),

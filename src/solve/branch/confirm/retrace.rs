@@ -6,7 +6,7 @@ use super::flow::{FlowPoint, dot};
 use super::{Confirmer, Station};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, Branch, BranchPoint, Recorder, TraceOptions, trace};
-use crate::solve::continuation::{ContinuationOptions, Side};
+use crate::solve::continuation::{ContinuationOptions, CrossingSide};
 use crate::solve::events::{BESIDE_CROSSING, BifurcationEvent, Verdict};
 use crate::solve::family::Family;
 use crate::solve::orbit::Orbit;
@@ -146,8 +146,8 @@ impl<F: Family> Confirmer<'_, F> {
         let range = self.options.range;
         let ahead = (to.lambda() - from.lambda()) * (range.1 - range.0);
         let sides = match ahead >= 0.0 {
-            true => [Side::Forward, Side::Backward],
-            false => [Side::Backward, Side::Forward],
+            true => [CrossingSide::Forward, CrossingSide::Backward],
+            false => [CrossingSide::Backward, CrossingSide::Forward],
         };
         let options = self.trace_options(length / finer, (MOST_POINTS * finer) as usize);
         for side in sides {

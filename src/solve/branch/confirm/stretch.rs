@@ -10,7 +10,7 @@ use super::retrace::{Arrival, ArrivalWatch};
 use super::{Confirmer, POOR, SAME_ORBIT, Station, difference};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, Branch, BranchPoint};
-use crate::solve::continuation::{PathEnd, Side};
+use crate::solve::continuation::{CrossingSide, PathEnd};
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict, is_outside};
 use crate::solve::family::Family;
 use nalgebra::DVector;
@@ -179,8 +179,8 @@ impl<F: Family> Confirmer<'_, F> {
         let (from_end, to_end) = self.options.range;
         let ahead = self.direction(a)[from.x.len() - 1] * (to_end - from_end);
         let side = match ahead >= 0.0 {
-            true => Side::Forward,
-            false => Side::Backward,
+            true => CrossingSide::Forward,
+            false => CrossingSide::Backward,
         };
         let arrival = to.map(|to| Arrival {
             along: self.direction(b),
