@@ -20,6 +20,17 @@ pub(super) enum Destination {
     Analysis(String),
 }
 
+impl Destination {
+    /// Path of the value in the model or, marked as such, in the analysis.
+    pub fn path(&self) -> (bool, &str) {
+        match self {
+            Destination::Number(knob) => (false, knob.name()),
+            Destination::Part(path) => (false, path),
+            Destination::Analysis(path) => (true, path),
+        }
+    }
+}
+
 /// The analysis of every run, and the model before a run changes it.
 #[derive(Debug)]
 pub(super) struct Target {

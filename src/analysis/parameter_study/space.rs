@@ -332,7 +332,11 @@ impl DirectionReader<'_> {
             Ok(place) => place,
             Err(message) => return self.refuse(key, message),
         };
-        if self.directions.iter().any(|d| d.place == place) {
+        if self
+            .directions
+            .iter()
+            .any(|d| d.place.path() == place.path())
+        {
             return self.refuse(key, "another path of the study leads to the same place");
         }
         let (dimension, fault) = common_dimension(quantities, &place);
@@ -341,10 +345,12 @@ impl DirectionReader<'_> {
         let one = format!("1.5 {unit}");
         let is_readable =
             Quantity::parse(&one).is_ok_and(|q| q.value == 1.5 && q.dimension == dimension);
+        let has_its_kind = dimension.is_none() || self.setting.is_si();
+        let is_number = has_its_kind && matches!(values, Values::Float(_));
         let (place, followers) = match place {
             Destination::Part(path) => match self.setting.model.resolve(&path) {
                 // A unit that is not the number's own may be read as another number.
-                Ok(knob) if matches!(values, Values::Float(_)) && knob.takes(dimension) => {
+                Ok(knob) if is_number && knob.takes(dimension) => {
                     (Destination::Number(Box::new(knob)), Vec::new())
                 }
                 Ok(knob) => (Destination::Part(path), knob.followers().to_vec()),
