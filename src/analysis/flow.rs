@@ -144,21 +144,47 @@ pub fn tell(stop: RecordStop, setting: &Setting<'_>) -> String {
     )
 }
 
-/// What is to be said about the steps of an integrator of this name: which connection made them short.
+/// What is to be said about the steps of an integrator of this name: which connection made them short, and which one bounced too fast to
+/// be followed.
 pub fn labour(name: &str, strain: Option<Strain>, setting: &Setting<'_>) -> Option<String> {
     let strain = strain?;
-    let connection = &setting.assembly.connections[strain.connection];
-    Some(format!(
-        "{name} flow: up to {} steps per excitation period, the shortest {:.1e} of it, because the force of {connection} changes \
-         that fast; a softer or smoother law is integrated sooner",
-        strain.steps, strain.shortest,
-    ))
+    let connections = &setting.assembly.connections;
+    let short = strain.steps.map(|s| {
+        format!(
+            "{name} flow: up to {} steps per excitation period, the shortest {:.1e} of it, because the force of {} changes \
+             that fast; a softer or smoother law is integrated sooner",
+            s.steps, s.shortest, connections[s.connection],
+        )
+    });
+    let bounces = strain.bounces.map(|b| {
+        let (scale, unit) = match setting.is_si() {
+            true => (
+                setting.assembly.scales.displacement[b.connection],
+                setting.model.units_of(b.connection).0,
+            ),
+            false => (1.0, "(dimensionless)"),
+        };
+        format!(
+            "{name} flow: {} bounces on the jump of its force ({} passages per response period and more); excursions shorter than {:.1e} of \
+             an excitation period and lower than {:.1e} {unit} count as rest on the jump, which leaves the force averaged over them \
+             unchanged; damping of this connection ends them",
+            connections[b.connection], b.passages, b.longest, scale * b.height,
+        )
+    });
+    let texts: Vec<String> = short.into_iter().chain(bounces).collect();
+    (!texts.is_empty()).then(|| texts.join("; "))
 }
 
 /// The more laborious one of two.
 pub fn harder(one: Option<Strain>, other: Option<Strain>) -> Option<Strain> {
-    let steps = |strain: &Strain| strain.steps;
-    one.into_iter().chain(other).max_by_key(steps)
+    let all = || one.into_iter().chain(other);
+    let steps = all().filter_map(|s| s.steps);
+    let bounces = all().filter_map(|s| s.bounces);
+    let strain = Strain {
+        steps: steps.max_by_key(|s| s.steps),
+        bounces: bounces.max_by(|a, b| a.longest.total_cmp(&b.longest)),
+    };
+    (strain != Strain::default()).then_some(strain)
 }
 
 /// Static equilibrium at rest, [q; v; z], with a warning where there is none or several: motion then starts undeformed, or

@@ -1,8 +1,9 @@
 //! The clutch: loops within its stages, no friction of the main stage at idle, and what cannot be a clutch.
 
 use gearlash::element::conformance::check;
-use gearlash::element::{Clutch, Element, Stage};
+use gearlash::element::{Clutch, Element, Jenkins, Stage};
 use gearlash::numeric::periodic::Periodic;
+use gearlash::solve::galerkin;
 use gearlash::solve::integrate::{IntegratorChoice, Observer, Segment, choose};
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
@@ -34,6 +35,9 @@ fn clutch(everywhere: bool) -> Clutch {
 fn it_keeps_the_contract() {
     check(&clutch(false)).unwrap();
     check(&clutch(true)).unwrap();
+    galerkin::conformance::check(&clutch(false)).unwrap();
+    galerkin::conformance::check(&clutch(true)).unwrap();
+    galerkin::conformance::check(&Jenkins { slip_force: 0.4 }).unwrap();
     let mut uneven = clutch(false);
     uneven.coast = vec![
         stage(Some(0.9), 0.05, 0.04, 0.5),

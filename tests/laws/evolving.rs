@@ -3,6 +3,7 @@
 use gearlash::element::conformance::check;
 use gearlash::element::evolving::{Evolution, Evolving, Kinks, first_loading};
 use gearlash::element::{Dimension, Element, Parameter, Response};
+use gearlash::solve::galerkin;
 use serde::{Deserialize, Serialize};
 
 #[path = "../../examples/custom_element/src/bouc_wen.rs"]
@@ -28,6 +29,7 @@ fn the_example_keeps_the_contract() {
     ] {
         let law = law(n, shape, hardening);
         check(&law).unwrap_or_else(|e| panic!("{law:?}: {e}"));
+        galerkin::conformance::check(&law).unwrap_or_else(|e| panic!("{law:?}: {e}"));
     }
 }
 
@@ -160,4 +162,16 @@ fn every_fault_is_noticed() {
         let error = check(&broken(fault)).unwrap_err().to_string();
         assert!(error.contains(said), "{fault}: {error}");
     }
+}
+
+/// A partial that is wrong by half shows along the march of the Galerkin method, too.
+#[test]
+fn a_wrong_partial_shows_around_the_period() {
+    let broken = |fault: &str| Broken {
+        fault: fault.into(),
+        limit: 0.7,
+    };
+    galerkin::conformance::check(&broken("")).unwrap();
+    let error = galerkin::conformance::check(&broken("partial")).unwrap_err();
+    assert!(error.to_string().contains("along a march"), "{error}");
 }

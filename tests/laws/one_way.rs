@@ -3,6 +3,7 @@
 use gearlash::element::automaton::{Automaton, RegionForce};
 use gearlash::element::conformance::check;
 use gearlash::element::{Element, Parameter, Response};
+use gearlash::solve::galerkin;
 use gearlash::solve::integrate::{IntegrationEnd, IntegratorChoice, choose};
 use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
@@ -60,6 +61,7 @@ impl Element for Broken {
 #[test]
 fn it_keeps_the_contract_and_a_wrong_force_is_noticed() {
     check(&OneWayClutch {}).unwrap();
+    galerkin::conformance::check(&OneWayClutch {}).unwrap();
     let broken = |bias: f64| Broken {
         law: OneWayClutch {},
         bias,

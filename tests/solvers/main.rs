@@ -30,6 +30,7 @@ mod exact_grazing;
 mod long_trains;
 mod memory_ends;
 mod memory_flow;
+mod memory_impacts;
 mod memory_series;
 mod memory_stops;
 mod quadrature_exact;

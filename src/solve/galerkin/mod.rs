@@ -10,6 +10,7 @@ pub mod accuracy;
 pub mod adaptive;
 mod aft;
 mod aliasing;
+pub mod conformance;
 mod connection;
 mod evolve;
 mod exact;

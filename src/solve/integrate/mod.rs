@@ -31,7 +31,7 @@ pub enum IntegrationEnd {
     Interrupted,
     /// The force of a connection has no finite series: a root of a negative number, a division by zero.
     NotAnalytic(Singularity),
-    /// Stops that are closed at once leave the forces between them open, this connection among them.
+    /// Stops that are closed at once contradict each other, this connection among them.
     Locked(usize),
     /// A joint comes to rest on a jump of its force, which the integrator does not hold.
     Sticks(usize),
@@ -66,7 +66,7 @@ impl IntegrationEnd {
                 "a force is not analytic (division by zero, or root or logarithm of a negative number)"
             }
             IntegrationEnd::Locked(_) => {
-                "several closed stops hold the same motion: the forces between them are not determined"
+                "closed stops contradict each other: no motion keeps within all of them"
             }
             IntegrationEnd::Sticks(_) => {
                 "the joint comes to rest on a jump of its force, which DOPRI5 does not hold; the exact flow does (`integrator: auto`)"
@@ -161,9 +161,31 @@ impl SwitchKind {
     }
 }
 
+/// What an integration had to do about fast motions.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Strain {
+    /// Many short steps.
+    pub steps: Option<ShortSteps>,
+    /// Excursions too many and too short to follow.
+    pub bounces: Option<Bounces>,
+}
+
+/// A joint that bounces on a jump of its force with so many excursions that the shortest ones were replaced by rest on the jump.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounces {
+    /// Connection.
+    pub connection: usize,
+    /// Passages per response period that were followed.
+    pub passages: usize,
+    /// The longest excursion that was not followed, as a share of the excitation period.
+    pub longest: f64,
+    /// Its height.
+    pub height: f64,
+}
+
 /// Many short steps: what the step control of an integration did about fast forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strain {
+pub struct ShortSteps {
     /// Steps per period of the excitation, in the call that took most.
     pub steps: usize,
     /// The shortest of them as a share of that period.
@@ -214,7 +236,7 @@ pub trait Integrator {
     /// Limits the trial steps of a call.
     fn allow(&mut self, _steps: usize) {}
 
-    /// The most laborious call so far, if it took more than a thousand steps per period of the excitation.
+    /// The most laborious calls so far: more than a thousand steps per period of the excitation, or bounces that were averaged.
     fn strain(&self) -> Option<Strain> {
         None
     }

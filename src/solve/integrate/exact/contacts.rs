@@ -11,7 +11,7 @@ use super::regions::size;
 use super::{Exact, MovedState, ROUNDING};
 use crate::element::automaton::{Reset, Surface};
 use crate::numeric::bernstein::Direction;
-use crate::numeric::complementary::solve;
+use crate::numeric::complementary::{share, solve};
 use crate::numeric::nonzeros::sparse_dot;
 use crate::solve::integrate::{IntegrationEnd, Switch, SwitchKind};
 use crate::system::System;
@@ -21,6 +21,8 @@ use nalgebra::DMatrix;
 const CHATTER: f64 = 1e-10;
 /// Time ahead at which forces are compared, in units of time of the series.
 const SOON: f64 = 1e-6;
+/// Share of its mobility that a stop has whose deformation other joints hold.
+const CARRIED: f64 = 1e-11;
 /// Fastest rates that may be at their end, relative to the motion.
 const FAST: f64 = 1e-6;
 
@@ -188,7 +190,20 @@ impl Exact {
         let along = |a: usize, b: usize| {
             sparse_dot(system.element_map_row(a), self.series.column(system, b))
         };
-        solve(&mobility(&signs, along), &accelerations)
+        // Joints that rest on jumps carry what they hold.
+        let moves = |s: &usize| {
+            let connection = signs[*s].0;
+            let own = along(connection, connection).abs();
+            own > CARRIED * system.mobility(connection, connection).abs()
+        };
+        let moved: Vec<usize> = (0..signs.len()).filter(moves).collect();
+        let among: Vec<(usize, f64)> = moved.iter().map(|s| signs[*s]).collect();
+        let wanted: Vec<f64> = moved.iter().map(|s| accelerations[*s]).collect();
+        let mobility = mobility(&among, along);
+        let found = share(&mobility, &wanted, solve(&mobility, &wanted)?);
+        let mut forces = vec![0.0; signs.len()];
+        moved.iter().zip(found).for_each(|(s, f)| forces[*s] = f);
+        Some(forces)
     }
 
     /// Lets a stop go.

@@ -5,10 +5,11 @@
 //! ```
 
 use super::entries::{MatrixEntry, entries};
-use crate::numeric::complementary::inverse;
+use crate::numeric::complementary::{dependences, inverse, least};
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
 
 /// Connections that are held, and what that does to the equation of motion.
 #[derive(Debug, Clone)]
@@ -31,13 +32,17 @@ pub struct Holding {
 }
 
 impl Holding {
-    /// `None` where the levels of some connections follow from those of others.
+    /// Connections whose levels follow from those of others share the forces; `None` where these levels contradict each other.
     pub fn new(system: &System, connections: &[usize]) -> Option<Holding> {
         let (n, count) = (system.dof(), connections.len());
         let rows = system.element_map().select_rows(connections);
         let kappa = system.stiffness().select_columns(connections);
         let mobility = &rows * &kappa;
-        let inverse = inverse(&mobility)?;
+        let inverse = match inverse(&mobility) {
+            None if !agree(system, connections, &mobility) => return None,
+            None => least(&mobility)?,
+            Some(inverse) => inverse,
+        };
         let pull = &kappa * &inverse;
         let drive = &rows * system.stiffness();
         let columns = system.stiffness() - &pull * &drive;
@@ -184,4 +189,27 @@ impl Holding {
         let moves = &self.pull * gaps;
         x.iter_mut().zip(moves.iter()).for_each(|(x, m)| *x -= m);
     }
+}
+
+/// Phases at which the levels of connections are compared.
+const PHASES: usize = 16;
+/// Share of their rates by which they may differ.
+const SAME: f64 = 1e-9;
+
+/// Whether levels that depend on each other move together.
+fn agree(system: &System, connections: &[usize], mobility: &DMatrix<f64>) -> bool {
+    let dependences = dependences(mobility);
+    let rate = |connection: usize, phase: f64| {
+        let error = system.mounts()[connection].transmission_error.as_ref();
+        error.map_or(0.0, |e| e.derivative(phase))
+    };
+    dependences.column_iter().all(|combination| {
+        (0..PHASES).all(|k| {
+            let phase = TAU * (k as f64 + 0.5) / PHASES as f64;
+            let parts = combination.iter().zip(connections);
+            let parts = parts.map(|(n, e)| n * rate(*e, phase));
+            let (sum, size) = parts.fold((0.0, 0.0), |(s, m), x| (s + x, m + f64::abs(x)));
+            sum.abs() <= SAME * size
+        })
+    })
 }

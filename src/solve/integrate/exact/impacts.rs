@@ -6,9 +6,10 @@
 //!     A = sum_i (a+ - a- + (D - 1)_i (W_i a- - e_i'')) W_i / rate_i
 //! ```
 
-use super::impulse::{Impact, Stop};
+use super::impulse::{Impact, Stop, agree};
 use super::part::Watched;
 use super::regions::{Crossing, size};
+use super::sliding::Slide;
 use super::{Exact, MovedState, ROUNDING, SAME_INSTANT};
 use crate::element::automaton::{Reset, Surface};
 use crate::numeric::bernstein::Direction;
@@ -19,6 +20,9 @@ use crate::system::System;
 /// back, and the speeds fall by a few per cent per round.
 const ROUNDS: usize = 100_000;
 
+/// Rounds after which it is asked whether any motion keeps within all stops.
+const PATIENT: usize = 100;
+
 /// Work space.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Buffers {
@@ -27,6 +31,7 @@ pub(crate) struct Buffers {
     before: Vec<f64>,
     after: Vec<f64>,
     pub(super) stops: Vec<Stop>,
+    pub(super) slides: Vec<Slide>,
 }
 
 impl Buffers {
@@ -122,9 +127,12 @@ impl Exact {
         let system = motion.system;
         let slow = ROUNDING * size(&self.series, state) / self.series.unit;
         let mut reached = reached;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             self.near_stops((system, tau), reached, state);
             let stops = std::mem::take(&mut self.impacts.stops);
+            if round == PATIENT && !agree(system, &stops) {
+                return Err(IntegrationEnd::Locked(stops[0].connection));
+            }
             let is_reached = |s: &Stop| reached == Some((s.part, s.direction)) && s.rate > 0.0;
             let approaches =
                 |s: &&Stop| !s.is_held && s.gap == 0.0 && (s.rate > slow || is_reached(s));
@@ -133,7 +141,7 @@ impl Exact {
                 true => {
                     let meets = |s: &&Stop| s.is_held || approaches(s);
                     let set: Vec<Stop> = stops.iter().filter(meets).copied().collect();
-                    self.strike(tau, set, state, motion)
+                    self.strike(tau, &set, state, motion)
                 }
                 false => self.rest(tau, &stops, state, motion),
             };
@@ -151,7 +159,7 @@ impl Exact {
     fn strike(
         &mut self,
         tau: f64,
-        mut set: Vec<Stop>,
+        near: &[Stop],
         state: &mut [f64],
         motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
@@ -161,26 +169,18 @@ impl Exact {
             self.open_series(system, tau, state)?;
             self.series.acceleration(0.0, &mut self.impacts.before);
         }
-        let impact = loop {
-            let Some(impact) = Impact::of(system, &set) else {
-                return Err(IntegrationEnd::Locked(set[0].connection));
-            };
-            let outward = |a: usize| set[a].direction.sign() * impact.impulses[a];
-            let worst = (0..set.len()).max_by(|a, b| outward(*a).total_cmp(&outward(*b)));
-            match worst.filter(|a| outward(*a) > 0.0 && set.len() > 1) {
-                Some(a) => {
-                    set.remove(a);
-                }
-                None => break impact,
-            }
+        let Some(impact) = Impact::of(system, near) else {
+            return Err(IntegrationEnd::Locked(near[0].connection));
         };
+        let set = &impact.set;
         let accelerations: Vec<f64> = (set.iter())
             .map(|s| match motion.phi {
                 Some(_) => self.series.deformation_acceleration(s.connection, 0.0),
                 None => 0.0,
             })
             .collect();
-        for (stop, impulse) in set.iter().zip(impact.impulses.iter()) {
+        self.note_slides(system, tau, state);
+        for (stop, impulse) in set.iter().zip(&impact.impulses) {
             for (i, kappa) in system.stiffness_column(stop.connection) {
                 state[n + i] += kappa * impulse;
             }
@@ -195,6 +195,7 @@ impl Exact {
             self.release(part, tau, motion);
         }
         self.break_loose(tau, state, motion);
+        self.turn_slides((tau, state), set, motion);
         if motion.phi.is_some() {
             self.open_series(system, tau, state)?;
             self.series.acceleration(0.0, &mut self.impacts.after);
@@ -204,10 +205,12 @@ impl Exact {
                 .zip(&self.impacts.before)
                 .map(|(after, before)| after - before)
                 .collect();
-            impact.saltate((system, phi), &set, (&shift, &accelerations));
+            impact.saltate((system, phi), (&shift, &accelerations));
+        }
+        for stop in near.iter().filter(|s| !s.is_held) {
+            self.regions.rebound(stop.part, stop.direction);
         }
         for stop in set.iter().filter(|s| !s.is_held) {
-            self.regions.rebound(stop.part, stop.direction);
             motion.observer.switch(&Switch {
                 tau,
                 connection: stop.connection,

@@ -1,9 +1,9 @@
 //! The impulses of several stops at one instant, and what they do to deviations from the motion.
 
 use crate::numeric::bernstein::Direction;
-use crate::numeric::complementary::inverse;
+use crate::numeric::complementary::{least, solve};
 use crate::system::System;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// A part at a stop.
 #[derive(Debug, Clone, Copy)]
@@ -22,41 +22,96 @@ pub(super) struct Stop {
     pub(super) rate: f64,
 }
 
-/// Impulses of an impact.
+impl Stop {
+    /// 1 + r.
+    fn factor(&self) -> f64 {
+        if self.is_held {
+            1.0
+        } else {
+            1.0 + self.coefficient
+        }
+    }
+
+    /// What an impact has to add to the rate, inwards.
+    fn change(&self) -> f64 {
+        if self.is_held {
+            0.0
+        } else {
+            self.factor() * self.rate
+        }
+    }
+}
+
+/// Share of a change of rate within which a stop is hit.
+const HIT: f64 = 1e-9;
+
+/// Impulses of an impact: no stop pulls, each is left at least as fast as its coefficient wants, and where it pushes exactly so.
+///
+/// ```text
+/// J >= 0,   D J >= (1 + r) rates,   one of the two equal,   D = W_A kappa_A
+/// ```
+///
+/// D J, thus the motion, is unique where stops depend on each other, too: of parallel ones with different coefficients the most elastic decides.
 pub(super) struct Impact {
-    pub(super) impulses: DVector<f64>,
+    /// Stops that are hit, and held ones that stay closed.
+    pub(super) set: Vec<Stop>,
+    /// Their impulses, along the deformations.
+    pub(super) impulses: Vec<f64>,
     /// kappa_A (W_A kappa_A)^-1 diag(1 + r).
     reversal: DMatrix<f64>,
 }
 
+/// W_A kappa_A with the signs of the stops.
+fn outward(system: &System, near: &[Stop]) -> DMatrix<f64> {
+    DMatrix::from_fn(near.len(), near.len(), |a, b| {
+        let (a, b) = (&near[a], &near[b]);
+        let signs = a.direction.sign() * b.direction.sign();
+        signs * system.mobility(a.connection, b.connection)
+    })
+}
+
+/// Whether some rates keep within all stops that are closed.
+pub(super) fn agree(system: &System, stops: &[Stop]) -> bool {
+    let closed: Vec<Stop> = stops.iter().filter(|s| s.gap == 0.0).copied().collect();
+    let rates: Vec<f64> = closed.iter().map(|s| s.rate).collect();
+    closed.is_empty() || solve(&outward(system, &closed), &rates).is_some()
+}
+
 impl Impact {
-    /// `None` where stops depend on each other.
-    pub(super) fn of(system: &System, set: &[Stop]) -> Option<Impact> {
+    /// `None` where stops contradict each other.
+    pub(super) fn of(system: &System, near: &[Stop]) -> Option<Impact> {
+        let (count, mobility) = (near.len(), outward(system, near));
+        let changes: Vec<f64> = near.iter().map(Stop::change).collect();
+        let pushes = solve(&mobility, &changes)?;
+        let is_hit = |a: usize| {
+            let parts = (0..count).map(|b| mobility[(a, b)] * pushes[b]);
+            let (sum, size) = parts.fold((0.0, 0.0), |(s, m), x| (s + x, m + f64::abs(x)));
+            pushes[a] > 0.0 || (sum - changes[a]).abs() <= HIT * (size + changes[a].abs())
+        };
+        let hit: Vec<usize> = (0..count).filter(|a| is_hit(*a)).collect();
+        let set: Vec<Stop> = hit.iter().map(|a| near[*a]).collect();
+        let impulses = hit.iter().map(|a| -near[*a].direction.sign() * pushes[*a]);
         let connections: Vec<usize> = set.iter().map(|s| s.connection).collect();
         let kappa = system.stiffness().select_columns(&connections);
         let mobility = system.element_map().select_rows(&connections) * &kappa;
-        let inverse = inverse(&mobility)?;
-        let factor = |s: &Stop| if s.is_held { 1.0 } else { 1.0 + s.coefficient };
-        let sides = set.iter().map(|s| match s.is_held {
-            true => 0.0,
-            false => -factor(s) * s.direction.sign() * s.rate,
-        });
-        let impulses = &inverse * DVector::from_iterator(set.len(), sides);
-        let mut reversal = kappa * inverse;
-        for (mut column, stop) in reversal.column_iter_mut().zip(set) {
-            column *= factor(stop);
+        let mut reversal = kappa * least(&mobility)?;
+        for (mut column, stop) in reversal.column_iter_mut().zip(&set) {
+            column *= stop.factor();
         }
-        Some(Impact { impulses, reversal })
+        Some(Impact {
+            impulses: impulses.collect(),
+            set,
+            reversal,
+        })
     }
 
     /// Phi <- S Phi; `shift`: a+ - a-, `accelerations`: W_i a- - e_i''.
     pub(super) fn saltate(
         &self,
         (system, phi): (&System, &mut DMatrix<f64>),
-        set: &[Stop],
         (shift, accelerations): (&[f64], &[f64]),
     ) {
-        let n = system.dof();
+        let (n, set) = (system.dof(), &self.set);
         let moving = set.iter().filter(|s| !s.is_held).count().max(1) as f64;
         for mut column in phi.column_iter_mut() {
             let strain = |column: &[f64], stop: &Stop| {

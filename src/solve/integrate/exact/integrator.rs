@@ -115,7 +115,11 @@ impl Integrator for Exact {
     }
 
     fn strain(&self) -> Option<Strain> {
-        self.labour.hardest()
+        let strain = Strain {
+            steps: self.labour.hardest(),
+            bounces: self.bounces.hardest(),
+        };
+        (strain != Strain::default()).then_some(strain)
     }
 
     fn flight(&self, system: &System) -> Option<Box<dyn Flight>> {

@@ -9,6 +9,7 @@
 //! missed and none found twice.
 
 mod acting;
+mod bounces;
 mod cells;
 mod contacts;
 mod decay;
@@ -33,6 +34,7 @@ mod recursion;
 mod regions;
 mod resting;
 mod series;
+mod sliding;
 mod strain;
 mod tables;
 mod variation;
@@ -69,6 +71,7 @@ pub struct Exact {
     effort: usize,
     allowance: usize,
     labour: Labour,
+    bounces: bounces::Counter,
     slope: Vec<f64>,
     offset: Vec<f64>,
     /// Phases of the response where an excitation or a law has a corner, in [0, 2 pi), ascending.
@@ -143,6 +146,7 @@ impl Exact {
             effort: 0,
             allowance: usize::MAX,
             labour: Labour::default(),
+            bounces: bounces::Counter::default(),
             slope: vec![0.0; e],
             offset: vec![0.0; e],
             segment: vec![[0.0; COUNT]; n + m],
@@ -167,6 +171,8 @@ impl Exact {
         };
         let stiffest = || self.regions.stiffest(system);
         (self.labour).close(self.effort, span.1 - span.0, turn, stiffest);
+        let unit = system.omega() * self.series.unit * self.series.pace();
+        self.bounces.close(unit / turn);
         end
     }
 
@@ -183,6 +189,7 @@ impl Exact {
         let (mut tau, mut switches) = (begin, 0);
         let turns = ((end - begin) / TAU).ceil().max(1.0) as usize;
         let allowed = self.options.max_switches.saturating_mul(turns);
+        self.bounces.open(turns);
         let placed = self.place(system, tau, state, memory);
         if let Err(end) = placed.and_then(|()| self.begin(tau, state, memory, &mut motion)) {
             return end;
@@ -199,7 +206,8 @@ impl Exact {
         };
         self.effort = 0;
         // Switches have a limit of their own.
-        for _ in 0..allowed.saturating_add(most) {
+        let bounces = bounces::Counter::most().saturating_mul(turns);
+        for _ in 0..allowed.saturating_add(most).saturating_add(bounces) {
             if watch.is_requested() {
                 return IntegrationEnd::Interrupted;
             }
@@ -268,10 +276,10 @@ impl Exact {
                 self.regions.fly(&self.series, theta, state);
             }
             if let Some(c) = crossing {
-                if let Err(end) = self.cross(&c, next, state, &mut motion) {
-                    return end;
+                match self.cross(&c, next, state, &mut motion) {
+                    Ok(counts) => switches += usize::from(counts),
+                    Err(end) => return end,
                 }
-                switches += 1;
                 if switches > allowed {
                     return IntegrationEnd::TooManySwitches;
                 }

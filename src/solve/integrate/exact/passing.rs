@@ -1,5 +1,6 @@
 //! Which regions a motion begins in, and what happens where it leaves them.
 
+use super::bounces::Excursion;
 use super::regions::Crossing;
 use super::series::Span;
 use super::{Exact, MovedState};
@@ -63,7 +64,13 @@ impl Exact {
     }
 
     /// Deformation of a part, as found by [`Exact::deform`], and its rate.
-    fn motion_of(&self, system: &System, tau: f64, state: &[f64], part: usize) -> [f64; 2] {
+    pub(super) fn motion_of(
+        &self,
+        system: &System,
+        tau: f64,
+        state: &[f64],
+        part: usize,
+    ) -> [f64; 2] {
         let connection = self.regions.parts()[part].connection;
         [
             self.deformation[connection],
@@ -184,27 +191,35 @@ impl Exact {
         Ok(())
     }
 
-    /// A part passes a guard at theta of the series, which is tau.
+    /// A part passes a guard at theta of the series, which is tau; whether that counts as a switch, not as one of many bounces.
     pub(super) fn cross(
         &mut self,
         crossing: &Crossing,
         tau: f64,
         state: &mut [f64],
         motion: &mut MovedState<'_>,
-    ) -> Result<(), IntegrationEnd> {
+    ) -> Result<bool, IntegrationEnd> {
         match self.regions.reset(crossing) {
-            Reset::Restitution { .. } => self.collide(
-                tau,
-                Some((crossing.part, crossing.direction)),
-                state,
-                motion,
-            ),
-            Reset::Jump { held } if self.is_trapped(crossing, tau, motion.system) => {
-                self.catch(crossing.part, held, tau, state, motion)
+            Reset::Restitution { .. } => {
+                let reached = Some((crossing.part, crossing.direction));
+                self.collide(tau, reached, state, motion)?;
+                Ok(true)
             }
-            Reset::None | Reset::Jump { .. } => {
+            Reset::Jump { held } => match self.excursion(crossing, tau, motion.system) {
+                Some(excursion) if self.bounces.ends(excursion) => {
+                    let connection = self.regions.parts()[crossing.part].connection;
+                    self.bounces.average(connection, excursion);
+                    self.catch(crossing.part, held, tau, state, motion)?;
+                    Ok(true)
+                }
+                excursion => {
+                    self.move_on(crossing, tau, motion);
+                    Ok(!excursion.is_some_and(|e| self.bounces.follow(e)))
+                }
+            },
+            Reset::None => {
                 self.move_on(crossing, tau, motion);
-                Ok(())
+                Ok(true)
             }
         }
     }
@@ -254,15 +269,15 @@ impl Exact {
         });
     }
 
-    /// Whether a motion that passes a jump comes back at once, again and again.
-    fn is_trapped(&self, crossing: &Crossing, tau: f64, system: &System) -> bool {
+    /// How far a motion that passes a jump goes before it comes back, if it does so again and again.
+    fn excursion(&self, crossing: &Crossing, tau: f64, system: &System) -> Option<Excursion> {
         let connection = self.regions.parts()[crossing.part].connection;
         let deformation = self.series.deformation(connection);
         let rate = evaluate(deformation, crossing.theta).1 / self.series.unit;
         let here = self
             .series
             .deformation_acceleration(connection, crossing.theta);
-        self.holds_on_jump(
+        self.excursion_on_jump(
             (crossing.part, crossing.direction),
             (rate, here),
             (system, tau),
@@ -271,12 +286,12 @@ impl Exact {
 
     /// The same for a part in the region on one side of a jump that it is about to pass in a direction, with its rate and its
     /// acceleration there.
-    pub(super) fn holds_on_jump(
+    pub(super) fn excursion_on_jump(
         &self,
         (part, direction): (usize, Direction),
         (rate, here): (f64, f64),
         (system, tau): (&System, f64),
-    ) -> bool {
+    ) -> Option<Excursion> {
         let part = &self.regions.parts()[part];
         let level = match direction {
             Direction::Up => part.exits.high,
@@ -289,13 +304,13 @@ impl Exact {
             here - direction.sign() * jump * system.mobility(part.connection, part.connection);
         // Towards the level from both sides.
         let (here, beyond) = (direction.sign() * here, -direction.sign() * beyond);
-        let longest = SHORTEST_STAY * self.series.unit * self.series.pace();
-        here > 0.0 && beyond > 0.0 && 2.0 * rate.abs() <= longest * here.min(beyond)
+        let least = here.min(beyond);
+        (least > 0.0).then(|| Excursion {
+            stay: 2.0 * rate.abs() / (least * self.series.unit * self.series.pace()),
+            height: 0.5 * rate * rate / least,
+        })
     }
 }
-
-/// Excursions from a jump on which a motion can rest that are shorter than this, in units of time of the series, end on it.
-const SHORTEST_STAY: f64 = 1e-4;
 
 /// The row of a memory that follows its deformation.
 fn follow(system: &System, phi: &mut DMatrix<f64>, connection: usize, memory: usize) {

@@ -36,7 +36,9 @@ impl Exact {
                 self.open_series(system, tau, state)?;
                 let rate = self.series.deformation(connection)[1] / self.series.unit;
                 let here = self.series.deformation_acceleration(connection, 0.0);
-                if self.holds_on_jump((k, direction), (rate, here), (system, tau)) {
+                let (way, moved) = ((k, direction), (rate, here));
+                let excursion = self.excursion_on_jump(way, moved, (system, tau));
+                if excursion.is_some_and(|e| self.bounces.ends(e)) {
                     self.catch(k, held, tau, state, motion)?;
                     break;
                 }

@@ -1,13 +1,13 @@
 //! How much work the step control had, and with what.
 
-use crate::solve::integrate::Strain;
+use crate::solve::integrate::ShortSteps;
 
 /// Counts short steps over calls.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Labour {
     /// Shortest step of the call at hand, in phases of the response, and what limited it.
     shortest: Option<(f64, Option<usize>)>,
-    hardest: Option<Strain>,
+    hardest: Option<ShortSteps>,
 }
 
 /// Steps per period of the excitation that deserve a word.
@@ -36,7 +36,7 @@ impl Labour {
             return;
         }
         if let Some((width, culprit)) = shortest {
-            self.hardest = Some(Strain {
+            self.hardest = Some(ShortSteps {
                 steps,
                 shortest: width / period,
                 connection: culprit.unwrap_or_else(stiffest),
@@ -45,7 +45,7 @@ impl Labour {
     }
 
     /// The most laborious call so far.
-    pub fn hardest(&self) -> Option<Strain> {
+    pub fn hardest(&self) -> Option<ShortSteps> {
         self.hardest
     }
 }
