@@ -4,7 +4,7 @@ use crate::common::load;
 use gearlash::element::{Element, Jenkins, Linear, RigidStop, Side};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
-    IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, SwitchKind, choose,
+    IntegrationEnd, IntegratorChoice, Observer, Switch, SwitchKind, choose,
 };
 use gearlash::system::{Mount, System};
 use nalgebra::{DMatrix, DVector};
