@@ -196,7 +196,7 @@ impl Balance {
         let own: Vec<f64> = (0..count)
             .map(|i| (d[(i, i)] / weights[i]).sqrt())
             .collect();
-        if own.iter().any(|g| !(*g > 0.0)) {
+        if !own.iter().all(|g| *g > 0.0) {
             return None;
         }
         Some(Balance {

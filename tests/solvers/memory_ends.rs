@@ -189,6 +189,9 @@ fn an_undamped_bounce_goes_on() {
     let (still, none) = run(0.0);
     assert!(none.is_none());
     let (bouncing, averaged) = run(3e-3);
+    // From 776 367 passages by an independent program.
+    let reference = 0.502507133944;
+    assert!((bouncing[0] - reference).abs() < 1e-7, "{bouncing:?}");
     let averaged = averaged.unwrap();
     assert!(
         averaged.connection == 1 && averaged.height < 1e-6,
