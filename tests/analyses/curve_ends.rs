@@ -38,10 +38,9 @@ fn a_curve_ends_at_an_event_that_is_stated() {
     );
     assert_eq!(cut.ended_early, None);
     let cusp = events(&cut, "cusp");
-    assert!(
-        cusp.len() == 1 && (cusp[0].0 - 0.969082427114).abs() < 1e-7,
-        "{cusp:?}"
-    );
+    // The curve is closed, far beyond its corners at grazings: it may come to the cusp both ways.
+    let is_there = |p: &(f64, f64)| (p.0 - 0.969082427114).abs() < 1e-7;
+    assert!(!cusp.is_empty() && cusp.iter().all(is_there), "{cusp:?}");
     assert!(main_table(&cut).rows() < main_table(&whole).rows());
     let ends = cut.summary["curves"][0]["ends"].as_array().unwrap();
     assert!(ends.iter().any(|end| end["reason"] == "cusp"), "{ends:?}");

@@ -17,6 +17,7 @@ mod bifurcation_curves;
 mod branches_all;
 mod costs;
 mod crosscheck_methods;
+mod curve_corners;
 mod curve_ends;
 mod curve_meetings;
 mod effective_frequencies;

@@ -87,7 +87,9 @@ fn both_ways(
     };
     let (mut arms, mut is_stopped) = (Vec::<Arm>::new(), false);
     for side in [CrossingSide::Backward, CrossingSide::Forward] {
-        let arm = match follow(&mut problem, &spot, side, &options, &mut keep_going) {
+        let known = arms.first().map_or(Vec::new(), |arm| arm.corners.clone());
+        let way = (side, known.as_slice());
+        let arm = match follow(&mut problem, &spot, way, &options, &mut keep_going) {
             Ok(Some(arm)) => arm,
             Ok(None) => return Ok(lost("the first point cannot be corrected".into())),
             // The other arm is kept.
@@ -157,7 +159,13 @@ fn confirm(
 ) -> Result<(), Error> {
     for piece in pieces {
         let count = piece.points.len();
-        for (k, point) in piece.points.iter().enumerate().step_by(stride) {
+        for (k, point) in piece
+            .points
+            .iter()
+            .enumerate()
+            .step_by(stride)
+            .filter(|(_, p)| !p.is_corner)
+        {
             if !keep_going(count) {
                 return Ok(());
             }

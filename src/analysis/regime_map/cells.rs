@@ -10,9 +10,10 @@ use crate::interrupt;
 use crate::measure::Solved;
 use crate::postprocess::measures::Meter;
 use crate::solve::attractor::{
-    Goal, Label, LabelOptions, MapSize, RecordStop, Stroboscopic, attractor,
+    Attractor, Goal, Label, LabelOptions, MapSize, RecordStop, Stroboscopic, attractor,
 };
 use crate::solve::curve::Plane;
+use crate::system::System;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,10 +22,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 #[derive(Debug, Clone)]
 pub(super) struct MapCell {
     pub label: Label,
-    /// Wanted measures in nondimensional numbers.
+    /// WantedColumns measures in nondimensional numbers.
     pub values: Vec<f64>,
     /// Last state.
-    end: Vec<f64>,
+    pub end: Vec<f64>,
     /// Reason of the missing result.
     pub failure: Option<String>,
     /// The periodic orbit, where it is kept.
@@ -34,17 +35,20 @@ pub(super) struct MapCell {
 /// Orbits kept, and rows of each.
 const ORBITS: (usize, usize) = (200, 128);
 
-/// Times that an undecided motion goes on, each four times as long as the one before.
+/// Times that an undecided motion goes on, each four times as long as the one before, before neighbours are asked; and once more behind it.
 const ROUNDS: usize = 2;
 
-/// Place of a cell on the finest grid.
+/// Times that what neighbours have found is handed on.
+const NEIGHBOURS: usize = 3;
+
+/// CellIndex of a cell on the finest grid.
 pub(super) type CellIndex = (usize, usize);
 
 /// The cells that are known.
 pub(super) struct Field<'a> {
-    keys: &'a RegimeMap,
-    setting: &'a Setting<'a>,
-    axes: &'a Axes,
+    pub(super) keys: &'a RegimeMap,
+    pub(super) setting: &'a Setting<'a>,
+    pub(super) axes: &'a Axes,
     wanted: &'a WantedColumns,
     /// Cells along each axis on the coarsest grid.
     base: [usize; 2],
@@ -73,7 +77,7 @@ impl<'a> Field<'a> {
     }
 
     /// Steps of the finest grid between neighbours on a level.
-    fn stride(&self, level: usize) -> usize {
+    pub(super) fn stride(&self, level: usize) -> usize {
         1 << (self.keys.refine - level)
     }
 
@@ -102,49 +106,18 @@ impl<'a> Field<'a> {
             }
             self.decide(round);
         }
-    }
-
-    /// Goes on with the motions of undecided cells beside which the others agree, for longer with every round.
-    fn decide(&mut self, round: usize) {
-        let is_open = |((seed, place), cell): &(&(usize, CellIndex), &MapCell)| {
-            let is_undecided = cell.label == Label::Undecided && cell.failure.is_none();
-            is_undecided && !self.is_contested(*seed, *place)
-        };
-        let open = self.cells.iter().filter(is_open);
-        let open: Vec<((usize, CellIndex), Vec<f64>)> =
-            open.map(|(key, cell)| (*key, cell.end.clone())).collect();
-        let size = self.keys.size();
-        let longer = MapSize {
-            transient: size.transient << (2 * round),
-            periods: size.periods << round,
-            ..size
-        };
-        let flag = interrupt::current();
-        let one = |((seed, place), end): ((usize, CellIndex), Vec<f64>)| {
-            flag.scope(|| {
-                let mut grounds = Grounds::new(self.setting, self.axes.clone(), 1);
-                let cell = self.cell(&mut grounds, (seed, place), Some(end), longer)?;
-                Some(((seed, place), cell))
-            })
-        };
-        let found: Vec<_> = open.into_par_iter().filter_map(one).collect();
-        self.cells.extend(found);
-    }
-
-    /// Whether the decided cells nearest to a place have different labels.
-    fn is_contested(&self, seed: usize, (i, j): CellIndex) -> bool {
-        let furthest = self.stride(0) as isize;
-        let label = |(a, b): (isize, isize)| {
-            let along = (1..=furthest).map(|k| (i as isize + k * a, j as isize + k * b));
-            let mut places = along
-                .filter_map(|(x, y)| Some((usize::try_from(x).ok()?, usize::try_from(y).ok()?)));
-            let cell = places.find_map(|place| self.cells.get(&(seed, place)))?;
-            (cell.label != Label::Undecided).then_some(cell.label)
-        };
-        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(label);
-        let mut labels = around.into_iter().flatten();
-        let first = labels.next();
-        labels.any(|label| Some(label) != first)
+        let mut fresh: Option<Vec<CellIndex>> = None;
+        for _ in 0..NEIGHBOURS {
+            if self.setting.control.is_interrupted() {
+                return;
+            }
+            let places = self.ask_neighbours(fresh.as_deref());
+            if places.is_empty() {
+                break;
+            }
+            fresh = Some(places);
+        }
+        self.decide(ROUNDS + 1);
     }
 
     /// Places of a level next to which two known neighbours differ.
@@ -259,7 +232,7 @@ impl<'a> Field<'a> {
     }
 
     /// One motion; `None` when it was interrupted.
-    fn cell(
+    pub(super) fn cell(
         &self,
         grounds: &mut Grounds<'_>,
         (seed, place): (usize, CellIndex),
@@ -301,6 +274,18 @@ impl<'a> Field<'a> {
             Some(stop) => return lost(flow::tell(stop, setting)),
             None => {}
         }
+        Some(self.measured(grounds, (seed, place), (system, &found, state)))
+    }
+
+    /// A cell whose motion is known.
+    pub(super) fn measured(
+        &self,
+        grounds: &mut Grounds<'_>,
+        (seed, place): (usize, CellIndex),
+        (system, found, state): (System, &Attractor, Vec<f64>),
+    ) -> MapCell {
+        let (setting, keys) = (self.setting, self.keys);
+        let p = [self.share(0, place.0), self.share(1, place.1)];
         let mut cell = MapCell {
             label: found.label,
             values: vec![f64::NAN; self.wanted.columns.len()],
@@ -310,12 +295,12 @@ impl<'a> Field<'a> {
         };
         let keeps = matches!(found.label, Label::Period(_)) && self.keeps(place);
         if self.wanted.columns.is_empty() && !keeps {
-            return Some(cell);
+            return cell;
         }
         let Ok((model, assembly)) = grounds.model(p) else {
-            return Some(cell);
+            return cell;
         };
-        if let Ok((system, orbit)) = measured(setting, (system, keys.integrator), &found, &state) {
+        if let Ok((system, orbit)) = measured(setting, (system, keys.integrator), found, &state) {
             if keeps {
                 let mut table = Field::no_orbits(setting);
                 table.add((seed, 0), &system, &orbit);
@@ -338,6 +323,6 @@ impl<'a> Field<'a> {
             };
             cell.values = self.wanted.of(&mut sheet(setting), &solved);
         }
-        Some(cell)
+        cell
     }
 }

@@ -2,6 +2,7 @@
 
 mod cells;
 mod measures;
+mod neighbours;
 mod overlay;
 mod report;
 

@@ -247,6 +247,27 @@ impl<'a> OrbitSearch<'a> {
         })
     }
 
+    /// The attracting orbit of twice that period beside one whose leading multiplier has passed -1.
+    pub(super) fn attracting_doubled(&mut self, guess: &[f64], period: usize) -> Option<Cycle> {
+        let found = self.solve(guess, period)?;
+        let leading = found.multipliers.first()?;
+        let is_other_inside = found.multipliers.get(1).is_none_or(|mu| mu.norm() < 1.0);
+        if leading.im != 0.0 || !(-SADDLE..-1.0).contains(&leading.re) || !is_other_inside {
+            return None;
+        }
+        let direction = self.unstable_direction(&found.phi);
+        let parts = found.u.iter().zip(&direction);
+        let mut state: Vec<f64> = parts.map(|(u, d)| u + OFFSET * d).collect();
+        let cost = 2 * DESCENT * period;
+        self.budget = self.budget.checked_sub(cost)?;
+        for _ in 0..cost {
+            if self.map.advance(&mut state) != IntegrationEnd::Reached {
+                return None;
+            }
+        }
+        self.attracting(&state, 2 * period)
+    }
+
     /// Whether a guess leads to an orbit that does not attract.
     fn is_seen(&self, guess: &[f64]) -> bool {
         let mut seen = self.seen.chunks_exact(guess.len());

@@ -1,11 +1,11 @@
 //! A motion followed until its record decides what attracts it.
 
 use super::arrival;
-use super::cycle::Cycle;
+use super::cycle::{Cycle, OrbitSearch};
 use super::geometry::{self, Cloud};
 use super::lyapunov::Exponents;
 use super::map::{Map, Tori};
-use super::record::{Along, MapSize, RecordStop, Walk};
+use super::record::{Along, MapRecord, MapSize, RecordStop, Walk};
 use super::{Attractor, Goal, LEAST_POINTS, Label, LabelOptions, curve, lurking, reach};
 
 /// Error of the prediction on an invariant curve that is evidence for it.
@@ -22,6 +22,10 @@ const FIRST_LOOK: usize = 24;
 const CLOSE: f64 = 1e-4;
 /// Laps of an orbit after each of which a motion that is expected there is looked at.
 const LAPS_WATCHED: usize = 4;
+/// Points that tell the scale of a motion.
+const SCALED: usize = 24;
+/// Laps of an expected orbit that may be integrated in search of it.
+const NEWTON_LAPS: usize = 96;
 /// Longest record to which one is extended.
 const LONGEST_RECORD: usize = 100_000;
 
@@ -47,7 +51,26 @@ enum Verdict {
     Open(Option<Cycle>),
 }
 
-impl Hunt<'_> {
+impl<'a> Hunt<'a> {
+    /// Of a motion of which nothing is known.
+    pub fn new(walk: Walk<'a>, options: LabelOptions) -> Hunt<'a> {
+        let record = MapRecord {
+            points: Vec::new(),
+            exponents: None,
+            stop: None,
+        };
+        Hunt {
+            walk,
+            options,
+            found: Attractor {
+                record,
+                label: Label::Undecided,
+                cycle: None,
+                extension: 0,
+            },
+        }
+    }
+
     /// The transient and the record with its label. A record that ends early says nothing: false.
     pub fn record(&mut self, size: MapSize) -> bool {
         let (stop, early) = self.transient(size.transient);
@@ -170,6 +193,28 @@ impl Hunt<'_> {
             self.found.record.exponents = exponents.or(self.found.record.exponents.take());
             lurking = self.accept(verdict);
         }
+    }
+
+    /// Goes on, for a number of periods at most, until the motion arrives at the attracting orbit to which a guess leads; whether it has.
+    pub fn expect(&mut self, (guess, period): (&[f64], usize), periods: usize) -> bool {
+        let stop = self.walk.record(SCALED, Along::Nothing);
+        if stop.is_some() || !self.walk.map.has_variation() {
+            self.found.record.stop = stop;
+            return false;
+        }
+        let map = &mut *self.walk.map;
+        let cloud = Cloud::new(&self.walk.stretch, map.size());
+        let budget = NEWTON_LAPS * period;
+        let mut search = OrbitSearch::new(map, &cloud, budget);
+        let found = search.attracting(guess, period);
+        let Some(cycle) = found.or_else(|| search.attracting_doubled(guess, period)) else {
+            return false;
+        };
+        let (stop, verdict) = self.await_capture(cycle, periods);
+        let is_caught = matches!(verdict, Verdict::Cycle(_));
+        self.found.record.stop = stop;
+        self.accept(verdict);
+        is_caught
     }
 
     /// Goes on until the motion arrives at an orbit, for a number of periods at most.

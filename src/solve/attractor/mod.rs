@@ -147,26 +147,28 @@ pub fn attractor_from(
         Lengths::ForLabels if longest < LEAST_POINTS => Lengths::Ignored,
         exponents => exponents,
     };
-    let walk = Walk::new(map, begin, exponents, keep_going);
-    let record = MapRecord {
-        points: Vec::new(),
-        exponents: None,
-        stop: None,
-    };
-    let mut hunt = Hunt {
-        walk,
-        options,
-        found: Attractor {
-            record,
-            label: Label::Undecided,
-            cycle: None,
-            extension: 0,
-        },
-    };
+    let mut hunt = Hunt::new(Walk::new(map, begin, exponents, keep_going), options);
     if hunt.record(size) && hunt.found.label == Label::Undecided {
         hunt.extend(size.periods, 0);
     }
     hunt.found
+}
+
+/// A motion that goes on from `state`, which ends as its last one, until it is caught by the attracting orbit to which a guess leads,
+/// for a number of periods at most. `None` where there is no such orbit, or it does not catch the motion.
+///
+/// For motions beside which others have settled: long chaotic transients look like attractors.
+pub(crate) fn caught(
+    map: &mut dyn Map,
+    state: &mut [f64],
+    guess: (&[f64], usize),
+    periods: usize,
+    keep_going: &mut dyn FnMut(usize) -> bool,
+) -> Option<Attractor> {
+    let begin = (state, HeadStart::default());
+    let walk = Walk::new(map, begin, Lengths::Ignored, keep_going);
+    let mut hunt = Hunt::new(walk, LabelOptions::default());
+    hunt.expect(guess, periods).then_some(hunt.found)
 }
 
 /// The invariant curve on which the points of a record lie, `size` values each; `None` where they show no rotation.

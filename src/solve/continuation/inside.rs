@@ -1,5 +1,6 @@
 //! Paths that begin inside the range.
 
+use super::trail::FEWEST;
 use super::{Continuation, ContinuationOptions, CrossingSide, PathPoint, Started};
 use crate::error::SolveError;
 use crate::solve::newton::NewtonOutcome;
@@ -41,5 +42,20 @@ impl Continuation {
         this.first = point.clone();
         this.point = point;
         Ok(Started::Path(Box::new(this)))
+    }
+
+    /// A path whose last step is known, from `origin` to `point`; it is closed where it comes to `first`.
+    pub(crate) fn from_step(
+        problem: &dyn Residual,
+        (origin, point): (PathPoint, PathPoint),
+        first: PathPoint,
+        options: ContinuationOptions,
+    ) -> Continuation {
+        let mut this = Continuation::standing(problem, origin, options);
+        (this.point, this.first) = (point, first);
+        // What lies before the step counts.
+        this.points = FEWEST;
+        this.stride = this.chord();
+        this
     }
 }

@@ -7,7 +7,7 @@ use crate::solve::residual::Residual;
 /// Points from one waymark to the next.
 const SPACING: usize = 16;
 /// Points before the first one can be met again.
-const FEWEST: usize = 4;
+pub(super) const FEWEST: usize = 4;
 /// Distance of two corrections of one point, in arclength; two curves that lie closer and side by side are unheard of.
 const SAME: f64 = 1e-6;
 /// Angle between tangents at one point of one curve [rad].

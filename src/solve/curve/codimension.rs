@@ -46,7 +46,43 @@ pub(super) fn in_step(
 ) -> Result<Vec<CurveEvent>, SolveError> {
     let mut list = passing::in_step(problem, path, ends)?;
     let samples = samples(problem, path, ends, expected)?;
-    for (number, (kind, _)) in ends.0.tests.iter().enumerate() {
+    smooth(problem, path, &samples, &mut list)?;
+    Ok(list)
+}
+
+/// The same in a step to or from a corner, where nothing is known but its ends, and passages come or go at the corner alone.
+pub(super) fn beside_corner(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+) -> Result<Vec<CurveEvent>, SolveError> {
+    let mut samples: Samples = Vec::new();
+    for x in std::iter::once(0.0).chain(INSIDE).chain([1.0]) {
+        let point = match x {
+            0.0 => Some(path.origin().clone()),
+            1.0 => Some(path.point().clone()),
+            x => path.at_fraction(problem, x)?,
+        };
+        let Some(point) = point else { continue };
+        let spot = problem.spot(&point.u, point.lambda);
+        let nature = problem.nature(&spot)?;
+        samples.extend(nature.map(|n| (x, n.tests)));
+    }
+    let mut list = Vec::new();
+    if samples.len() > 1 {
+        smooth(problem, path, &samples, &mut list)?;
+    }
+    Ok(list)
+}
+
+/// Locates roots of the tests between samples, and turning points, and puts all events into the order of the path.
+fn smooth(
+    problem: &mut Defining<'_>,
+    path: &mut Continuation,
+    samples: &Samples,
+    list: &mut Vec<CurveEvent>,
+) -> Result<(), SolveError> {
+    let kinds: Vec<Codimension> = samples[0].1.iter().map(|(kind, _)| *kind).collect();
+    for (number, kind) in kinds.into_iter().enumerate() {
         let value = |problem: &mut Defining<'_>, point: &PathPoint| {
             let spot = problem.spot(&point.u, point.lambda);
             let nature = problem.nature(&spot)?;
@@ -56,12 +92,12 @@ pub(super) fn in_step(
         let known: Vec<(f64, f64)> = known.filter(|(_, test)| test.is_finite()).collect();
         for pair in known.windows(2).filter(|w| is_opposite(w[0].1, w[1].1)) {
             let found = locate(problem, path, (pair[0], pair[1]), &value)?;
-            list.extend(found.filter(StepRoot::is_plain).map(|e| e.into(*kind)));
+            list.extend(found.filter(StepRoot::is_plain).map(|e| e.into(kind)));
         }
     }
-    list.extend(turnings(problem, path, &list)?);
+    list.extend(turnings(problem, path, list)?);
     list.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
-    Ok(list)
+    Ok(())
 }
 
 /// Values of the tests at fractions of a step.

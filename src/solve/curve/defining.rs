@@ -86,7 +86,7 @@ impl<'a> Defining<'a> {
         let mut x: Vec<f64> = spot.u.iter().map(|u| u / self.size).collect();
         x.push(spot.p[0]);
         if self.kind.extras() > 0 {
-            x.push(spot.extra);
+            x.push(spot.extra / self.kind.extra_unit());
         }
         DVector::from_vec(x)
     }
@@ -97,7 +97,7 @@ impl<'a> Defining<'a> {
         Spot {
             u: x.rows(0, n).iter().map(|u| u * self.size).collect(),
             p: [x[n], p2],
-            extra: x.get(n + 1).copied().unwrap_or(0.0),
+            extra: x.get(n + 1).map_or(0.0, |x| x * self.kind.extra_unit()),
         }
     }
 
@@ -310,6 +310,10 @@ impl Defining<'_> {
                 let place = if k < n { k } else { n };
                 column[n] = partials[(0, place)];
                 column[n + 1] = partials[(1, place)];
+            }
+            if k == n + 1 && k < dim {
+                let unit = self.kind.extra_unit();
+                column.iter_mut().for_each(|slope| *slope *= unit);
             }
             match k < dim {
                 true => out

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 pub enum Border {
     /// Its derivative is continuous: the force of the connection is.
     Smooth,
-    /// Its derivative jumps: a border collision of the map. A slider that begins to slip remembers by how much it was moved.
+    /// Its derivative jumps: a border collision of the map. A dashpot that pushes and does not pull takes the rate at once.
     Corner,
     /// Its derivative grows without bound as the touching becomes slight: an impact, or a force that jumps.
     SquareRoot,

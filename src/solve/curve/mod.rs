@@ -9,9 +9,12 @@
 //!
 //! g comes from bordered systems, which are smooth where eigenvalues are not; the borders follow along the curve.
 
+mod between;
+mod beyond;
 mod chord;
 mod codimension;
 mod conditions;
+mod corner;
 mod defining;
 mod end;
 mod follow;
@@ -24,19 +27,20 @@ mod relocate;
 mod seek;
 mod shots;
 mod touching;
+mod walker;
 
 pub(crate) use codimension::CurveEvent;
 pub(crate) use defining::{Defining, Spot};
 pub(crate) use end::CurveEnd;
-pub use follow::Arm;
 pub(crate) use follow::follow;
-pub(crate) use follow::{CurveOptions, CurvePoint};
 pub(crate) use grazing::{Fate, Grazing};
 pub(crate) use nature::Codimension;
 pub use seek::Guess;
 pub(crate) use seek::corrected;
 pub(crate) use seek::{Guesses, NoStart, seek};
 pub(crate) use shots::{Plane, Shots};
+pub use walker::Arm;
+pub(crate) use walker::{CurveOptions, CurvePoint};
 
 /// Condition along a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +71,14 @@ impl CurveKind {
             CurveKind::PeriodDoubling => "period_doubling",
             CurveKind::NeimarkSacker => "neimark_sacker",
             CurveKind::Grazing { .. } => "grazing",
+        }
+    }
+
+    /// What the unknown besides the orbit and the first parameter is measured in: a phase in periods.
+    pub(super) fn extra_unit(self) -> f64 {
+        match self {
+            CurveKind::Grazing { .. } => std::f64::consts::TAU,
+            _ => 1.0,
         }
     }
 

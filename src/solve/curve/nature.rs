@@ -180,8 +180,12 @@ impl Defining<'_> {
                     (Codimension::Resonance(2), spot.extra + 1.0),
                     (Codimension::Resonance(3), spot.extra + 0.5),
                     (Codimension::Resonance(4), spot.extra),
-                    (Codimension::FoldTorus, fold),
-                    (Codimension::FlipTorus, determinant(1.0)),
+                    // Without the pair's own share, |1 -+ e^(i theta)|^2, which vanishes at the strong resonances.
+                    (Codimension::FoldTorus, fold / (2.0 - 2.0 * spot.extra)),
+                    (
+                        Codimension::FlipTorus,
+                        determinant(1.0) / (2.0 + 2.0 * spot.extra),
+                    ),
                     (Codimension::GeneralisedTorus, d * fold),
                 ];
                 (tests, d)

@@ -8,7 +8,7 @@ use crate::error::SolveError;
 use crate::solve::continuation::Continuation;
 
 /// Passages of every breakpoint: connection, breakpoint, number.
-type Counts = Vec<(usize, usize, usize)>;
+pub(super) type Counts = Vec<(usize, usize, usize)>;
 
 /// Width of a location, in steps.
 const WIDTH: f64 = 3e-13;
@@ -114,7 +114,7 @@ fn event(
     let mut is_located = change.high - change.low <= WIDTH;
     if !is_located && let Some(end) = spot(problem, path, change.high)? {
         let found = [problem.meeting(&place)?, problem.meeting(&end)?];
-        let found = found.into_iter().flatten();
+        let found = found.into_iter().flatten().map(|met| met.spot);
         let mut found = found.filter(|found| is_between(&found.p, (&place.p, &end.p)));
         if let Some(found) = found.next() {
             (place, is_located) = (found, true);

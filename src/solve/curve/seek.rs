@@ -2,8 +2,8 @@
 
 use super::CurveKind;
 use super::defining::{Defining, Spot};
-use super::follow::NEWTON;
 use super::shots::{Plane, Shots};
+use super::walker::NEWTON;
 use crate::error::SolveError;
 use crate::solve::attractor::scatter;
 use crate::solve::floquet;
