@@ -1,5 +1,6 @@
 //! Following one branch of periodic solutions: points, marks, stability, events.
 
+mod beside;
 mod bounds;
 pub mod confirm;
 mod joints;
@@ -279,6 +280,7 @@ impl Tracer<'_> {
             let doublings = examined.events.iter_mut().filter(doublings);
             doublings.for_each(|e| e.kind = EventKind::BranchPoint);
         }
+        self.double_at_grazings((a, b), &mut examined)?;
         Ok(examined)
     }
 
@@ -287,7 +289,8 @@ impl Tracer<'_> {
         self.parts.is_multiple_of(2)
     }
 
-    /// Changes of stability in the step that its events do not explain; on a vertical branch a multiplier stays at 1.
+    /// Changes of stability and turns of the parameter in the step that its events do not explain; on a vertical branch a multiplier stays
+    /// at 1.
     fn unexplained(
         &mut self,
         ends: (&Probe, &Probe),
@@ -297,7 +300,9 @@ impl Tracer<'_> {
             return Ok(Vec::new());
         }
         let may_break = self.may_break(ends.0)?;
-        Ok(ledger::unexplained(ends, examined, may_break))
+        let mut gaps = ledger::unexplained(ends, examined, may_break);
+        gaps.extend(ledger::missing_folds(ends, examined));
+        Ok(gaps)
     }
 
     /// Remembers the begin of the step for the next one, unless something grazes in between.

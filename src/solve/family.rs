@@ -1,8 +1,9 @@
 //! The system as a function of one parameter.
 
 use crate::error::SolveError;
-use crate::numeric::fraction::gcd;
+use crate::numeric::fraction::{divisors, gcd};
 use crate::system::System;
+use std::f64::consts::TAU;
 
 /// The system at a value of the continuation parameter.
 pub trait Family {
@@ -39,6 +40,33 @@ pub(crate) fn repetitions(family: &mut impl Family, lambda: f64) -> Result<usize
         }
     }
     Ok(parts)
+}
+
+/// Distance between the ends of a part, relative to the state, up to which an orbit repeats itself there: a solution of the whole period
+/// has it as closely as its multipliers let it.
+const EQUAL_PARTS: f64 = 1e-7;
+
+/// Most equal parts of the response period, out of the divisors of `most`, in which the orbit of a state repeats itself. `image` writes the
+/// state after a span of tau, and is false where there is none.
+///
+/// # Errors
+/// Those of `image`.
+pub(crate) fn equal_parts(
+    most: usize,
+    state: &[f64],
+    mut image: impl FnMut(f64, &mut Vec<f64>) -> Result<bool, SolveError>,
+) -> Result<usize, SolveError> {
+    let size = state.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+    let mut end = state.to_vec();
+    for parts in divisors(most).take_while(|parts| *parts > 1) {
+        end.copy_from_slice(state);
+        let is_whole = image(TAU / parts as f64, &mut end)?;
+        let mut gaps = end.iter().zip(state).map(|(a, b)| (a - b).abs());
+        if is_whole && gaps.all(|gap| gap <= EQUAL_PARTS * size) {
+            return Ok(parts);
+        }
+    }
+    Ok(1)
 }
 
 impl<F: Family + ?Sized> Family for Box<F> {

@@ -8,7 +8,7 @@
 //!
 //! Restricted to orbits that repeat themselves in m equal parts of the period, R and Phi are those of one part.
 
-use super::family::{Family, repetitions};
+use super::family::{Family, equal_parts, repetitions};
 use super::floquet;
 use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer, Strain, choose};
 use super::jumps;
@@ -17,7 +17,6 @@ use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey,
 use super::segment_orbit::SegmentOrbit;
 use super::uninterrupted;
 use crate::error::SolveError;
-use crate::numeric::fraction::divisors;
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
@@ -45,10 +44,6 @@ pub struct Shooting<F: Family> {
     /// Equal parts of the period, one of which is integrated.
     parts: usize,
 }
-
-/// Distance between the ends of a part, relative to the state, up to which an orbit repeats itself there: a solution of the whole period
-/// has it as closely as its multipliers let it.
-const EQUAL_PARTS: f64 = 1e-7;
 
 /// A difference quotient of the map in the parameter, and where it holds.
 struct Quotient {
@@ -385,15 +380,11 @@ impl<F: Family> PeriodicResidual for Shooting<F> {
 
     fn equal_parts(&mut self, u: &DVector<f64>, lambda: f64) -> Result<usize, SolveError> {
         let most = repetitions(&mut self.family, lambda)?;
-        for parts in divisors(most).take_while(|parts| *parts > 1) {
-            let end = self.map(u.as_slice(), lambda, TAU / parts as f64, &mut ())?;
-            let gaps = self.state.iter().zip(u).map(|(x, u)| (x - u).abs());
-            let gap = gaps.fold(0.0, f64::max);
-            if end == IntegrationEnd::Reached && gap <= EQUAL_PARTS * u.amax() {
-                return Ok(parts);
-            }
-        }
-        Ok(1)
+        equal_parts(most, u.as_slice(), |span, end| {
+            let ended = self.map(u.as_slice(), lambda, span, &mut ())?;
+            end.copy_from_slice(&self.state);
+            Ok(ended == IntegrationEnd::Reached)
+        })
     }
 
     fn restrict(&mut self, parts: usize) -> usize {

@@ -3,7 +3,7 @@
 use super::delivered::Delivered;
 use super::verify::recorded;
 use super::{Method, Swept};
-use crate::solve::branch::BranchPoint;
+use crate::solve::branch::{BranchPoint, Stability};
 
 /// Harmonics over the least that reach a contact's own frequency: coefficients begin to fall there.
 const BEYOND: f64 = 2.0;
@@ -14,6 +14,29 @@ struct Short {
     /// Frequency of the contact over that of the highest harmonic.
     ratio: f64,
     point: usize,
+}
+
+/// What is said where the stability of points stays unknown: their multipliers are those of a series that errs by more than their distance
+/// from the unit circle.
+pub(super) fn unknown_stability(swept: &Swept<'_>, delivered: &Delivered) -> Option<String> {
+    let is_unknown =
+        |p: &&BranchPoint| !p.multipliers.is_empty() && p.stability == Stability::Unknown;
+    // At its first point a side branch meets the one that it leaves.
+    let rest = delivered.points.iter().skip(1);
+    let lambdas: Vec<f64> = rest.filter(is_unknown).map(|p| p.lambda).collect();
+    if delivered.method != Method::Galerkin || lambdas.is_empty() {
+        return None;
+    }
+    let low = lambdas.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = lambdas.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Some(format!(
+        "galerkin: `stable` is empty at {} of {} points, between {} and {}: the multipliers of the series may err there by more than their \
+         distance from the unit circle, so that changes of their number mean nothing; use more `harmonics`, or the method `shooting`",
+        lambdas.len(),
+        delivered.points.len(),
+        swept.place(low),
+        swept.place(high),
+    ))
 }
 
 /// What is said where the harmonics of a Galerkin branch end below the frequency of a contact that is made and lost.

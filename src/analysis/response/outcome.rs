@@ -93,6 +93,7 @@ impl Work<'_> {
             ));
         }
         list.extend(bandwidth::complaint(swept, delivered));
+        list.extend(bandwidth::unknown_stability(swept, delivered));
         let lost = |e: &&BifurcationEvent| e.verdict == Verdict::NotTried && !e.is_located();
         let (unresolved, unlocated): (Vec<_>, Vec<_>) =
             { delivered.events.iter().filter(lost) }.partition(|e| e.kind == EventKind::Unresolved);

@@ -400,6 +400,7 @@ impl<F: Family> Confirmer<'_, F> {
                 _ => {}
             }
         }
+        self.withdraw();
     }
 
     fn checked(&self) -> Vec<Checked> {

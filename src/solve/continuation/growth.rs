@@ -34,7 +34,8 @@ impl Continuation {
         self.options.max_step * (size - FAR).max(1.0)
     }
 
-    /// Whether a step goes straight across the parameter: a family of solutions, linear in its amplitude.
+    /// Whether a step goes straight across the parameter: a family of solutions, linear in its amplitude. Beside a pole the response grows
+    /// like c / (lambda - lambda_0): along a short step it looks straight too, but not over a length of its own size.
     pub(super) fn is_straight_across(&self, a: &PathPoint, b: &PathPoint) -> bool {
         let (from, to) = self.options.range;
         let scale = a.lambda.abs().max((to - from).abs());
@@ -42,7 +43,12 @@ impl Continuation {
             0 => (STANDING_FIRST, true),
             _ => (STANDING, self.turn(a, b) < STRAIGHT),
         };
-        let change = (b.lambda - a.lambda).abs();
+        let size = self.dot(&a.u, 0.0, &a.u, 0.0).sqrt();
+        let lengths = match a.orientation {
+            0 => 1.0,
+            _ => (size / self.stride).max(1.0),
+        };
+        let change = lengths * (b.lambda - a.lambda).abs();
         change <= standing * scale && self.stride >= SHORTEST && is_straight
     }
 

@@ -2,7 +2,7 @@
 
 use crate::element::PiecewiseLinear;
 use crate::error::SolveError;
-use crate::numeric::fraction::divisors;
+use crate::solve::family::equal_parts;
 use crate::solve::integrate::{
     IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, choose,
 };
@@ -44,8 +44,6 @@ struct Free {
     integrator: Box<dyn Integrator + Send>,
 }
 
-/// Distance of a state from that a part of the period before, relative to its size, within which the orbit repeats itself.
-const REPEATED: f64 = 1e-6;
 /// Phase before a touching of a stop within which the stop is left out: what lies beyond its level there is the motion without it.
 const WITHOUT: f64 = 0.1;
 
@@ -132,16 +130,7 @@ impl<'a> Shots<'a> {
     /// There is no system at this place, or an interruption.
     pub fn repeats(&mut self, p: [f64; 2], u: &[f64]) -> Result<usize, SolveError> {
         let most = self.system(p)?.repetitions();
-        let size = u.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
-        for k in divisors(most).take_while(|k| *k > 1) {
-            let mut state = u.to_vec();
-            let is_whole = self.map(p, (0.0, TAU / k as f64), (&mut state, None))?;
-            let mut gaps = state.iter().zip(u).map(|(a, b)| (a - b).abs());
-            if is_whole && gaps.all(|gap| gap <= REPEATED * size) {
-                return Ok(k);
-            }
-        }
-        Ok(1)
+        equal_parts(most, u, |span, end| self.map(p, (0.0, span), (end, None)))
     }
 
     /// The system at a place.

@@ -144,6 +144,11 @@ pub(crate) struct Look {
 }
 
 impl Look {
+    /// What its multipliers say; `None` where they are not known.
+    pub fn count(&self) -> Option<Count> {
+        Count::of(&self.survey.multipliers)
+    }
+
     /// Response frequency, d tau / dT.
     fn omega(&self) -> f64 {
         match &self.survey.orbit {

@@ -56,6 +56,11 @@ impl Count {
         count
     }
 
+    /// Whether an odd number of real multipliers has passed -1 on the way to another place.
+    pub(crate) fn passes_minus_one(self, other: Count) -> bool {
+        self.is_odd_beyond_minus_one != other.is_odd_beyond_minus_one
+    }
+
     /// Events to search for between two places with different counts.
     pub(crate) fn sought(self, other: Count) -> Sought {
         match self.outside == other.outside {

@@ -1,7 +1,7 @@
 //! The number of unstable multipliers along a branch, as the flow counts it, against the events.
 
 use super::flow::FlowPoint;
-use super::{Confirmer, Station};
+use super::{Branch, Confirmer, Stability, Station};
 use crate::error::SolveError;
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
 use crate::solve::family::Family;
@@ -145,6 +145,19 @@ impl<F: Family> Confirmer<'_, F> {
         let refuted = over.filter(|e| e.verdict == Verdict::Refuted && e.method_lambda.is_finite());
         self.branch.refuted.extend(refuted);
         self.branch.events = events;
+    }
+
+    /// Where the stability of both points around is unknown, the counts of the series contradict nothing.
+    pub(super) fn withdraw(&mut self) {
+        let Branch { points, events, .. } = &mut *self.branch;
+        let is_unknown = |k: usize| {
+            let point = points.get(k);
+            point.is_none_or(|p| p.stability == Stability::Unknown)
+        };
+        events.retain(|e| {
+            let is_own = e.kind == EventKind::Unresolved && e.method_lambda.is_finite();
+            !(is_own && is_unknown(e.after_point) && is_unknown(e.after_point + 1))
+        });
     }
 
     /// An event for a change of the count between two points that nothing explains, unless there is one.
