@@ -1,4 +1,4 @@
-//! P1 (residual, branch with stability and events), P3 (exact flow), P13 (series flow), P4 (Newton step against length), P5 (analyses of trains in SI
+//! P1 (residual, branch with stability and events), P3 (exact flow), P13 (series flow), P11 (stiff stops), P4 (Newton step against length), P5 (analyses of trains in SI
 //! units against the same equations as `reduced`), P8 (ensembles) and figure 9 inside one process: `cargo bench`.
 //!
 //! Whole processes: `/usr/bin/time -v target/release/gearlash run benches/problems/P1.yaml --jobs 1 --quiet`.
@@ -170,6 +170,15 @@ fn p13_thousand_periods(bencher: Bencher, law: &str) {
             integrator.advance(&system, (0.0, TAU), &mut state, &mut ());
         }
     });
+}
+
+/// P11: two branches of at most a hundred points each past a stop so many times stiffer than its shaft.
+#[divan::bench(args = ["1e4", "1e6", "1e9"], sample_count = 5)]
+fn p11_stiff_stop(bencher: Bencher, ratio: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/problems/P11.yaml");
+    let set = [format!("connections.stop.stiffness={ratio} N/m")];
+    let study = Study::load(&root, &set, &[]).expect("the problem is part of the project");
+    bencher.bench(|| study.reports(&AtomicBool::new(false)).expect("P11 runs"));
 }
 
 /// P8: 256 starts of P3, a hundred periods each, together and one at a time.

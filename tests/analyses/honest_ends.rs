@@ -320,3 +320,64 @@ fn integration_in_both_directions_and_at_one_value() {
         assert!(message.contains(wanted), "{keys}: {message}");
     }
 }
+
+/// Beside a pole the response is steep, not vertical: the branch goes on behind it, past everything that follows. Borders of the tongues by
+/// matrix exponentials on 960 intervals of the period and bisection.
+#[test]
+fn a_pole_is_no_vertical_branch() {
+    let harmonics = "{order: 1, amplitude: 0.0233063109069, phase: 1.24930060393}, {order: 2, amplitude: 0.116727518834, \
+                     phase: 5.92465066904}, {order: 3, amplitude: 0.153134228233, phase: 1.14180508645}";
+    let law = format!("type: linear, stiffness_variation: {{harmonics: [{harmonics}]}}");
+    let model = one(0.0109838227967, &law, (1.0, 0.3));
+    let doublings = [
+        2.005_305_470_46,
+        1.996_464_799_42,
+        0.690_060_980_88,
+        0.640_665_989_94,
+    ];
+    let poles = [1.029_771_685_44, 0.971_925_588_17];
+    for method in ["shooting", "galerkin"] {
+        let report = respond(&model, &format!("method: {method}, from: 4.2, to: 0.6"));
+        assert_eq!(report.ended_early, None, "{method}");
+        assert_eq!(end(&report, 2).0, "range_reached", "{method}");
+        near(&events(&report, "period_doubling"), &doublings, 1e-8);
+        near(&events(&report, "branch_point"), &poles, 1e-8);
+    }
+}
+
+/// Behind its grazing with a stop of stiffness k the orbit doubles within a distance of the order 1/k: from 1e6 on there is no number in
+/// between. The grazing of the linear motion in closed form; the other doubling tends to that of a rigid stop like k^(-1/2).
+#[test]
+fn a_stiff_stop_doubles_at_its_grazing() {
+    let model = |stiffness: f64| {
+        format!(
+            "
+schema: 1
+bodies: {{m1: {{inertia: 1 kg}}}}
+connections:
+  spring: {{ground: m1, stiffness: 1 N/m, damping: 0.1 N s/m}}
+  stop: {{ground: m1, stiffness: {stiffness:e} N/m, element: {{type: one_sided, gap: 1 m}}}}
+loads: {{m1: {{harmonics: [{{order: 1, amplitude: 0.5}}]}}}}
+scaling: {{frequency: 1 rad/s, length: 1 m}}
+report: {{units: nondimensional}}
+"
+        )
+    };
+    // (1 - w^2)^2 + 0.01 w^2 = 0.25
+    let grazing = (0.995 - 0.240_025_f64.sqrt()).sqrt();
+    let mut others = Vec::new();
+    for stiffness in [1e4, 1e5, 1e6, 1e7] {
+        let report = respond(&model(stiffness), "method: shooting, from: 0.4, to: 1.2");
+        let found = events(&report, "period_doubling");
+        near(&events(&report, "grazing"), &[grazing], 1e-9);
+        near(&found[..1], &[grazing], 1e-9);
+        assert_eq!(found.len(), 2, "{stiffness:e}: {found:?}");
+        let list = table(&report, "events");
+        assert_eq!(floats(list, "located"), [1.0; 3], "{stiffness:e}");
+        others.push(found[1]);
+    }
+    // DOP853 restarted at every switch.
+    near(&others[..1], &[0.981_386_964_7], 1e-9);
+    let ratio = (others[2] - others[1]) / (others[1] - others[0]);
+    assert!((ratio * 10_f64.sqrt() - 1.0).abs() < 0.02, "{ratio}");
+}

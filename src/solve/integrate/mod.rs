@@ -228,7 +228,7 @@ pub trait Integrator {
     /// Order of magnitude of the relative error of a period.
     fn error(&self) -> f64;
 
-    /// Trial steps of the last call; 0 where they need no limit.
+    /// Trial steps of the last call.
     fn effort(&self) -> usize {
         0
     }

@@ -67,8 +67,9 @@ pub struct Exact {
     deviations: Deviations,
     options: SeriesOptions,
     name: &'static str,
-    /// Steps of the last call, and how many a call may take.
+    /// Steps of the last call that no switch ended, those that one ended, and how many of the former a call may take.
     effort: usize,
+    switches: usize,
     allowance: usize,
     labour: Labour,
     bounces: bounces::Counter,
@@ -144,6 +145,7 @@ impl Exact {
             options,
             name: if is_closed_form { "exact" } else { "series" },
             effort: 0,
+            switches: 0,
             allowance: usize::MAX,
             labour: Labour::default(),
             bounces: bounces::Counter::default(),
@@ -186,7 +188,7 @@ impl Exact {
         let (state, memory) = state.split_at_mut(2 * system.dof());
         // theta = T / h and tau = Om T.
         let per_theta = system.omega() * self.series.unit;
-        let (mut tau, mut switches) = (begin, 0);
+        let mut tau = begin;
         let turns = ((end - begin) / TAU).ceil().max(1.0) as usize;
         let allowed = self.options.max_switches.saturating_mul(turns);
         self.bounces.open(turns);
@@ -200,11 +202,8 @@ impl Exact {
         let most = (self.options.spare_steps)
             .saturating_mul(turns)
             .saturating_add(nominal as usize);
-        let most = match self.name {
-            "exact" => most,
-            _ => most.min(self.allowance),
-        };
-        self.effort = 0;
+        let most = most.min(self.allowance);
+        (self.effort, self.switches) = (0, 0);
         // Switches have a limit of their own.
         let bounces = bounces::Counter::most().saturating_mul(turns);
         for _ in 0..allowed.saturating_add(most).saturating_add(bounces) {
@@ -277,10 +276,10 @@ impl Exact {
             }
             if let Some(c) = crossing {
                 match self.cross(&c, next, state, &mut motion) {
-                    Ok(counts) => switches += usize::from(counts),
+                    Ok(counts) => self.switches += usize::from(counts),
                     Err(end) => return end,
                 }
-                if switches > allowed {
+                if self.switches > allowed {
                     return IntegrationEnd::TooManySwitches;
                 }
             }
