@@ -1,5 +1,5 @@
-//! P1 (residual, branch with stability and events), P3 (exact flow), P13 (series flow), P11 (stiff stops), P4 (Newton step against length), P5 (analyses of trains in SI
-//! units against the same equations as `reduced`), P8 (ensembles) and figure 9 inside one process: `cargo bench`.
+//! P1 (residual, branch with stability and events), P3 (exact flow), P13 (series flow), P11 (stiff stops), P4 (Newton step against length),
+//! P5 (analyses of trains in SI units against the same equations as `reduced`), P8 (ensembles) and figure 9 inside one process: `cargo bench`.
 //!
 //! Whole processes: `/usr/bin/time -v target/release/gearlash run benches/problems/P1.yaml --jobs 1 --quiet`.
 
