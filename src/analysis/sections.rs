@@ -4,7 +4,7 @@ use super::Setting;
 use super::response::ResponseTable;
 use crate::measure::{
     ColumnHeading, Connections, ContactMetrics, EffectiveFrequencyColumns, EstimatedMultipliers,
-    Losses, Measure, OrderAmplitudes, PeakAccelerations, ReportedUnits, Sheet, Solved,
+    Losses, Measure, MeasureSheet, OrderAmplitudes, PeakAccelerations, ReportedUnits, Solved,
     TransmissionErrors,
 };
 use crate::model::Structure;
@@ -32,7 +32,7 @@ fn transmission_errors(setting: &Setting<'_>) -> TransmissionErrors {
 /// Values of one table among those of a point.
 struct Section {
     table: ResponseTable,
-    sheet: Sheet,
+    sheet: MeasureSheet,
 }
 
 /// All sections of a response.
@@ -73,7 +73,7 @@ impl Sections {
         }
         let section = |(table, measures)| Section {
             table,
-            sheet: Sheet::new(measures),
+            sheet: MeasureSheet::new(measures),
         };
         Sections(list.into_iter().map(section).collect())
     }

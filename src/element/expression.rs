@@ -15,7 +15,7 @@ pub use relation::Relation;
 use formula::{Formula, FormulaNode, Variable, is_reserved};
 use indexmap::IndexMap;
 use kinks::FoundKinks;
-use program::{Point, run};
+use program::{FormulaArguments, run};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -161,7 +161,7 @@ impl Expression {
         };
         from_force(q, v, |q, v| {
             let phase = Dual::from(phase);
-            run(formula, &self.values, Point { q, v, phase })
+            run(formula, &self.values, FormulaArguments { q, v, phase })
         })
     }
 
@@ -294,7 +294,7 @@ impl Element for Expression {
         if self.jumps_with_the_phase {
             return Err("the force jumps from phase 2 pi to 0".into());
         }
-        let law = |q, v| run(formula, &self.values, Point { q, v, phase });
+        let law = |q, v| run(formula, &self.values, FormulaArguments { q, v, phase });
         Ok(self.scale.force(q, v, law))
     }
 

@@ -10,7 +10,7 @@ use crate::model::{Load, Model, Structure};
 use crate::numeric::fourier::Fourier;
 use crate::numeric::{roots, trigonometric};
 use crate::postprocess::connection::is_clearance;
-use crate::solve::galerkin::march::{self, Track};
+use crate::solve::galerkin::march::{self, MarchTrack};
 use crate::solve::orbit::Orbit;
 use crate::system::{LoadKind, Moment, System};
 use std::f64::consts::TAU;
@@ -209,7 +209,7 @@ impl Accelerometer {
     }
 
     /// Forces of the connections at these instants.
-    fn respond(&mut self, system: &System, tracks: &[Vec<Track>]) {
+    fn respond(&mut self, system: &System, tracks: &[Vec<MarchTrack>]) {
         let (count, frequency) = (self.phase.len(), system.excitation_frequency());
         self.force.resize(system.element_count() * count, 0.0);
         for buffer in self.slopes.iter_mut() {
@@ -350,7 +350,7 @@ struct BodyForces<'a> {
     system: &'a System,
     orbit: &'a Orbit,
     /// Along Fourier orbits the stretches of every law with memory.
-    tracks: Vec<Vec<Track>>,
+    tracks: Vec<Vec<MarchTrack>>,
 }
 
 impl BodyForces<'_> {

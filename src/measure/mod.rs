@@ -52,14 +52,14 @@ pub trait Measure {
 }
 
 /// The measures of one table.
-pub(crate) struct Sheet {
+pub(crate) struct MeasureSheet {
     measures: Vec<Box<dyn Measure>>,
 }
 
-impl Sheet {
+impl MeasureSheet {
     /// A sheet of measures, in the order of their columns.
-    pub fn new(measures: Vec<Box<dyn Measure>>) -> Sheet {
-        Sheet { measures }
+    pub fn new(measures: Vec<Box<dyn Measure>>) -> MeasureSheet {
+        MeasureSheet { measures }
     }
 
     /// Columns of all measures.

@@ -1,6 +1,6 @@
 //! Square nonlinear systems with one parameter, and those among them whose zeros are periodic orbits.
 
-use super::floquet::Exponents;
+use super::floquet::SteadyExponents;
 use super::orbit::Orbit;
 use crate::error::SolveError;
 use crate::numeric::jacobian::{Jacobian, JacobianStructure};
@@ -138,7 +138,7 @@ pub struct Survey {
     pub multipliers: Vec<Complex<f64>>,
     /// All characteristic exponents of an orbit along which the variational equation has constant coefficients, as far as the
     /// method knows.
-    pub exponents: Option<Exponents>,
+    pub exponents: Option<SteadyExponents>,
     /// Number of further multipliers that are 1 by construction: memories that do not change on this orbit. The list has a 0 for
     /// each, so that its length does not change where a slider begins to slip.
     pub neutral: usize,

@@ -6,7 +6,7 @@ use crate::common::{
 };
 use gearlash::postprocess::measures::Meter;
 use gearlash::solve::branch::Branch;
-use gearlash::solve::branch::confirm::{ConfirmOptions, Spread, confirm};
+use gearlash::solve::branch::confirm::{ConfirmOptions, ErrorSpread, confirm};
 use gearlash::solve::events::{BifurcationEvent, EventKind, Verdict};
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
@@ -186,7 +186,7 @@ fn the_flow_stops_where_the_work_allowed_is_used_up() {
             .unwrap();
         let mut flow = Shooting::new(family(), range.0, IntegratorChoice::Exact).unwrap();
         let options = ConfirmOptions {
-            spread: Spread::Some,
+            spread: ErrorSpread::Some,
             begins_at_crossing: false,
             steps: 20.0,
             weight: 0.25,

@@ -7,7 +7,7 @@ use crate::analysis::columns::{coordinates, float, integer, text};
 use crate::analysis::response::OrbitTable;
 use crate::analysis::{Setting, flow};
 use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
-use crate::solve::attractor::basins::Settled;
+use crate::solve::attractor::basins::SettledMotion;
 use crate::solve::family::FrequencyFamily;
 use crate::solve::integrate::IntegratorChoice;
 use crate::solve::residual::PeriodicResidual;
@@ -47,7 +47,7 @@ impl<'a> Ranking<'a> {
         }
     }
 
-    fn attractors(&self) -> impl Iterator<Item = (usize, &'a Settled)> + '_ {
+    fn attractors(&self) -> impl Iterator<Item = (usize, &'a SettledMotion)> + '_ {
         let known = self.order.iter().map(|k| &self.sorting.known[*k]);
         known.enumerate().map(|(place, a)| (place + 1, a))
     }
@@ -97,7 +97,7 @@ pub(super) fn assemble(
         columns: main,
     };
     let attractors = rows(&ranking, region).table(setting, region.is_some());
-    let points: Vec<(usize, &Settled)> = ranking.attractors().collect();
+    let points: Vec<(usize, &SettledMotion)> = ranking.attractors().collect();
     let mut report = Report {
         figure: figure(&ranking),
         tables: vec![main, attractors, points_table(setting, &points)],
@@ -242,7 +242,7 @@ fn inside(ranking: &Ranking<'_>, region: &StartRegion) -> Vec<f64> {
 }
 
 /// Least distance, in the varied coordinates, from the points of an attractor to a start that does not end there.
-fn distance(ranking: &Ranking<'_>, number: usize, attractor: &Settled) -> f64 {
+fn distance(ranking: &Ranking<'_>, number: usize, attractor: &SettledMotion) -> f64 {
     let sorting = ranking.sorting;
     let mut state = vec![0.0; sorting.size()];
     let mut least = f64::INFINITY;
@@ -267,7 +267,7 @@ fn distance(ranking: &Ranking<'_>, number: usize, attractor: &Settled) -> f64 {
 const POINTS: usize = 1000;
 
 /// `attractor, point, q.., v..`: all Poincaré points.
-fn points_table(setting: &Setting<'_>, attractors: &[(usize, &Settled)]) -> Table {
+fn points_table(setting: &Setting<'_>, attractors: &[(usize, &SettledMotion)]) -> Table {
     let size = 2 * setting.assembly.system.dof();
     let (mut numbers, mut places) = (Vec::new(), Vec::new());
     let mut states: Vec<&[f64]> = Vec::new();
@@ -291,7 +291,7 @@ fn points_table(setting: &Setting<'_>, attractors: &[(usize, &Settled)]) -> Tabl
 fn orbits(
     setting: &Setting<'_>,
     sorting: &Sorting<'_>,
-    attractors: &[(usize, &Settled)],
+    attractors: &[(usize, &SettledMotion)],
 ) -> Option<Table> {
     let mut table = OrbitTable::new(setting);
     for (number, attractor) in attractors {
@@ -320,8 +320,9 @@ fn figure(ranking: &Ranking<'_>) -> Option<Figure> {
     if x.values.len() < 2 || y.values.len() < 2 {
         return None;
     }
-    let label =
-        |(number, a): (usize, &Settled)| (number.to_string(), format!("{number}: {}", a.label));
+    let label = |(number, a): (usize, &SettledMotion)| {
+        (number.to_string(), format!("{number}: {}", a.label))
+    };
     let mut names: Vec<(String, String)> = ranking.attractors().map(label).collect();
     names.push(("0".into(), "undecided".into()));
     let cells = Curve {

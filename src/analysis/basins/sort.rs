@@ -5,7 +5,7 @@ use super::grid::Grid;
 use crate::analysis::Setting;
 use crate::analysis::flow::PreparedMotion;
 use crate::interrupt;
-use crate::solve::attractor::basins::{Fate, Patience, Settled, fate, trapped};
+use crate::solve::attractor::basins::{Fate, Patience, SettledMotion, fate, trapped};
 use crate::solve::attractor::{RecordStop, Stroboscopic};
 use crate::solve::ensemble::{Ensemble, Next, Visit};
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice};
@@ -48,7 +48,7 @@ pub(super) struct Sorting<'a> {
     start: BasinStart<'a>,
     pub grid: &'a Grid,
     pub patience: Patience,
-    pub known: Vec<Settled>,
+    pub known: Vec<SettledMotion>,
     pub sorted: Vec<Sorted>,
     /// The first start that could not be followed, and why.
     pub failure: Option<(usize, RecordStop)>,

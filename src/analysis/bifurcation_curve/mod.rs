@@ -99,20 +99,20 @@ mod defaults {
 )]
 pub enum OneOrMany {
     /// One.
-    One(Box<Begin>),
+    One(Box<CurveStart>),
     /// Several.
-    Many(Vec<Begin>),
+    Many(Vec<CurveStart>),
 }
 
 /// Start of a curve: an event of an analysis of this file, or values of both parameters near an event.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Begin {
+pub struct CurveStart {
     /// Name of a `frequency_response` or `parameter_response` of this file.
     #[serde(default)]
     pub analysis: Option<String>,
     /// Kind of the event.
-    pub kind: Kind,
+    pub kind: CurveEventKind,
     /// Value of the analysis's parameter near the event; default: the first event of the kind.
     #[serde(default)]
     pub near: Option<Quantity>,
@@ -136,7 +136,7 @@ pub struct Begin {
 /// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum CurveEventKind {
     /// Two orbits meet.
     Fold,
     /// Two branches cross.
@@ -225,7 +225,7 @@ impl BifurcationCurve {
 
 impl OneOrMany {
     /// The starts with their keys.
-    fn list(&self) -> Vec<(String, &Begin)> {
+    fn list(&self) -> Vec<(String, &CurveStart)> {
         match self {
             OneOrMany::One(begin) => vec![("start".into(), begin)],
             OneOrMany::Many(list) => (list.iter().enumerate())

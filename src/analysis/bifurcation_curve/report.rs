@@ -7,7 +7,7 @@ use crate::analysis::Setting;
 use crate::analysis::columns::{float, frequency_axis, integer, states, text};
 use crate::analysis::parameter::Parameter;
 use crate::report::{Column, Curve, CurveStyle, Figure, FrequencyUnit, Panel, Report, Table};
-use crate::solve::curve::{Codimension, CurveEvent, CurveKind, CurvePoint, Fate, Grazing};
+use crate::solve::curve::{Codimension, CurveEvent, CurveKind, CurvePoint, Grazing, OrbitsBeside};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -181,7 +181,10 @@ fn points(
         let word = |point: &CurvePoint| point.grazing.as_ref().map_or("", f).to_string();
         rows.iter().map(|r| word(r.3)).collect()
     };
-    columns.push(text("type", words(&|g| g.fate.map_or("", Fate::word))));
+    columns.push(text(
+        "type",
+        words(&|g| g.fate.map_or("", OrbitsBeside::word)),
+    ));
     columns.push(text("map", words(&|g| g.border.word())));
     Table {
         name: String::new(),

@@ -1,7 +1,7 @@
 //! Where a curve begins.
 
 use super::plane::{Axes, Grounds};
-use super::{Begin, BifurcationCurve, Kind};
+use super::{BifurcationCurve, CurveEventKind, CurveStart};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::read::parts;
 use crate::analysis::saved::SavedReference;
@@ -17,7 +17,7 @@ const STATES: usize = 60;
 pub(super) fn check(
     setting: &Setting<'_>,
     axes: &Axes,
-    (key, begin): (&str, &Begin),
+    (key, begin): (&str, &CurveStart),
 ) -> Vec<Fault> {
     let mut faults = Vec::new();
     let fault = |part: &str, message: String| Fault::new(format!("{key}.{part}"), message);
@@ -55,14 +55,14 @@ pub(super) fn check(
     }
     let names = &setting.assembly.connections;
     match (&begin.connection, begin.kind) {
-        (Some(name), Kind::Grazing) if !names.contains(name) => {
+        (Some(name), CurveEventKind::Grazing) if !names.contains(name) => {
             let hint = did_you_mean(name, names.iter().map(String::as_str));
             faults.push(fault(
                 "connection",
                 format!("no connection is called `{name}`; {hint}"),
             ));
         }
-        (Some(_), kind) if kind != Kind::Grazing => {
+        (Some(_), kind) if kind != CurveEventKind::Grazing => {
             let message = "applies to grazings only; bifurcations belong to the whole system";
             faults.push(fault("connection", message.into()));
         }
@@ -75,7 +75,7 @@ pub(super) fn check(
 fn guess(
     setting: &Setting<'_>,
     axes: &Axes,
-    (key, begin): (&str, &Begin),
+    (key, begin): (&str, &CurveStart),
 ) -> Result<[f64; 2], Fault> {
     let at = begin.at.iter().flatten();
     let mut shares = [f64::NAN; 2];
@@ -148,7 +148,7 @@ pub(in crate::analysis) fn other(
 fn saved(
     setting: &Setting<'_>,
     axes: &Axes,
-    begin: &Begin,
+    begin: &CurveStart,
 ) -> Result<([f64; 2], Vec<f64>), String> {
     let (Some(folder), Some(point)) = (&begin.results, begin.point) else {
         return Err("no `point`".into());
@@ -182,7 +182,7 @@ pub(super) fn first<'a>(
     keys: &BifurcationCurve,
     setting: &'a Setting<'a>,
     (axes, marks): (&Axes, &[f64]),
-    (key, begin): (&str, &Begin),
+    (key, begin): (&str, &CurveStart),
 ) -> Result<Result<(Defining<'a>, Spot), String>, Error> {
     let refused = |fault| columns::refused(setting, fault);
     let (p, states, nu) = match &begin.analysis {
@@ -219,11 +219,11 @@ pub(super) fn first<'a>(
         count: STATES,
     };
     let wanted = match begin.kind {
-        Kind::Fold => Guess::Event(CurveKind::Fold),
-        Kind::BranchPoint => Guess::Event(CurveKind::BranchPoint),
-        Kind::PeriodDoubling => Guess::Event(CurveKind::PeriodDoubling),
-        Kind::NeimarkSacker => Guess::Event(CurveKind::NeimarkSacker),
-        Kind::Grazing => {
+        CurveEventKind::Fold => Guess::Event(CurveKind::Fold),
+        CurveEventKind::BranchPoint => Guess::Event(CurveKind::BranchPoint),
+        CurveEventKind::PeriodDoubling => Guess::Event(CurveKind::PeriodDoubling),
+        CurveEventKind::NeimarkSacker => Guess::Event(CurveKind::NeimarkSacker),
+        CurveEventKind::Grazing => {
             let names = setting.assembly.connections.iter();
             let own = begin.connection.as_ref();
             Guess::Touch(own.and_then(|name| names.clone().position(|n| n == name)))
@@ -239,16 +239,16 @@ pub(super) fn first<'a>(
 fn nearest(
     setting: &Setting<'_>,
     axes: &Axes,
-    begin: &Begin,
+    begin: &CurveStart,
     events: Vec<EventState>,
 ) -> Result<([f64; 2], EventState), String> {
     let names = &setting.assembly.connections;
     let is_kind = |event: &EventState| match (event.kind, begin.kind) {
-        (EventKind::Fold, Kind::Fold)
-        | (EventKind::BranchPoint, Kind::BranchPoint)
-        | (EventKind::PeriodDoubling, Kind::PeriodDoubling)
-        | (EventKind::NeimarkSacker, Kind::NeimarkSacker) => true,
-        (EventKind::Grazing { connection, .. }, Kind::Grazing) => {
+        (EventKind::Fold, CurveEventKind::Fold)
+        | (EventKind::BranchPoint, CurveEventKind::BranchPoint)
+        | (EventKind::PeriodDoubling, CurveEventKind::PeriodDoubling)
+        | (EventKind::NeimarkSacker, CurveEventKind::NeimarkSacker) => true,
+        (EventKind::Grazing { connection, .. }, CurveEventKind::Grazing) => {
             let wanted = begin.connection.as_ref();
             wanted.is_none_or(|name| *name == names[connection])
         }
@@ -298,7 +298,7 @@ fn nearest(
 }
 
 /// Why there is no first point, in words.
-fn told(axes: &Axes, kind: Kind, p: [f64; 2], reason: NoStart) -> String {
+fn told(axes: &Axes, kind: CurveEventKind, p: [f64; 2], reason: NoStart) -> String {
     let place = |p: [f64; 2]| {
         let both = [0, 1].map(|k| axes.list[k].told(axes.list[k].value(p[k])));
         both.join(", ")
@@ -315,12 +315,12 @@ fn told(axes: &Axes, kind: Kind, p: [f64; 2], reason: NoStart) -> String {
     }
 }
 
-fn word(kind: Kind) -> &'static str {
+fn word(kind: CurveEventKind) -> &'static str {
     match kind {
-        Kind::Fold => "fold",
-        Kind::BranchPoint => "branch point",
-        Kind::PeriodDoubling => "period doubling",
-        Kind::NeimarkSacker => "Neimark-Sacker event",
-        Kind::Grazing => "grazing",
+        CurveEventKind::Fold => "fold",
+        CurveEventKind::BranchPoint => "branch point",
+        CurveEventKind::PeriodDoubling => "period doubling",
+        CurveEventKind::NeimarkSacker => "Neimark-Sacker event",
+        CurveEventKind::Grazing => "grazing",
     }
 }

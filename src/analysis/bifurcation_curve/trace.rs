@@ -41,7 +41,7 @@ pub(super) fn all(
 ) -> Result<Vec<TracedCurve>, Error> {
     let flag = interrupt::current();
     let starts = keys.start.list();
-    let one = |(key, begin): (String, &super::Begin)| {
+    let one = |(key, begin): (String, &super::CurveStart)| {
         flag.scope(
             || match start::first(keys, setting, (axes, marks), (&key, begin)) {
                 Ok(Ok(first)) => both_ways(keys, setting, (axes, marks), first),

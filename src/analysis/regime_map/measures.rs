@@ -3,8 +3,8 @@
 use crate::analysis::{Fault, Setting};
 use crate::error::did_you_mean;
 use crate::measure::{
-    ColumnHeading, Connections, ContactMetrics, EffectiveFrequencyColumns, Measure,
-    PeakAccelerations, Sheet, Solved,
+    ColumnHeading, Connections, ContactMetrics, EffectiveFrequencyColumns, Measure, MeasureSheet,
+    PeakAccelerations, Solved,
 };
 
 /// Columns of all measures, and which of them are wanted.
@@ -16,7 +16,7 @@ pub(super) struct WantedColumns {
 }
 
 /// All measures of an attractor.
-pub(super) fn sheet(setting: &Setting<'_>) -> Sheet {
+pub(super) fn sheet(setting: &Setting<'_>) -> MeasureSheet {
     let dof = setting.assembly.system.dof();
     let accelerations = PeakAccelerations::new(setting.model, setting.assembly);
     let measures: Vec<Box<dyn Measure>> = vec![
@@ -25,7 +25,7 @@ pub(super) fn sheet(setting: &Setting<'_>) -> Sheet {
         Box::new(ContactMetrics),
         Box::new(accelerations),
     ];
-    Sheet::new(measures)
+    MeasureSheet::new(measures)
 }
 
 impl WantedColumns {
@@ -81,7 +81,7 @@ impl WantedColumns {
     }
 
     /// The wanted values of a solution, in the units of the report.
-    pub fn of(&self, sheet: &mut Sheet, solved: &Solved<'_>) -> Vec<f64> {
+    pub fn of(&self, sheet: &mut MeasureSheet, solved: &Solved<'_>) -> Vec<f64> {
         let mut values = Vec::new();
         sheet.measure(solved, &mut values);
         self.columns

@@ -8,7 +8,7 @@ use crate::analysis::branch_table::MeasureRecorder;
 use crate::analysis::cost::Period;
 use crate::error::Error;
 use crate::solve::branch::Branch;
-use crate::solve::branch::confirm::Spread;
+use crate::solve::branch::confirm::ErrorSpread;
 use crate::solve::integrate::{Exact, IntegratorChoice, MAX_SWITCHES};
 use crate::solve::residual::PeriodicResidual;
 use crate::system::System;
@@ -68,7 +68,7 @@ impl BranchSettings {
     }
 
     /// The points of Galerkin branches that are taken through the flow; `None`: no branch is.
-    pub(super) fn spread(&self, setting: &Setting<'_>, system: &System) -> Option<Spread> {
+    pub(super) fn spread(&self, setting: &Setting<'_>, system: &System) -> Option<ErrorSpread> {
         let is_judged = super::accuracy::is_asked_for(self);
         let chosen = match self.asked() {
             Some(chosen) => chosen,
@@ -79,10 +79,10 @@ impl BranchSettings {
         };
         match chosen {
             Confirm::None => None,
-            Confirm::Events if is_judged => Some(Spread::Every(1)),
-            Confirm::Events => Some(Spread::Some),
-            Confirm::All => Some(Spread::Every(1)),
-            Confirm::Every(stride) => Some(Spread::Every(stride)),
+            Confirm::Events if is_judged => Some(ErrorSpread::Every(1)),
+            Confirm::Events => Some(ErrorSpread::Some),
+            Confirm::All => Some(ErrorSpread::Every(1)),
+            Confirm::Every(stride) => Some(ErrorSpread::Every(stride)),
         }
     }
 
@@ -173,7 +173,7 @@ impl Work<'_> {
 
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Word {
+enum ConfirmWord {
     None,
     Events,
     All,
@@ -192,9 +192,9 @@ impl JsonSchema for Confirm {
 impl Serialize for Confirm {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Confirm::None => Word::None.serialize(serializer),
-            Confirm::Events => Word::Events.serialize(serializer),
-            Confirm::All => Word::All.serialize(serializer),
+            Confirm::None => ConfirmWord::None.serialize(serializer),
+            Confirm::Events => ConfirmWord::Events.serialize(serializer),
+            Confirm::All => ConfirmWord::All.serialize(serializer),
             Confirm::Every(stride) => serializer.serialize_u64(*stride as u64),
         }
     }
@@ -208,13 +208,13 @@ impl<'de> Deserialize<'de> for Confirm {
             expecting = "`events`, `all`, `none`, or k for every k-th point (at least 1)"
         )]
         enum Written {
-            Word(Word),
+            Word(ConfirmWord),
             Stride(NonZeroUsize),
         }
         Ok(match Written::deserialize(deserializer)? {
-            Written::Word(Word::None) => Confirm::None,
-            Written::Word(Word::Events) => Confirm::Events,
-            Written::Word(Word::All) => Confirm::All,
+            Written::Word(ConfirmWord::None) => Confirm::None,
+            Written::Word(ConfirmWord::Events) => Confirm::Events,
+            Written::Word(ConfirmWord::All) => Confirm::All,
             Written::Stride(stride) => Confirm::Every(stride.get()),
         })
     }

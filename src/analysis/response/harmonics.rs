@@ -4,7 +4,7 @@ use super::{BranchSettings, Quadrature};
 use crate::analysis::response::crossings::MOST_HARMONICS;
 use crate::analysis::{Fault, Setting};
 use crate::solve::galerkin::GalerkinOptions;
-use crate::solve::galerkin::adaptive::Resolution;
+use crate::solve::galerkin::adaptive::HarmonicLimits;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Unexpected, Visitor};
@@ -148,7 +148,7 @@ impl BranchSettings {
     }
 
     /// The limits of the size, where it is chosen along the branch.
-    pub(super) fn resolution(&self) -> Option<Resolution> {
+    pub(super) fn resolution(&self) -> Option<HarmonicLimits> {
         let Harmonics::Chosen(Chosen {
             tolerance,
             least,
@@ -158,7 +158,7 @@ impl BranchSettings {
             return None;
         };
         let is_free = self.samples.is_none() && self.quadrature == Quadrature::Sampled;
-        Some(Resolution {
+        Some(HarmonicLimits {
             tolerance,
             least,
             most,

@@ -9,7 +9,7 @@ use crate::analysis::columns::{float, integer, text};
 use crate::error::SolveError;
 use crate::postprocess::measures::Meter;
 use crate::report::Table;
-use crate::solve::branch::confirm::{ConfirmOptions, Confirmed, Spread, confirm};
+use crate::solve::branch::confirm::{ConfirmOptions, Confirmed, ErrorSpread, confirm};
 use crate::solve::branch::{Branch, Recorder};
 use crate::solve::events::{BifurcationEvent, Verdict};
 use crate::solve::residual::PeriodicResidual;
@@ -34,7 +34,7 @@ pub(super) struct TakenBranch {
     /// Its number.
     pub number: usize,
     /// Which points.
-    pub spread: Spread,
+    pub spread: ErrorSpread,
     /// Whether it leaves another branch.
     pub begins_at_crossing: bool,
     /// Steps of the flow per response period, estimated.

@@ -25,7 +25,7 @@ use std::time::Instant;
 #[serde(deny_unknown_fields)]
 pub struct Torus {
     /// Source of the first torus.
-    pub start: Begin,
+    pub start: TorusStart,
     /// `frequency`, or the path of a number of the model.
     #[serde(default = "defaults::parameter")]
     pub parameter: String,
@@ -110,7 +110,7 @@ mod defaults {
 /// Source of the first torus: a Neimark-Sacker event of an analysis of this file, or an attractor.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Begin {
+pub struct TorusStart {
     /// Name of a `frequency_response` or `parameter_response` of this file.
     #[serde(default)]
     pub analysis: Option<String>,

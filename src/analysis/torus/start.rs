@@ -1,7 +1,7 @@
 //! Source of the first torus.
 
 use super::road::TorusRoad;
-use super::{Begin, Torus};
+use super::{Torus, TorusStart};
 use crate::analysis::bifurcation_curve::{CurveAxis, other};
 use crate::analysis::parameter::Parameter;
 use crate::analysis::{EventState, Fault, Setting, columns, flow};
@@ -18,7 +18,7 @@ use crate::solve::torus::{self, TorusOptions, TorusProblem};
 const RECORD: usize = 2000;
 
 /// A first torus: the problem around it, the torus, and excitation periods per map; or why there is none.
-pub(super) type FirstMaps<'a> = Result<(TorusProblem<'a>, torus::Torus, usize), String>;
+pub(super) type FirstMaps<'a> = Result<(TorusProblem<'a>, torus::CurveOfTorus, usize), String>;
 
 /// The share of a value.
 ///
@@ -34,7 +34,7 @@ pub(super) fn share(
 }
 
 /// What is wrong with a start.
-pub(super) fn check(setting: &Setting<'_>, axis: &CurveAxis, begin: &Begin) -> Vec<Fault> {
+pub(super) fn check(setting: &Setting<'_>, axis: &CurveAxis, begin: &TorusStart) -> Vec<Fault> {
     let fault = |key: &str, message: &str| vec![Fault::new(format!("start.{key}"), message)];
     match (&begin.analysis, &begin.attractor) {
         (Some(_), Some(_)) => fault(

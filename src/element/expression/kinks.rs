@@ -5,7 +5,7 @@
 //! stay hidden.
 
 use super::formula::{Binary, Formula, FormulaNode, Unary, Variable};
-use super::program::{Point, values};
+use super::program::{FormulaArguments, values};
 use crate::element::derivatives::Dual;
 
 /// Dependence of a node on q, v and phase between two switches.
@@ -182,7 +182,7 @@ impl KinkSearch<'_> {
             return false;
         }
         let at = |q: f64| {
-            let point = Point::at_rest(q);
+            let point = FormulaArguments::at_rest(q);
             // Arguments precede the current node, which has no shape yet.
             let nodes = &self.formula.nodes[..self.shapes.len()];
             function(&values(nodes, self.parameters, point))
@@ -226,7 +226,7 @@ fn root(at: &impl Fn(f64) -> Dual, inside: f64, (low, high): (f64, f64)) -> Opti
 /// Drops levels at which a piecewise affine function goes straight on.
 fn forget_smooth(formula: &Formula, parameters: &[f64], levels: &mut Vec<f64>) {
     let affine = |q: f64| {
-        let point = Point::at_rest(q);
+        let point = FormulaArguments::at_rest(q);
         let all = values(&formula.nodes, parameters, point);
         let value = all.last().copied().unwrap_or_default();
         (value.dq, value.value - value.dq * q)

@@ -7,13 +7,13 @@ use crate::element::number::Number;
 
 /// Arguments of a formula.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Point<N> {
+pub(super) struct FormulaArguments<N> {
     pub(super) q: N,
     pub(super) v: N,
     pub(super) phase: N,
 }
 
-impl<N: Number> Point<N> {
+impl<N: Number> FormulaArguments<N> {
     fn variable(&self, variable: Variable) -> N {
         match variable {
             Variable::Displacement => self.q,
@@ -23,10 +23,10 @@ impl<N: Number> Point<N> {
     }
 }
 
-impl Point<Dual> {
+impl FormulaArguments<Dual> {
     /// At a displacement, at rest and at phase 0.
-    pub(super) fn at_rest(q: f64) -> Point<Dual> {
-        Point {
+    pub(super) fn at_rest(q: f64) -> FormulaArguments<Dual> {
+        FormulaArguments {
             q: Dual::displacement(q),
             v: Dual::velocity(0.0),
             phase: Dual::constant(0.0),
@@ -39,7 +39,7 @@ const SMALL_STACK: usize = 8;
 
 /// Value of a formula.
 #[inline]
-pub(super) fn run<N: Number>(formula: &Formula, parameters: &[f64], at: Point<N>) -> N {
+pub(super) fn run<N: Number>(formula: &Formula, parameters: &[f64], at: FormulaArguments<N>) -> N {
     if formula.stack <= SMALL_STACK {
         run_on::<SMALL_STACK, N>(&formula.code, parameters, at)
     } else {
@@ -50,7 +50,7 @@ pub(super) fn run<N: Number>(formula: &Formula, parameters: &[f64], at: Point<N>
 fn run_on<const SIZE: usize, N: Number>(
     code: &[Instruction],
     parameters: &[f64],
-    at: Point<N>,
+    at: FormulaArguments<N>,
 ) -> N {
     let mut stack = [N::from(0.0); SIZE];
     let (mut count, mut next) = (0, 0);
@@ -83,7 +83,11 @@ fn run_on<const SIZE: usize, N: Number>(
 }
 
 /// Values of the first nodes, those of branches that do not count included.
-pub(super) fn values(nodes: &[FormulaNode], parameters: &[f64], at: Point<Dual>) -> Vec<Dual> {
+pub(super) fn values(
+    nodes: &[FormulaNode],
+    parameters: &[f64],
+    at: FormulaArguments<Dual>,
+) -> Vec<Dual> {
     let mut list: Vec<Dual> = Vec::with_capacity(nodes.len());
     for node in nodes {
         list.push(match *node {

@@ -1,7 +1,7 @@
 //! A number that follows another one by a formula.
 
 use super::formula::{Formula, FormulaNode};
-use super::program::{Point, run};
+use super::program::{FormulaArguments, run};
 use super::{FormulaError, reader};
 
 /// A formula of one number x, in the words of the law `expression`.
@@ -47,7 +47,7 @@ impl Relation {
 
     /// Its value.
     pub fn value(&self, x: f64) -> f64 {
-        let nothing = Point {
+        let nothing = FormulaArguments {
             q: 0.0,
             v: 0.0,
             phase: 0.0,

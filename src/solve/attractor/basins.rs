@@ -25,7 +25,7 @@ pub(crate) struct Patience {
 
 /// An attractor at which starts end.
 #[derive(Debug, Clone)]
-pub(crate) struct Settled {
+pub(crate) struct SettledMotion {
     /// Kind.
     pub label: Label,
     /// Its points in the order of time: all of a periodic orbit, a record of the others.
@@ -44,7 +44,7 @@ pub(crate) enum Fate {
     /// At a known attractor.
     Known(usize),
     /// At one that is not among the known ones.
-    New(Box<Settled>),
+    New(Box<SettledMotion>),
     /// Nowhere within the limit, or there is not enough evidence.
     Undecided,
     /// The motion could not be followed.
@@ -67,7 +67,7 @@ const SAME: f64 = 1e-6;
 pub(crate) fn fate(
     map: &mut dyn Map,
     (state, mut gone): (&mut [f64], usize),
-    known: &[Settled],
+    known: &[SettledMotion],
     patience: Patience,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Fate {
@@ -97,7 +97,7 @@ pub(crate) fn fate(
 }
 
 /// Number of the known attractor in whose trap a state lies.
-pub(crate) fn trapped(known: &[Settled], state: &[f64]) -> Option<usize> {
+pub(crate) fn trapped(known: &[SettledMotion], state: &[f64]) -> Option<usize> {
     known.iter().position(|a| a.traps(state))
 }
 
@@ -121,7 +121,7 @@ fn step(
 fn judged(
     map: &mut dyn Map,
     state: &[f64],
-    known: &[Settled],
+    known: &[SettledMotion],
     (length, patience, is_last): (usize, Patience, bool),
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Fate {
@@ -144,9 +144,9 @@ fn judged(
     }
     let settled = match (found.label, found.cycle) {
         (Label::Undecided, _) => return Fate::Undecided,
-        (Label::Period(_), Some(cycle)) => Settled::orbit(map, cycle),
+        (Label::Period(_), Some(cycle)) => SettledMotion::orbit(map, cycle),
         (label, _) if is_last || matches!(label, Label::Period(_)) => {
-            Settled::record(map.size(), label, &found.record.points)
+            SettledMotion::record(map.size(), label, &found.record.points)
         }
         _ => return Fate::Undecided,
     };
@@ -160,7 +160,7 @@ fn judged(
 fn among(
     map: &mut dyn Map,
     state: &[f64],
-    known: &[Settled],
+    known: &[SettledMotion],
     periods: usize,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Option<Fate> {
@@ -175,16 +175,16 @@ fn among(
         }
         points.extend_from_slice(&end);
     }
-    let of = |a: &Settled| a.cycle.is_none() && a.surrounds(&points) >= AMONG;
+    let of = |a: &SettledMotion| a.cycle.is_none() && a.surrounds(&points) >= AMONG;
     known.iter().position(of).map(Fate::Known)
 }
 
-impl Settled {
+impl SettledMotion {
     /// A periodic orbit, from its smallest point on.
-    fn orbit(map: &mut dyn Map, cycle: Cycle) -> Settled {
+    fn orbit(map: &mut dyn Map, cycle: Cycle) -> SettledMotion {
         let size = map.size();
         let cycle = cycle.beginning_smallest(map);
-        Settled {
+        SettledMotion {
             label: Label::Period(cycle.period),
             points: cycle.points.clone(),
             size,
@@ -196,14 +196,14 @@ impl Settled {
     }
 
     /// Something else, as a record shows it.
-    fn record(size: usize, label: Label, points: &[f64]) -> Settled {
+    fn record(size: usize, label: Label, points: &[f64]) -> SettledMotion {
         let count = points.len() / size;
         let period = match label {
             Label::Period(n) => n,
             _ => count.min(KEPT),
         };
         let points = &points[(count - period) * size..];
-        let mut settled = Settled {
+        let mut settled = SettledMotion {
             label,
             points: points.to_vec(),
             size,
@@ -250,7 +250,7 @@ impl Settled {
     }
 
     /// Whether two are one.
-    pub(crate) fn is_same(&self, other: &Settled) -> bool {
+    pub(crate) fn is_same(&self, other: &SettledMotion) -> bool {
         match (self.label, other.label) {
             (Label::Period(a), Label::Period(b)) => a == b && self.surrounds(&other.points) == 1.0,
             (Label::Period(_), _) | (_, Label::Period(_)) => false,

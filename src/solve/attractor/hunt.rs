@@ -30,7 +30,7 @@ const NEWTON_LAPS: usize = 96;
 const LONGEST_RECORD: usize = 100_000;
 
 /// A motion on its way to a label.
-pub(super) struct Hunt<'a> {
+pub(super) struct LabelHunt<'a> {
     pub walk: Walk<'a>,
     pub options: LabelOptions,
     pub found: Attractor,
@@ -38,28 +38,28 @@ pub(super) struct Hunt<'a> {
 
 /// Part of a motion that decides the label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum MotionPart {
     Record,
     Extension,
 }
 
 /// What a stretch of points says.
-enum Verdict {
+enum StretchVerdict {
     Cycle(Cycle),
     Label(Label),
     /// There is not enough evidence; an attracting orbit among the points may be where the motion ends.
     Open(Option<Cycle>),
 }
 
-impl<'a> Hunt<'a> {
+impl<'a> LabelHunt<'a> {
     /// Of a motion of which nothing is known.
-    pub fn new(walk: Walk<'a>, options: LabelOptions) -> Hunt<'a> {
+    pub fn new(walk: Walk<'a>, options: LabelOptions) -> LabelHunt<'a> {
         let record = MapRecord {
             points: Vec::new(),
             exponents: None,
             stop: None,
         };
-        Hunt {
+        LabelHunt {
             walk,
             options,
             found: Attractor {
@@ -81,7 +81,7 @@ impl<'a> Hunt<'a> {
             self.walk
                 .state
                 .copy_from_slice(&cycle.points[..self.walk.state.len()]);
-            self.accept(Verdict::Cycle(cycle.clone()));
+            self.accept(StretchVerdict::Cycle(cycle.clone()));
             return true;
         }
         // On a periodic orbit the deviations are known.
@@ -97,9 +97,9 @@ impl<'a> Hunt<'a> {
             }
         };
         let verdict = match (&stop, early) {
-            (Some(_), _) => Verdict::Open(None),
-            (None, Some(cycle)) => Verdict::Cycle(cycle),
-            (None, None) => self.judge(Part::Record),
+            (Some(_), _) => StretchVerdict::Open(None),
+            (None, Some(cycle)) => StretchVerdict::Cycle(cycle),
+            (None, None) => self.judge(MotionPart::Record),
         };
         self.found.record.stop = stop;
         self.found.record.exponents = self.walk.exponents();
@@ -169,8 +169,8 @@ impl<'a> Hunt<'a> {
                     let more = total.min(limit - total);
                     let stop = self.walk.record(more, Along::Deviations);
                     let verdict = match stop {
-                        None => self.judge(Part::Extension),
-                        Some(_) => Verdict::Open(None),
+                        None => self.judge(MotionPart::Extension),
+                        Some(_) => StretchVerdict::Open(None),
                     };
                     (stop, verdict)
                 }
@@ -211,35 +211,39 @@ impl<'a> Hunt<'a> {
             return false;
         };
         let (stop, verdict) = self.await_capture(cycle, periods);
-        let is_caught = matches!(verdict, Verdict::Cycle(_));
+        let is_caught = matches!(verdict, StretchVerdict::Cycle(_));
         self.found.record.stop = stop;
         self.accept(verdict);
         is_caught
     }
 
     /// Goes on until the motion arrives at an orbit, for a number of periods at most.
-    fn await_capture(&mut self, cycle: Cycle, periods: usize) -> (Option<RecordStop>, Verdict) {
+    fn await_capture(
+        &mut self,
+        cycle: Cycle,
+        periods: usize,
+    ) -> (Option<RecordStop>, StretchVerdict) {
         let error = self.walk.map.error();
         let lap = LAPS_WATCHED * cycle.period + 1;
         let mut left = periods;
         while left > 0 {
             let stop = self.walk.record(lap.min(left), Along::Nothing);
             if stop.is_some() {
-                return (stop, Verdict::Open(None));
+                return (stop, StretchVerdict::Open(None));
             }
             left -= lap.min(left);
             let cloud = Cloud::new(&self.walk.stretch, self.walk.map.size());
             if let Some(cycle) = arrival::captured(&cycle, &cloud, error) {
-                return (None, Verdict::Cycle(cycle));
+                return (None, StretchVerdict::Cycle(cycle));
             }
         }
-        (None, Verdict::Open(None))
+        (None, StretchVerdict::Open(None))
     }
 
     /// Notes a verdict; an attracting orbit that may come.
-    fn accept(&mut self, verdict: Verdict) -> Option<Cycle> {
+    fn accept(&mut self, verdict: StretchVerdict) -> Option<Cycle> {
         match verdict {
-            Verdict::Cycle(cycle) => {
+            StretchVerdict::Cycle(cycle) => {
                 let duration = self.walk.map.duration();
                 if self.found.record.exponents.is_some() || self.walk.follows() {
                     self.found.record.exponents = Some(cycle.exponents(duration));
@@ -248,11 +252,11 @@ impl<'a> Hunt<'a> {
                 self.found.cycle = Some(cycle);
                 None
             }
-            Verdict::Label(label) => {
+            StretchVerdict::Label(label) => {
                 self.found.label = label;
                 None
             }
-            Verdict::Open(cycle) => cycle,
+            StretchVerdict::Open(cycle) => cycle,
         }
     }
 
@@ -267,7 +271,7 @@ impl<'a> Hunt<'a> {
     }
 
     /// What the last stretch says.
-    fn judge(&mut self, part: Part) -> Verdict {
+    fn judge(&mut self, part: MotionPart) -> StretchVerdict {
         let exponents = self.walk.exponents();
         let map = &mut *self.walk.map;
         let cloud = Cloud::new(&self.walk.stretch, map.size());
@@ -279,19 +283,19 @@ fn judge(
     map: &mut dyn Map,
     cloud: &Cloud<'_>,
     exponents: Option<&Exponents>,
-    (options, part): (LabelOptions, Part),
-) -> Verdict {
+    (options, part): (LabelOptions, MotionPart),
+) -> StretchVerdict {
     if cloud.count() < 2 {
-        return Verdict::Open(None);
+        return StretchVerdict::Open(None);
     }
     if !map.has_variation() {
         return label_of_record(map.tori(), cloud, options);
     }
     if let Some(cycle) = arrival::settled(map, cloud, options.longest_period) {
-        return Verdict::Cycle(cycle);
+        return StretchVerdict::Cycle(cycle);
     }
     if cloud.count() < LEAST_POINTS {
-        return Verdict::Open(None);
+        return StretchVerdict::Open(None);
     }
     let label = match exponents {
         Some(e) if e.is_stretching() => Some(Label::Chaotic),
@@ -299,23 +303,23 @@ fn judge(
         _ => None,
     };
     // What decides nothing is searched once: an orbit found shortens the extension.
-    if label.is_none() && part == Part::Extension {
-        return Verdict::Open(None);
+    if label.is_none() && part == MotionPart::Extension {
+        return StretchVerdict::Open(None);
     }
     let reach = reach(label.unwrap_or(Label::Undecided));
     match (lurking::orbit(map, cloud, (options.effort, reach)), label) {
-        (None, Some(label)) => Verdict::Label(label),
-        (cycle, _) => Verdict::Open(cycle.filter(|c| c.period <= options.longest_period)),
+        (None, Some(label)) => StretchVerdict::Label(label),
+        (cycle, _) => StretchVerdict::Open(cycle.filter(|c| c.period <= options.longest_period)),
     }
 }
 
 /// Label of a record alone: the derivative of the map is not known.
-fn label_of_record(tori: Tori, cloud: &Cloud<'_>, options: LabelOptions) -> Verdict {
+fn label_of_record(tori: Tori, cloud: &Cloud<'_>, options: LabelOptions) -> StretchVerdict {
     match arrival::repeats(cloud, options.longest_period) {
-        Some(n) => Verdict::Label(Label::Period(n)),
-        None if cloud.count() < LEAST_POINTS => Verdict::Open(None),
-        None if shows_torus(tori, cloud, None) => Verdict::Label(Label::QuasiPeriodic),
-        None => Verdict::Open(None),
+        Some(n) => StretchVerdict::Label(Label::Period(n)),
+        None if cloud.count() < LEAST_POINTS => StretchVerdict::Open(None),
+        None if shows_torus(tori, cloud, None) => StretchVerdict::Label(Label::QuasiPeriodic),
+        None => StretchVerdict::Open(None),
     }
 }
 

@@ -21,7 +21,7 @@ const PER_LAG: usize = 6;
 const EXPANSION: f64 = 16.0;
 
 /// A near repeat.
-struct Guess {
+struct OrbitGuess {
     lag: usize,
     /// Where Newton's first step leads, by the derivatives along the record.
     state: Vec<f64>,
@@ -41,7 +41,7 @@ pub(super) fn orbit(
     (effort, reach): (usize, f64),
 ) -> Option<Cycle> {
     let near = NEAR * cloud.extent();
-    let mut guesses: Vec<Guess> = (1..=LONGEST.min(cloud.count() / 4))
+    let mut guesses: Vec<OrbitGuess> = (1..=LONGEST.min(cloud.count() / 4))
         .flat_map(|lag| guesses_after(cloud, lag, near))
         .collect();
     // Short ones first, since they cost least, and the best of every lag before the others.
@@ -54,14 +54,14 @@ pub(super) fn orbit(
 }
 
 /// The best guesses among the nearest repeats after a number of iterates.
-fn guesses_after(cloud: &Cloud<'_>, lag: usize, near: f64) -> Vec<Guess> {
+fn guesses_after(cloud: &Cloud<'_>, lag: usize, near: f64) -> Vec<OrbitGuess> {
     let mut list: Vec<(f64, usize)> = (0..cloud.count() - lag)
         .map(|k| (cloud.lag(k, lag), k))
         .filter(|(gap, _)| *gap <= near)
         .collect();
     list.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     list.truncate(REPEATS);
-    let mut guesses: Vec<Guess> = (list.iter())
+    let mut guesses: Vec<OrbitGuess> = (list.iter())
         .filter_map(|(_, k)| guess(cloud, lag, *k, near))
         .collect();
     guesses.sort_by(|a, b| a.expansion.total_cmp(&b.expansion));
@@ -73,7 +73,7 @@ fn guesses_after(cloud: &Cloud<'_>, lag: usize, near: f64) -> Vec<Guess> {
 }
 
 /// A near repeat from which Newton's first step stays near, and around which little expands.
-fn guess(cloud: &Cloud<'_>, lag: usize, start: usize, near: f64) -> Option<Guess> {
+fn guess(cloud: &Cloud<'_>, lag: usize, start: usize, near: f64) -> Option<OrbitGuess> {
     let phi = cloud.derivative(start, lag)?;
     let (from, to) = (cloud.point(start), cloud.point(start + lag));
     let mut step = DVector::from_fn(cloud.size, |i, _| to[i] - from[i]);
@@ -84,7 +84,7 @@ fn guess(cloud: &Cloud<'_>, lag: usize, start: usize, near: f64) -> Option<Guess
     let parts = step.iter().zip(&cloud.scale).map(|(x, s)| (x / s).abs());
     let is_near = parts.fold(0.0, f64::max) <= 2.0 * near;
     let expansion = is_near.then(|| floquet::multipliers(&phi).first().map(|mu| mu.norm()))??;
-    (expansion <= EXPANSION).then_some(Guess {
+    (expansion <= EXPANSION).then_some(OrbitGuess {
         lag,
         state: from.iter().zip(&step).map(|(x, step)| x + step).collect(),
         expansion,

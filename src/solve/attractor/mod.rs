@@ -37,7 +37,7 @@ pub(crate) use scatter::scatter;
 pub use together::head_starts;
 
 use geometry::Cloud;
-use hunt::Hunt;
+use hunt::LabelHunt;
 use record::Walk;
 
 /// Points below which a record is too short for a torus or chaos.
@@ -147,7 +147,7 @@ pub fn attractor_from(
         Lengths::ForLabels if longest < LEAST_POINTS => Lengths::Ignored,
         exponents => exponents,
     };
-    let mut hunt = Hunt::new(Walk::new(map, begin, exponents, keep_going), options);
+    let mut hunt = LabelHunt::new(Walk::new(map, begin, exponents, keep_going), options);
     if hunt.record(size) && hunt.found.label == Label::Undecided {
         hunt.extend(size.periods, 0);
     }
@@ -167,7 +167,7 @@ pub(crate) fn caught(
 ) -> Option<Attractor> {
     let begin = (state, HeadStart::default());
     let walk = Walk::new(map, begin, Lengths::Ignored, keep_going);
-    let mut hunt = Hunt::new(walk, LabelOptions::default());
+    let mut hunt = LabelHunt::new(walk, LabelOptions::default());
     hunt.expect(guess, periods).then_some(hunt.found)
 }
 
@@ -209,7 +209,7 @@ pub(crate) fn reconsider(
     found.cycle = Some(cycle);
     let begin = (state, HeadStart::default());
     let walk = Walk::new(map, begin, Lengths::Ignored, keep_going);
-    let mut hunt = Hunt {
+    let mut hunt = LabelHunt {
         walk,
         options,
         found: found.clone(),

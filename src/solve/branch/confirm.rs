@@ -23,7 +23,7 @@ use crate::solve::family::Family;
 use crate::solve::newton::NewtonOptions;
 use crate::solve::residual::{PeriodicResidual, Residual};
 use crate::solve::shooting::Shooting;
-use flow::{Care, Flow, FlowPoint};
+use flow::{Care, ConfirmingFlow, FlowPoint};
 use nalgebra::DVector;
 use num_complex::Complex;
 
@@ -51,7 +51,7 @@ const SAFETY: f64 = 3.0;
 
 /// Points that the flow confirms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Spread {
+pub enum ErrorSpread {
     /// Both ends, those beside events, some evenly between, and all where these show that the series is poor.
     Some,
     /// Every k-th, the first among them.
@@ -61,7 +61,7 @@ pub enum Spread {
 /// Settings of the confirmation of a branch.
 pub struct ConfirmOptions<'a> {
     /// Points that are taken through the flow.
-    pub spread: Spread,
+    pub spread: ErrorSpread,
     /// Whether the first point is a crossing with another branch, at which a multiplier of the flow is anywhere near the circle.
     pub begins_at_crossing: bool,
     /// Steps of the flow per response period, estimated.
@@ -85,14 +85,14 @@ pub struct ConfirmOptions<'a> {
 #[derive(Debug)]
 pub struct Confirmed {
     /// Points that were checked.
-    pub checked: Vec<Checked>,
+    pub checked: Vec<CheckedBranch>,
     /// Whether the work allowed has not sufficed for everything.
     pub is_spent: bool,
 }
 
 /// A point taken through the flow.
 #[derive(Debug, Clone)]
-pub struct Checked {
+pub struct CheckedBranch {
     /// Number of the point.
     pub point: usize,
     /// State at phase 0 of the flow's orbit at the same parameter, and iterations of the corrector; `None` where it failed.
@@ -130,7 +130,7 @@ pub fn confirm<F: Family>(
     let states_squared = (shooting.dim() as f64).powi(2);
     let work = Confirmer {
         steps_left: (options.most_work / states_squared) as usize,
-        flow: Flow::new(shooting, options.weight, options.newton),
+        flow: ConfirmingFlow::new(shooting, options.weight, options.newton),
         stations: vec![None; states.len()],
         series,
         branch,
@@ -165,7 +165,7 @@ fn parts(
 
 /// One branch on its way through the flow.
 struct Confirmer<'a, F: Family> {
-    flow: Flow<'a, F>,
+    flow: ConfirmingFlow<'a, F>,
     series: &'a mut dyn PeriodicResidual,
     branch: &'a mut Branch,
     recorder: &'a mut dyn Recorder,
@@ -177,9 +177,9 @@ struct Confirmer<'a, F: Family> {
     /// Confirmed events on the flow's own branch.
     located: Vec<chain::Located>,
     /// The bifurcations among them: where on the branch, and unstable multipliers of the flow before and after.
-    crossings: Vec<chain::Item>,
+    crossings: Vec<chain::ChainItem>,
     /// The bifurcations of stretches through which the flow's branch was followed.
-    followed: Vec<chain::Item>,
+    followed: Vec<chain::ChainItem>,
     /// Steps of the flow that are left for following its branch.
     steps_left: usize,
     /// Steps through which the flow's branch was followed.
@@ -256,8 +256,8 @@ impl<F: Family> Confirmer<'_, F> {
     fn spread(&mut self) -> Result<(), SolveError> {
         let count = self.states.len();
         let mut chosen: Vec<usize> = match self.options.spread {
-            Spread::Every(stride) => (0..count).step_by(stride.max(1)).collect(),
-            Spread::Some => (0..SPREAD)
+            ErrorSpread::Every(stride) => (0..count).step_by(stride.max(1)).collect(),
+            ErrorSpread::Some => (0..SPREAD)
                 .map(|k| k * count.saturating_sub(1) / (SPREAD - 1))
                 .collect(),
         };
@@ -270,7 +270,7 @@ impl<F: Family> Confirmer<'_, F> {
 
     /// Solves more points where the spread shows that it has to be: all of a poor series, those whose stability it leaves open.
     fn complete(&mut self) -> Result<(), SolveError> {
-        if self.options.spread == Spread::Some {
+        if self.options.spread == ErrorSpread::Some {
             let events = &self.branch.events;
             let is_refuted = events.iter().any(|e| e.verdict == Verdict::Refuted);
             if self.is_small()
@@ -325,8 +325,8 @@ impl<F: Family> Confirmer<'_, F> {
         let is_steep = self.is_steep(&direction);
         // Points outside the request need only multipliers.
         let care = match self.options.spread {
-            Spread::Some => Care::Rough,
-            Spread::Every(_) => Care::Fine,
+            ErrorSpread::Some => Care::Rough,
+            ErrorSpread::Every(_) => Care::Fine,
         };
         let flow = &mut self.flow;
         let size = flow.dot(&x, &x).sqrt();
@@ -337,7 +337,7 @@ impl<F: Family> Confirmer<'_, F> {
         let room = beside
             .map(|j| flow.distance(&self.states[j], &x))
             .fold(f64::INFINITY, f64::min);
-        let gap = |flow: &Flow<'_, F>, p: &Option<FlowPoint>| match p {
+        let gap = |flow: &ConfirmingFlow<'_, F>, p: &Option<FlowPoint>| match p {
             Some(p) => flow.distance(&p.x, &x),
             None => f64::INFINITY,
         };
@@ -403,11 +403,11 @@ impl<F: Family> Confirmer<'_, F> {
         self.withdraw();
     }
 
-    fn checked(&self) -> Vec<Checked> {
+    fn checked(&self) -> Vec<CheckedBranch> {
         let stations = self.stations.iter().enumerate();
         let known = stations.filter_map(|(point, s)| s.as_ref().map(|s| (point, s)));
         known
-            .map(|(point, s)| Checked {
+            .map(|(point, s)| CheckedBranch {
                 point,
                 orbit: s.level.as_ref().map(|p| (p.state(), p.iterations)),
                 is_same: s.is_same,
@@ -421,7 +421,7 @@ impl<F: Family> Confirmer<'_, F> {
 /// Whether an orbit lies on the same arm of a fold as another one, given their difference, the direction of the branch and the length of
 /// its steps: along an arm the parameter rises with the states.
 fn is_onward<F: Family>(
-    flow: &Flow<'_, F>,
+    flow: &ConfirmingFlow<'_, F>,
     offset: &DVector<f64>,
     direction: &DVector<f64>,
     room: f64,

@@ -7,7 +7,7 @@ const SHARE: f64 = 0.25;
 
 /// A step that was taken back.
 #[derive(Debug)]
-pub(crate) struct Taken {
+pub(crate) struct TakenStep {
     before: Option<PathPoint>,
     point: PathPoint,
     origin: PathPoint,
@@ -20,7 +20,7 @@ pub(crate) struct Taken {
 
 impl Continuation {
     /// Goes back to where the last step began, for a shorter one; `None`, and nothing changes, where that would be too short.
-    pub(crate) fn retreat(&mut self) -> Option<Taken> {
+    pub(crate) fn retreat(&mut self) -> Option<TakenStep> {
         let step = SHARE * self.stride;
         if step < self.options.min_step {
             return None;
@@ -29,7 +29,7 @@ impl Continuation {
         self.points -= 1;
         self.rejections += 1;
         let before = [self.progress[0]; 2];
-        Some(Taken {
+        Some(TakenStep {
             progress: std::mem::replace(&mut self.progress, before),
             before: self.before.take(),
             point: std::mem::replace(&mut self.point, self.origin.clone()),
@@ -42,7 +42,7 @@ impl Continuation {
     }
 
     /// Takes the step after all.
-    pub(crate) fn restore(&mut self, taken: Taken) {
+    pub(crate) fn restore(&mut self, taken: TakenStep) {
         (self.point, self.origin) = (taken.point, taken.origin);
         self.before = taken.before;
         (self.stride, self.step, self.end) = (taken.stride, taken.step, taken.end);

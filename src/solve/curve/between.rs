@@ -3,7 +3,7 @@
 use super::codimension::CurveEvent;
 use super::defining::Defining;
 use super::nature::Codimension;
-use super::walker::{CurvePoint, Item, Walker, point};
+use super::walker::{CurvePoint, CurveWalker, Item, point};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::{Continuation, PathPoint};
@@ -17,7 +17,7 @@ const MOST: f64 = 16.0;
 /// Places of a step at which its distance from the straight line is taken.
 const PROBES: [f64; 3] = [0.25, 0.5, 0.75];
 
-impl Walker<'_> {
+impl CurveWalker<'_> {
     /// What the last step of a path brings between its ends, in its order, with the events in it.
     pub(super) fn within(
         &self,

@@ -8,7 +8,7 @@ use super::end::CurveEnd;
 use super::meeting::Meeting;
 use super::nature::Codimension;
 use super::passing::Counts;
-use super::walker::{CurvePoint, Walker, Way, point};
+use super::walker::{CurvePoint, CurveWalker, Way, point};
 use crate::error::SolveError;
 use crate::solve::continuation::{Continuation, PathPoint};
 
@@ -33,7 +33,7 @@ struct Corner {
     behind: [PathPoint; 2],
 }
 
-impl Walker<'_> {
+impl CurveWalker<'_> {
     /// The way on from the last point of a stretch that has come as near to a grazing as that; `None` where it has not.
     pub(super) fn turn(
         &mut self,

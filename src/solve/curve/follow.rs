@@ -7,7 +7,7 @@ use super::defining::{Defining, Spot};
 use super::end::CurveEnd;
 use super::nature::Nature;
 use super::passing::Counts;
-use super::walker::{Arm, CurveOptions, Walker, Way, point};
+use super::walker::{Arm, CurveOptions, CurveWalker, Way, point};
 use crate::error::SolveError;
 use crate::solve::continuation::{
     Advance, Continuation, CrossingSide, PathEnd, PathPoint, Started,
@@ -36,7 +36,7 @@ pub(crate) fn follow(
         Started::Path(path) => path,
         Started::Failed(_) => return Ok(None),
     };
-    let mut walker = Walker {
+    let mut walker = CurveWalker {
         options,
         arm: Arm {
             points: Vec::new(),
@@ -64,7 +64,7 @@ pub(crate) fn follow(
     Ok(Some(walker.arm))
 }
 
-impl Walker<'_> {
+impl CurveWalker<'_> {
     fn walk(
         &mut self,
         problem: &mut Defining<'_>,

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 /// Stroboscopic map at the border between the orbits that touch and those that do not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Border {
+pub enum BorderMap {
     /// Its derivative is continuous: the force of the connection is.
     Smooth,
     /// Its derivative jumps: a border collision of the map. A dashpot that pushes and does not pull takes the rate at once.
@@ -16,32 +16,32 @@ pub enum Border {
     SquareRoot,
 }
 
-impl Border {
+impl BorderMap {
     /// Word for files.
     pub fn word(self) -> &'static str {
         match self {
-            Border::Smooth => "smooth",
-            Border::Corner => "border_collision",
-            Border::SquareRoot => "square_root",
+            BorderMap::Smooth => "smooth",
+            BorderMap::Corner => "border_collision",
+            BorderMap::SquareRoot => "square_root",
         }
     }
 }
 
 /// Where the orbits that touch lie beside a grazing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fate {
+pub enum OrbitsBeside {
     /// Across it from those that do not: the orbit goes on, touching.
     Persistence,
     /// On the same side of it: both meet at the grazing and vanish.
     Fold,
 }
 
-impl Fate {
+impl OrbitsBeside {
     /// Word for files.
     pub fn word(self) -> &'static str {
         match self {
-            Fate::Persistence => "persistence",
-            Fate::Fold => "fold",
+            OrbitsBeside::Persistence => "persistence",
+            OrbitsBeside::Fold => "fold",
         }
     }
 }
@@ -50,9 +50,9 @@ impl Fate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Grazing {
     /// The map.
-    pub border: Border,
+    pub border: BorderMap,
     /// The orbits; `None` where the determinants decide nothing.
-    pub fate: Option<Fate>,
+    pub fate: Option<OrbitsBeside>,
 }
 
 /// Clearance on the untouched side, and depths of a touching, in sizes: of a continuous force and of an impact, derivatives depend on
@@ -101,17 +101,17 @@ impl Defining<'_> {
         }
         let power = (changes[0] / changes[1]).ln() / (DEPTHS[0] / DEPTHS[1]).ln();
         let border = match power {
-            _ if changes[0] <= UNCHANGED * size => Border::Smooth,
-            power if power > CORNER => Border::Smooth,
-            power if power < -CORNER => Border::SquareRoot,
-            _ => Border::Corner,
+            _ if changes[0] <= UNCHANGED * size => BorderMap::Smooth,
+            power if power > CORNER => BorderMap::Smooth,
+            power if power < -CORNER => BorderMap::SquareRoot,
+            _ => BorderMap::Corner,
         };
         let signs: Vec<Option<bool>> = touched.iter().map(sign).collect();
         let fate = match (sign(&before), border) {
             (None, _) => None,
-            (_, Border::Smooth) => Some(Fate::Persistence),
-            (own, _) if signs == [own; 2] => Some(Fate::Persistence),
-            (Some(own), _) if signs == [Some(!own); 2] => Some(Fate::Fold),
+            (_, BorderMap::Smooth) => Some(OrbitsBeside::Persistence),
+            (own, _) if signs == [own; 2] => Some(OrbitsBeside::Persistence),
+            (Some(own), _) if signs == [Some(!own); 2] => Some(OrbitsBeside::Fold),
             _ => None,
         };
         Ok(Some(Grazing { border, fate }))

@@ -33,7 +33,7 @@ pub(crate) use codimension::CurveEvent;
 pub(crate) use defining::{Defining, Spot};
 pub(crate) use end::CurveEnd;
 pub(crate) use follow::follow;
-pub(crate) use grazing::{Fate, Grazing};
+pub(crate) use grazing::{Grazing, OrbitsBeside};
 pub(crate) use nature::Codimension;
 pub use seek::Guess;
 pub(crate) use seek::corrected;

@@ -22,7 +22,7 @@ const MOST: usize = 8;
 const BESIDE: f64 = 1.5;
 
 /// A change of the passages inside a step.
-struct Change {
+struct StepChange {
     low: f64,
     high: f64,
     behind: Counts,
@@ -50,8 +50,8 @@ fn bracketed(
     path: &mut Continuation,
     (begin, from): (f64, &Counts),
     to: &Counts,
-) -> Result<Change, SolveError> {
-    let mut change = Change {
+) -> Result<StepChange, SolveError> {
+    let mut change = StepChange {
         low: begin,
         high: 1.0,
         behind: to.clone(),
@@ -106,7 +106,7 @@ fn spot(
 fn event(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
-    (change, from): (&Change, &Counts),
+    (change, from): (&StepChange, &Counts),
 ) -> Result<Option<CurveEvent>, SolveError> {
     let Some(mut place) = spot(problem, path, change.low)? else {
         return Ok(None);

@@ -133,7 +133,7 @@ pub(crate) fn seek<'a>(
     let (mut best, mut nearest): (Option<(CurveKind, Spot)>, Option<[f64; 2]>) = (None, None);
     let gap = |spot: &Spot| (spot.p[0] - p[0]).abs();
     let mut tries = 0;
-    for state in Spread::new(guesses) {
+    for state in StateSpread::new(guesses) {
         tries += 1;
         if best.is_some() && tries > FURTHER {
             break;
@@ -216,18 +216,18 @@ fn beside_corner<'a>(
 }
 
 /// States to begin with: those given, then random ones, each with a number of periods to go.
-struct Spread<'g> {
+struct StateSpread<'g> {
     guesses: &'g Guesses,
     next: usize,
 }
 
-impl<'g> Spread<'g> {
-    fn new(guesses: &'g Guesses) -> Spread<'g> {
-        Spread { guesses, next: 0 }
+impl<'g> StateSpread<'g> {
+    fn new(guesses: &'g Guesses) -> StateSpread<'g> {
+        StateSpread { guesses, next: 0 }
     }
 }
 
-impl Iterator for Spread<'_> {
+impl Iterator for StateSpread<'_> {
     type Item = (Vec<f64>, usize);
 
     fn next(&mut self) -> Option<(Vec<f64>, usize)> {

@@ -29,7 +29,7 @@ pub(crate) trait Plane {
 /// Systems kept with their integrators: one and its neighbours in both parameters.
 const KEPT: usize = 5;
 
-struct Slot {
+struct SystemSlot {
     key: [f64; 2],
     system: System,
     integrator: Box<dyn Integrator + Send>,
@@ -51,7 +51,7 @@ const WITHOUT: f64 = 0.1;
 pub(crate) struct Shots<'a> {
     plane: Box<dyn Plane + 'a>,
     choice: IntegratorChoice,
-    slots: Vec<Slot>,
+    slots: Vec<SystemSlot>,
     next: usize,
     size: usize,
     /// Coordinates and rates: what is behind them in the state is remembered.
@@ -196,7 +196,7 @@ impl<'a> Shots<'a> {
     ) -> Result<bool, SolveError> {
         let slot = self.slot(p)?;
         let (motion, period) = (self.motion, self.period);
-        let Slot {
+        let SystemSlot {
             system, integrator, ..
         } = &mut self.slots[slot];
         let end = match phi {
@@ -261,7 +261,7 @@ impl<'a> Shots<'a> {
 
     /// The flow of a slot without the law of a connection.
     fn free(&mut self, slot: usize, connection: usize) -> Result<&mut Free, SolveError> {
-        let Slot { system, free, .. } = &mut self.slots[slot];
+        let SystemSlot { system, free, .. } = &mut self.slots[slot];
         let known = free.take().filter(|f| f.connection == connection);
         let made = match known {
             Some(known) => known,
@@ -293,7 +293,7 @@ impl<'a> Shots<'a> {
             None => {
                 let system = self.plane.system(p)?;
                 let integrator = choose(&system, self.choice)?;
-                let slot = Slot {
+                let slot = SystemSlot {
                     key,
                     system,
                     integrator,

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 const APART: f64 = 1e-7;
 
 /// A connection on its way to a breakpoint.
-struct Extremum {
+struct TouchingExtremum {
     /// Deformation, its rate over dtau, and its second derivative.
     x: f64,
     rate: f64,
@@ -78,7 +78,7 @@ impl Defining<'_> {
     fn partials(
         &mut self,
         spot: &Spot,
-        extremum: &Extremum,
+        extremum: &TouchingExtremum,
         partials: &mut DMatrix<f64>,
     ) -> Result<(), SolveError> {
         let CurveKind::Grazing { connection, .. } = self.kind else {
@@ -105,7 +105,11 @@ impl Defining<'_> {
     }
 
     /// The touching connection in a state at its phase; `None` where its law has no such breakpoint.
-    fn extremum(&mut self, spot: &Spot, state: &[f64]) -> Result<Option<Extremum>, SolveError> {
+    fn extremum(
+        &mut self,
+        spot: &Spot,
+        state: &[f64],
+    ) -> Result<Option<TouchingExtremum>, SolveError> {
         let CurveKind::Grazing {
             connection,
             breakpoint,
@@ -121,7 +125,7 @@ impl Defining<'_> {
         let row = system.element_map().row(connection);
         let rise = (0..dof).map(|i| row[i] * acceleration[i]).sum();
         let levels = system.mounts()[connection].element.breakpoints();
-        Ok(levels.get(breakpoint).map(|level| Extremum {
+        Ok(levels.get(breakpoint).map(|level| TouchingExtremum {
             x: scratch.deformation[connection],
             rate: scratch.rate[connection],
             rise,
@@ -156,7 +160,7 @@ impl Defining<'_> {
         else {
             return Ok(spot.clone());
         };
-        let Extremum {
+        let TouchingExtremum {
             x,
             rate,
             rise,

@@ -116,7 +116,7 @@ impl Arm {
 }
 
 /// A curve on its way.
-pub(super) struct Walker<'a> {
+pub(super) struct CurveWalker<'a> {
     pub options: &'a CurveOptions,
     pub arm: Arm,
     /// First point of the path.
@@ -125,7 +125,7 @@ pub(super) struct Walker<'a> {
     pub known: &'a [Spot],
 }
 
-impl Walker<'_> {
+impl CurveWalker<'_> {
     /// Notes points and events; the event that is the last one.
     pub(super) fn note(&mut self, kind: CurveKind, items: Vec<Item>) -> Option<CurveEnd> {
         for item in items {

@@ -1,6 +1,6 @@
 //! The interpolated characteristic polynomial over a bound of its error.
 
-use super::polynomial::Polynomial;
+use super::polynomial::CharacteristicPolynomial;
 use num_complex::Complex;
 
 /// Places through which P is interpolated at most.
@@ -36,7 +36,11 @@ pub(super) struct Weights {
 
 impl Weights {
     /// For an interval between the first two of some places, or a part of it. `rounding`: that of P.
-    pub fn new(places: &[Polynomial], (low, high): (f64, f64), rounding: f64) -> Weights {
+    pub fn new(
+        places: &[CharacteristicPolynomial],
+        (low, high): (f64, f64),
+        rounding: f64,
+    ) -> Weights {
         let count = places.len();
         let x = 0.5 * (low + high);
         let mut u = [0.0; MOST];
@@ -92,7 +96,7 @@ impl Weights {
 }
 
 /// Factor of the last divided difference in the error of p at x.
-fn error(places: &[Polynomial], x: f64) -> f64 {
+fn error(places: &[CharacteristicPolynomial], x: f64) -> f64 {
     let (a, b) = (places[0].x, places[1].x);
     let others = &places[2..];
     if others.is_empty() {
@@ -120,7 +124,7 @@ pub(super) fn size_of(z: Complex<f64>) -> f64 {
 }
 
 /// Newton's divided differences of P at e^(i angle).
-pub(super) fn differences(places: &[Polynomial], angle: f64) -> Differences {
+pub(super) fn differences(places: &[CharacteristicPolynomial], angle: f64) -> Differences {
     let z = Complex::from_polar(1.0, angle);
     let mut d = [Complex::new(0.0, 0.0); MOST];
     for (d, place) in d.iter_mut().zip(places) {

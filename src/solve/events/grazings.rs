@@ -46,12 +46,12 @@ impl ExtremumWatch {
 }
 
 /// One extremum followed from place to place.
-struct Follower {
+struct ExtremumFollower {
     /// Fraction and phase, by fraction; phases are not reduced to one period.
     known: Vec<(f64, f64)>,
 }
 
-impl Follower {
+impl ExtremumFollower {
     /// Height over the breakpoint of the extremum nearest to where the neighbouring places let expect it.
     fn over(&mut self, heights: &Heights) -> f64 {
         let after = self.known.partition_point(|k| k.0 < heights.x);
@@ -140,7 +140,7 @@ impl Step<'_> {
         knots: &mut Vec<Look>,
     ) -> Result<(), SolveError> {
         let last = from.tau + turn(from.tau, to.tau);
-        let mut follower = Follower {
+        let mut follower = ExtremumFollower {
             known: vec![(a.fraction, from.tau), (b.fraction, last)],
         };
         let (low, high) = ((a.fraction, ends.0), (b.fraction, ends.1));

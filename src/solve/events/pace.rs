@@ -15,19 +15,19 @@ const LEAST_SHARE: f64 = 1e-30;
 
 /// Bounds of the natural frequencies and of their damping, in full contact.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Pace {
+pub(crate) struct WindowPace {
     states: usize,
     highest: f64,
     damping_ratio: f64,
 }
 
-impl Pace {
+impl WindowPace {
     /// The highest natural frequency is bounded after Collatz and Wielandt; the damping ratio is that of equally damped modes,
     ///
     /// ```text
     /// tr Gam / (2 sum of omega_k) >= tr Gam / (2 (n tr kappa W)^(1/2))
     /// ```
-    pub fn of(system: &System) -> Pace {
+    pub fn of(system: &System) -> WindowPace {
         let n = system.dof();
         let (mut x, mut bound) = (vec![1.0; n], f64::INFINITY);
         let mut y = vec![0.0; n];
@@ -59,7 +59,7 @@ impl Pace {
             }
         }
         let sum = 2.0 * (n as f64 * stiffness.abs()).sqrt();
-        Pace {
+        WindowPace {
             states: system.state_size(),
             highest: bound.sqrt(),
             damping_ratio: damping / sum.max(f64::MIN_POSITIVE),

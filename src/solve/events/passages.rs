@@ -1,9 +1,9 @@
 //! Multipliers that pass the unit circle between two places of a step.
 
 use super::locate::{RootTarget, SearchResult};
-use super::pace::Pace;
+use super::pace::WindowPace;
 use super::quiet::{MOST, MultiplierSample, Quiet};
-use super::spectrum::{Count, Gate, Passing, Sought};
+use super::spectrum::{CirclePassage, Count, Passing, Sought};
 use super::{BifurcationEvent, EventKind, Look, Step};
 use crate::error::SolveError;
 use crate::numeric::roots;
@@ -76,7 +76,7 @@ struct StretchNode {
 }
 
 /// What is to be done with the stretch between two nodes.
-enum Verdict {
+enum PassageVerdict {
     Quiet,
     Halve,
     Locate(Sought),
@@ -91,7 +91,7 @@ impl Step<'_> {
         (a, b): (&Look, &Look),
         (knots, solved): (Vec<Look>, &[Look]),
     ) -> Result<Vec<BifurcationEvent>, SolveError> {
-        let pace = Pace::of(self.problem.system_at(a.lambda)?);
+        let pace = WindowPace::of(self.problem.system_at(a.lambda)?);
         let places: Vec<Look> = [a].into_iter().chain(&knots).chain([b]).cloned().collect();
         let mut ones = Vec::new();
         for (k, pair) in places.windows(2).enumerate() {
@@ -126,7 +126,7 @@ impl Step<'_> {
         &mut self,
         stretch: StepStretch,
         looks: &[(&Look, bool)],
-        pace: &Pace,
+        pace: &WindowPace,
         ones: &mut Vec<BifurcationEvent>,
     ) -> Result<(), SolveError> {
         let mut nodes = Vec::with_capacity(looks.len());
@@ -150,15 +150,15 @@ impl Step<'_> {
         let mut quiet = Quiet::default();
         while k + 1 < nodes.len() {
             match self.judge(&nodes, k, pace, &mut quiet) {
-                Verdict::Quiet => k += 1,
-                Verdict::Halve => {
+                PassageVerdict::Quiet => k += 1,
+                PassageVerdict::Halve => {
                     let middle = stretch.fraction(0.5 * (nodes[k].x + nodes[k + 1].x));
                     match self.node_at(&stretch, middle)? {
                         Some(node) => nodes.insert(k + 1, node),
                         None => k += 1,
                     }
                 }
-                Verdict::Locate(sought) => {
+                PassageVerdict::Locate(sought) => {
                     let pair = (&nodes[k].clone(), &nodes[k + 1].clone());
                     match self.locate_passage(&stretch, pair, sought, ones)? {
                         Some(node) => nodes.insert(k + 1, node),
@@ -179,7 +179,13 @@ impl Step<'_> {
         Ok(node(stretch, look, false))
     }
 
-    fn judge(&self, nodes: &[StretchNode], k: usize, pace: &Pace, quiet: &mut Quiet) -> Verdict {
+    fn judge(
+        &self,
+        nodes: &[StretchNode],
+        k: usize,
+        pace: &WindowPace,
+        quiet: &mut Quiet,
+    ) -> PassageVerdict {
         let (a, b) = (&nodes[k], &nodes[k + 1]);
         let share = b.look.fraction - a.look.fraction;
         let is_same = a.behind == b.before;
@@ -189,12 +195,12 @@ impl Step<'_> {
         let is_finest =
             width < 0.5 * self.resolution.width(middle) || share < SHORTEST || self.looks_left == 0;
         match () {
-            _ if is_same && have_same_exponents(a, b) => Verdict::Quiet,
-            _ if !is_finest && pace.is_too_fast(&a.look, &b.look) => Verdict::Halve,
-            _ if !is_same && (share < SHORTEST || self.looks_left == 0) => Verdict::Quiet,
-            _ if !is_same => Verdict::Locate(a.behind.sought(b.before)),
-            _ if is_finest || self.is_quiet(nodes, k, (pace, quiet)) => Verdict::Quiet,
-            _ => Verdict::Halve,
+            _ if is_same && have_same_exponents(a, b) => PassageVerdict::Quiet,
+            _ if !is_finest && pace.is_too_fast(&a.look, &b.look) => PassageVerdict::Halve,
+            _ if !is_same && (share < SHORTEST || self.looks_left == 0) => PassageVerdict::Quiet,
+            _ if !is_same => PassageVerdict::Locate(a.behind.sought(b.before)),
+            _ if is_finest || self.is_quiet(nodes, k, (pace, quiet)) => PassageVerdict::Quiet,
+            _ => PassageVerdict::Halve,
         }
     }
 
@@ -203,7 +209,7 @@ impl Step<'_> {
         &self,
         nodes: &[StretchNode],
         k: usize,
-        (pace, quiet): (&Pace, &mut Quiet),
+        (pace, quiet): (&WindowPace, &mut Quiet),
     ) -> bool {
         let (a, b) = (&nodes[k], &nodes[k + 1]);
         let place = |node: &StretchNode| (node.x, node.look.survey.multipliers.len());
@@ -293,12 +299,14 @@ impl Step<'_> {
                 let list = root.survey.as_ref().map(|s| s.multipliers.as_slice());
                 let located = list.map(|list| Passing::at(list, root.values, sought));
                 // Where several pass +1 the corrector is singular and parts them; the interpolant keeps equal ones equal.
-                located.map(
-                    |one| match passing.number(Gate::PlusOne) > one.number(Gate::PlusOne) {
+                located.map(|one| {
+                    match passing.number(CirclePassage::PlusOne)
+                        > one.number(CirclePassage::PlusOne)
+                    {
                         true => passing.clone(),
                         false => one,
-                    },
-                )
+                    }
+                })
             }
             // The test function jumps: at a grazing of a force that jumps.
             SearchResult::Root(_) => None,
@@ -333,9 +341,9 @@ impl Step<'_> {
         let sign = (passing.behind.outside as i64 - outside).signum();
         for group in &passing.groups {
             let (kind, number) = match group.gate {
-                Gate::PlusOne => (EventKind::BranchPoint, group.multiplicity),
-                Gate::MinusOne => (EventKind::PeriodDoubling, group.multiplicity),
-                Gate::Pairs => (EventKind::NeimarkSacker, 2 * group.multiplicity),
+                CirclePassage::PlusOne => (EventKind::BranchPoint, group.multiplicity),
+                CirclePassage::MinusOne => (EventKind::PeriodDoubling, group.multiplicity),
+                CirclePassage::Pairs => (EventKind::NeimarkSacker, 2 * group.multiplicity),
             };
             let behind = outside + sign * number as i64;
             let event = BifurcationEvent {
@@ -345,7 +353,7 @@ impl Step<'_> {
             };
             outside = behind;
             match group.gate {
-                Gate::PlusOne => ones.push(event),
+                CirclePassage::PlusOne => ones.push(event),
                 _ => self.add(event),
             }
         }

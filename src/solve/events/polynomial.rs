@@ -26,7 +26,7 @@ impl<'a> MultiplierSample<'a> {
 /// (z - a) (z - b) / z = (1 + a b) cos(angle) - (a + b) + i (1 - a b) sin(angle)
 /// ```
 #[derive(Debug, Default)]
-pub(crate) struct Polynomial {
+pub(crate) struct CharacteristicPolynomial {
     /// Abscissa of the place.
     pub x: f64,
     /// 1 + a b, a + b, 1 - a b.
@@ -37,7 +37,7 @@ pub(crate) struct Polynomial {
     pub scale: f64,
 }
 
-impl Polynomial {
+impl CharacteristicPolynomial {
     /// Number of zeros.
     pub fn degree(&self) -> usize {
         2 * self.pairs.len() + usize::from(self.single.is_some())

@@ -14,8 +14,8 @@
 
 pub use super::bound::MOST;
 use super::bound::{Differences, Weights, differences, size_of};
+use super::polynomial::CharacteristicPolynomial;
 pub use super::polynomial::MultiplierSample;
-use super::polynomial::Polynomial;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -52,7 +52,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// P on the upper half circle, through some places; owns its buffers.
 #[derive(Debug, Default)]
 pub struct Quiet {
-    places: [Polynomial; MOST],
+    places: [CharacteristicPolynomial; MOST],
     grid: Vec<(f64, Differences)>,
     ratios: Vec<f64>,
     /// Least size of the last divided difference that is reckoned with at every angle of the grid.
@@ -109,7 +109,7 @@ impl Quiet {
     }
 
     /// The same for places as polynomials. `rounding`: that of P.
-    fn is_proved(&mut self, places: &[Polynomial], rounding: f64) -> bool {
+    fn is_proved(&mut self, places: &[CharacteristicPolynomial], rounding: f64) -> bool {
         let count = ANGLES.0 + ANGLES.1 * places[0].degree();
         let step = PI / count as f64;
         self.grid.clear();
@@ -133,7 +133,7 @@ impl Quiet {
     /// Whether |p| exceeds |e| all round the circle at all x of an interval.
     fn is_clear_between(
         &mut self,
-        places: &[Polynomial],
+        places: &[CharacteristicPolynomial],
         (low, high): (f64, f64),
         (rounding, depth): (f64, u32),
     ) -> bool {
@@ -148,7 +148,7 @@ impl Quiet {
     }
 
     /// The same for an interval without halving it.
-    fn is_clear(&mut self, places: &[Polynomial], weights: &Weights) -> bool {
+    fn is_clear(&mut self, places: &[CharacteristicPolynomial], weights: &Weights) -> bool {
         self.ratios.clear();
         for ((_, differences), least) in self.grid.iter().zip(&self.least) {
             let ratio = weights.ratio(differences, *least);
@@ -175,7 +175,7 @@ impl Quiet {
 
     /// The same at the bottoms of the dips that the multipliers make, which the grid does not show where two of them are nearer to each
     /// other than its angles.
-    fn are_dips_clear(&self, places: &[Polynomial], weights: &Weights) -> bool {
+    fn are_dips_clear(&self, places: &[CharacteristicPolynomial], weights: &Weights) -> bool {
         let (step, last) = (self.grid[1].0, self.grid.len() - 1);
         let share = (weights.middle - places[0].x) / (places[1].x - places[0].x);
         self.tracks.iter().all(|(from, to)| {
@@ -194,7 +194,11 @@ fn angles(list: &[Complex<f64>]) -> impl Iterator<Item = f64> {
 }
 
 /// The angle at which |p| is smallest, near an expected one: beside a zero its square is a parabola.
-fn dip(places: &[Polynomial], weights: &Weights, (expected, width): (f64, f64)) -> f64 {
+fn dip(
+    places: &[CharacteristicPolynomial],
+    weights: &Weights,
+    (expected, width): (f64, f64),
+) -> f64 {
     let (mut angle, mut width) = (expected, width);
     let value = |angle: f64| weights.value(&differences(places, angle)).norm_sqr();
     for _ in 0..DESCENTS {
@@ -213,7 +217,7 @@ fn dip(places: &[Polynomial], weights: &Weights, (expected, width): (f64, f64)) 
 /// Smallest ratio near an angle, on ever finer grids, and between the angles of the last one: a multiplier on the circle beside another
 /// one of the same angle makes a dip as narrow as its distance from the circle.
 fn closest(
-    places: &[Polynomial],
+    places: &[CharacteristicPolynomial],
     (angle, step): (f64, f64),
     (weights, least_difference): (&Weights, f64),
 ) -> f64 {
@@ -253,8 +257,8 @@ fn bottom((left, here, right): (f64, f64, f64)) -> f64 {
 }
 
 /// Rounding of P on the circle.
-fn rounding(places: &[MultiplierSample<'_>], polynomials: &[Polynomial]) -> f64 {
-    let size = |(place, polynomial): (&MultiplierSample<'_>, &Polynomial)| {
+fn rounding(places: &[MultiplierSample<'_>], polynomials: &[CharacteristicPolynomial]) -> f64 {
+    let size = |(place, polynomial): (&MultiplierSample<'_>, &CharacteristicPolynomial)| {
         let factors = place.list.iter().map(|mu| 1.0 + mu.norm());
         factors.product::<f64>() / polynomial.scale
     };

@@ -3,7 +3,7 @@
 //! The path tells where it turns and where the sign of its determinant changes; the multipliers tell how many pass +1. At a fold
 //! of m equal parts the determinant changes its sign m - 1 times; where an even number passes +1 without a turn it keeps it.
 
-use super::turnings::Turning;
+use super::turnings::StepTurning;
 use super::{BifurcationEvent, EventKind, Probe, Step};
 use crate::error::SolveError;
 use crate::solve::continuation::PathPoint;
@@ -82,7 +82,7 @@ impl Step<'_> {
         }
         for k in 0..self.found.len() {
             if self.found[k].kind == EventKind::Fold {
-                let guess = (self.found[k].fraction, Turning::Together);
+                let guess = (self.found[k].fraction, StepTurning::Together);
                 self.found[k] = self.fold((0.0, a), (1.0, b), guess)?;
             }
         }

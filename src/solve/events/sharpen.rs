@@ -1,7 +1,7 @@
 //! Branch points placed by multipliers at a distance. At the branch point itself the corrector is singular: it leaves the root
 //! of its tolerance, while on both sides of it the multipliers vary smoothly.
 
-use super::turnings::Turning;
+use super::turnings::StepTurning;
 use super::{BifurcationEvent, EventKind, Step};
 use crate::error::SolveError;
 use crate::numeric::interpolation;
@@ -29,7 +29,7 @@ impl Step<'_> {
             }
             let event = event.clone();
             if let Some((low, high)) = self.turn(&event)? {
-                let guess = (event.fraction, Turning::Single);
+                let guess = (event.fraction, StepTurning::Single);
                 let fold = self.fold((low.0, &low.1), (high.0, &high.1), guess)?;
                 self.found[k] = BifurcationEvent {
                     multiplicity: event.multiplicity,

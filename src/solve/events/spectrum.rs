@@ -102,7 +102,7 @@ impl Sought {
 
 /// Kind of passage of multipliers through the circle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Gate {
+pub(crate) enum CirclePassage {
     /// Through +1.
     PlusOne,
     /// Through -1.
@@ -113,9 +113,9 @@ pub(crate) enum Gate {
 
 /// Equal multipliers that pass the circle together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Group {
+pub(crate) struct MultiplierGroup {
     /// Place of the passage.
-    pub gate: Gate,
+    pub gate: CirclePassage,
     /// Multipliers, or pairs.
     pub multiplicity: usize,
 }
@@ -124,7 +124,7 @@ pub(crate) struct Group {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Passing {
     /// Groups; several where different things happen at one place.
-    pub groups: Vec<Group>,
+    pub groups: Vec<MultiplierGroup>,
     /// Just before, along the path.
     pub before: Count,
     /// Just behind.
@@ -172,17 +172,17 @@ impl Passing {
     }
 
     /// Multipliers, or pairs, that pass through a gate.
-    pub fn number(&self, gate: Gate) -> usize {
+    pub fn number(&self, gate: CirclePassage) -> usize {
         let here = self.groups.iter().filter(|group| group.gate == gate);
         here.map(|group| group.multiplicity).sum()
     }
 }
 
-fn groups(passing: &[Complex<f64>]) -> Vec<Group> {
+fn groups(passing: &[Complex<f64>]) -> Vec<MultiplierGroup> {
     let mut numbers = [
-        (Gate::PlusOne, 0_usize),
-        (Gate::MinusOne, 0),
-        (Gate::Pairs, 0),
+        (CirclePassage::PlusOne, 0_usize),
+        (CirclePassage::MinusOne, 0),
+        (CirclePassage::Pairs, 0),
     ];
     for mu in passing {
         let near = |at: f64| (mu - at).norm() < AT_ONE;
@@ -195,10 +195,10 @@ fn groups(passing: &[Complex<f64>]) -> Vec<Group> {
     }
     let found = numbers.iter().filter(|(_, number)| *number > 0);
     found
-        .map(|(gate, number)| Group {
+        .map(|(gate, number)| MultiplierGroup {
             gate: *gate,
             multiplicity: match gate {
-                Gate::Pairs => number.div_ceil(2),
+                CirclePassage::Pairs => number.div_ceil(2),
                 _ => *number,
             },
         })
@@ -220,8 +220,8 @@ mod tests {
     fn equal_multipliers_are_one_group() {
         let twins = list(&[(3.0, 0.0), (-1.0, 0.0), (-1.0, 0.0), (0.2, 0.0)]);
         let passing = Passing::at(&twins, (-1e-9, 1e-9), Sought::Rank(1));
-        let group = Group {
-            gate: Gate::MinusOne,
+        let group = MultiplierGroup {
+            gate: CirclePassage::MinusOne,
             multiplicity: 2,
         };
         assert_eq!(passing.groups, [group]);
@@ -232,8 +232,8 @@ mod tests {
     fn pairs_count_once() {
         let pair = list(&[(0.6, 0.8), (0.6, -0.8), (0.2, 0.0)]);
         let passing = Passing::at(&pair, (1e-9, -1e-9), Sought::Rank(0));
-        let group = Group {
-            gate: Gate::Pairs,
+        let group = MultiplierGroup {
+            gate: CirclePassage::Pairs,
             multiplicity: 1,
         };
         assert_eq!(passing.groups, [group]);

@@ -11,7 +11,7 @@ const BEHIND_CROSSING: f64 = 0.5;
 
 /// What turns at a fold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Turning {
+pub(super) enum StepTurning {
     /// One solution. Where other branches cross beside it the tangents of two places may point either way; the sign of the determinant tells
     /// which.
     Single,
@@ -48,7 +48,7 @@ impl Step<'_> {
         guesses.retain(|guess| *guess > x);
         if a.tangent_lambda * b.tangent_lambda < 0.0 {
             let guess = guesses.first().copied().unwrap_or(0.5);
-            let event = self.fold((x, a), (y, b), (guess, Turning::Single))?;
+            let event = self.fold((x, a), (y, b), (guess, StepTurning::Single))?;
             self.add(event);
             return Ok(());
         }
@@ -59,8 +59,8 @@ impl Step<'_> {
                 && m.tangent_lambda * a.tangent_lambda < 0.0
             {
                 let folds = [
-                    self.fold((x, a), (middle, &m), (first, Turning::Single))?,
-                    self.fold((middle, &m), (y, b), (second, Turning::Single))?,
+                    self.fold((x, a), (middle, &m), (first, StepTurning::Single))?,
+                    self.fold((middle, &m), (y, b), (second, StepTurning::Single))?,
                 ];
                 folds.into_iter().for_each(|event| self.add(event));
             }
@@ -105,10 +105,10 @@ impl Step<'_> {
         &mut self,
         (x, a): (f64, &PathPoint),
         (y, b): (f64, &PathPoint),
-        (guess, turning): (f64, Turning),
+        (guess, turning): (f64, StepTurning),
     ) -> Result<BifurcationEvent, SolveError> {
         let slope = |p: &PathPoint| match p.orientation * a.orientation < 0 {
-            true if turning == Turning::Single => -p.tangent_lambda,
+            true if turning == StepTurning::Single => -p.tangent_lambda,
             _ => p.tangent_lambda,
         };
         let target = RootTarget {

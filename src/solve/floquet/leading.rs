@@ -27,7 +27,7 @@ impl Floquet {
             return Vec::new();
         }
         let stretches = Stretches::new(system, orbit, extrema, to);
-        let mut flow = Flow::new(system, orbit, &stretches);
+        let mut flow = LeadingFlow::new(system, orbit, &stretches);
         let mut subspace = Subspace::new(2 * system.dof());
         loop {
             let is_whole = subspace.grow(&mut flow, GROWTH);
@@ -45,7 +45,7 @@ impl Floquet {
 }
 
 /// exp(A h) with A of fixed slopes.
-struct Panel {
+struct SlopePanel {
     /// h, in T.
     width: f64,
     df_dq: Vec<f64>,
@@ -55,16 +55,16 @@ struct Panel {
 }
 
 /// The linearised flow over one period as a sequence of exponentials.
-struct Flow<'a> {
+struct LeadingFlow<'a> {
     system: &'a System,
     stretches: &'a Stretches,
-    panels: Vec<Panel>,
+    panels: Vec<SlopePanel>,
     term: Vec<f64>,
     next: Vec<f64>,
     force: Vec<f64>,
 }
 
-impl<'a> Flow<'a> {
+impl<'a> LeadingFlow<'a> {
     /// Constant slopes are one exponential a stretch; smooth ones two a panel, of fourth order without commutators:
     ///
     /// ```text
@@ -90,7 +90,7 @@ impl<'a> Flow<'a> {
                 if stretches.is_constant {
                     let [df_dq, df_dv] = slopes(middle);
                     let width = h;
-                    panels.push(Panel {
+                    panels.push(SlopePanel {
                         width,
                         df_dq,
                         df_dv,
@@ -108,7 +108,7 @@ impl<'a> Flow<'a> {
                     pairs.map(|(x, y)| share * x + (1.0 - share) * y).collect()
                 };
                 for (share, ends) in [(0.5 + 2.0 * offset, None), (0.5 - 2.0 * offset, ends)] {
-                    panels.push(Panel {
+                    panels.push(SlopePanel {
                         width: 0.5 * h,
                         df_dq: mix(share, &one[0], &two[0]),
                         df_dv: mix(share, &one[1], &two[1]),
@@ -118,7 +118,7 @@ impl<'a> Flow<'a> {
             }
         }
         let buffer = || vec![0.0; 2 * system.dof()];
-        Flow {
+        LeadingFlow {
             system,
             stretches,
             panels,
@@ -243,7 +243,7 @@ impl Subspace {
     }
 
     /// Adds vectors; true when the subspace is invariant or fills the space.
-    fn grow(&mut self, flow: &mut Flow<'_>, count: usize) -> bool {
+    fn grow(&mut self, flow: &mut LeadingFlow<'_>, count: usize) -> bool {
         for _ in 0..count {
             let mut x = self.basis[self.columns.len()].clone();
             flow.apply(x.as_mut_slice());

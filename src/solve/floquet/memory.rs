@@ -9,7 +9,7 @@
 use super::variation::is_piecewise_constant;
 use crate::numeric::dense;
 use crate::numeric::exponential::Exponential;
-use crate::solve::galerkin::march::{self, Track};
+use crate::solve::galerkin::march::{self, MarchTrack};
 use crate::solve::integrate::{IntegrationEnd, IntegratorChoice, choose};
 use crate::solve::orbit::FourierOrbit;
 use crate::system::System;
@@ -57,7 +57,7 @@ pub(super) fn transition(
 fn by_flow(
     system: &System,
     orbit: &FourierOrbit,
-    tracks: &[Track],
+    tracks: &[MarchTrack],
     to: f64,
 ) -> Option<DMatrix<f64>> {
     let mut flow = choose(system, IntegratorChoice::Auto).ok()?;
@@ -79,7 +79,7 @@ fn by_flow(
 fn cuts(
     (system, orbit): (&System, &FourierOrbit),
     extrema: &[Vec<(f64, f64)>],
-    tracks: &[Track],
+    tracks: &[MarchTrack],
     to: f64,
 ) -> Vec<f64> {
     let mut list = vec![0.0, to];
@@ -100,7 +100,7 @@ fn cuts(
 }
 
 /// Rows of the memories that follow their deformations at an instant.
-fn hand_over(system: &System, tracks: &[Track], tau: f64, phi: &mut DMatrix<f64>) {
+fn hand_over(system: &System, tracks: &[MarchTrack], tau: f64, phi: &mut DMatrix<f64>) {
     for track in tracks {
         let Some(m) = track
             .memory
@@ -135,7 +135,7 @@ impl<'a> Filler<'a> {
         }
     }
 
-    fn exponent(&mut self, tracks: &[Track], tau: f64, width: f64) -> &DMatrix<f64> {
+    fn exponent(&mut self, tracks: &[MarchTrack], tau: f64, width: f64) -> &DMatrix<f64> {
         let (system, n) = (self.system, self.system.dof());
         self.exponent.fill(0.0);
         for i in 0..n {

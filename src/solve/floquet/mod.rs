@@ -15,8 +15,8 @@ use crate::system::System;
 use nalgebra::DMatrix;
 use num_complex::Complex;
 use std::f64::consts::TAU;
-pub use steady::Exponents;
 use steady::Steady;
+pub use steady::SteadyExponents;
 pub(crate) use variation::is_piecewise_constant;
 use variation::{OrbitVariation, Stretches};
 
@@ -71,7 +71,7 @@ impl Floquet {
         system: &System,
         (orbit, extrema): (&FourierOrbit, &[Vec<(f64, f64)>]),
         parts: usize,
-    ) -> (Vec<Complex<f64>>, Option<Exponents>) {
+    ) -> (Vec<Complex<f64>>, Option<SteadyExponents>) {
         let (spectrum, end) = (Spectrum::of(system.dof()), TAU / parts as f64);
         if let Some(exponents) = self.steady.exponents(system, orbit, extrema) {
             let mut list = steady::multipliers(&exponents, end / orbit.omega);

@@ -21,12 +21,12 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// The exponents of one A, shared by all orbits that have it.
-pub type Exponents = Arc<[Complex<f64>]>;
+pub type SteadyExponents = Arc<[Complex<f64>]>;
 
 /// The last constant A with its eigenvalues.
 #[derive(Debug, Default)]
 pub(super) struct Steady {
-    known: Option<(DMatrix<f64>, Exponents)>,
+    known: Option<(DMatrix<f64>, SteadyExponents)>,
 }
 
 impl Steady {
@@ -36,7 +36,7 @@ impl Steady {
         system: &System,
         orbit: &FourierOrbit,
         extrema: &[Vec<(f64, f64)>],
-    ) -> Option<Exponents> {
+    ) -> Option<SteadyExponents> {
         let mut pairs = system.mounts().iter().zip(extrema);
         let is_constant = pairs.all(|(mount, extrema)| is_steady(mount, extrema));
         if !is_constant || jumps::refuse_hidden(system).is_err() {
@@ -47,7 +47,7 @@ impl Steady {
         match &self.known {
             Some((known, exponents)) if known == a => Some(exponents.clone()),
             _ => {
-                let exponents: Exponents = of(a)?.into();
+                let exponents: SteadyExponents = of(a)?.into();
                 self.known = Some((a.clone(), exponents.clone()));
                 Some(exponents)
             }
@@ -89,7 +89,7 @@ fn of(a: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
 }
 
 /// Multipliers over a time, by falling modulus; none when they overflow.
-pub(super) fn multipliers(exponents: &Exponents, time: f64) -> Vec<Complex<f64>> {
+pub(super) fn multipliers(exponents: &SteadyExponents, time: f64) -> Vec<Complex<f64>> {
     let list: Vec<Complex<f64>> = exponents.iter().map(|x| (x * time).exp()).collect();
     if list.iter().all(|mu| mu.is_finite()) {
         by_falling_modulus(list)
@@ -113,7 +113,7 @@ mod tests {
             (false, true) => -stiffness[i - 2][j],
             (false, false) => -damping[i - 2][j - 2],
         });
-        let exponents: Exponents = of(&a).expect("finite").into();
+        let exponents: SteadyExponents = of(&a).expect("finite").into();
         let time = 0.37;
         let phi = (a * time).exp();
         let expected = floquet::multipliers(&phi);

@@ -15,7 +15,7 @@ use nalgebra::DVector;
 
 /// Limits of the number of harmonics of a solution, and its required accuracy.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Resolution {
+pub struct HarmonicLimits {
     /// Largest relative error of an r.m.s. value, as estimated.
     pub tolerance: f64,
     /// Fewest harmonics of the excitation frequency.
@@ -80,7 +80,7 @@ impl<F: Family> Sizes<'_, F> {
 /// The Galerkin residual of the present number of harmonics, and how to make another.
 pub(crate) struct Adaptive<'a, F: Family> {
     sizes: Sizes<'a, F>,
-    resolution: Resolution,
+    resolution: HarmonicLimits,
     newton: NewtonOptions,
     subharmonic: usize,
     size: Size,
@@ -88,11 +88,11 @@ pub(crate) struct Adaptive<'a, F: Family> {
     finest: u32,
     problem: Galerkin<F>,
     judge: Accuracy<F>,
-    judged: Option<Judged>,
+    judged: Option<JudgedSolution>,
 }
 
 /// The solution judged last.
-struct Judged {
+struct JudgedSolution {
     u: DVector<f64>,
     lambda: f64,
     estimate: Estimate,
@@ -105,7 +105,7 @@ impl<'a, F: Family> Adaptive<'a, F> {
     /// The problem cannot be made.
     pub fn new(
         sizes: Sizes<'a, F>,
-        resolution: Resolution,
+        resolution: HarmonicLimits,
         newton: NewtonOptions,
         (harmonics, subharmonic): (usize, usize),
     ) -> Result<Adaptive<'a, F>, SolveError> {
@@ -133,10 +133,10 @@ impl<'a, F: Family> Adaptive<'a, F> {
 
     /// Estimated errors of a solution against the nearest place of the branch, and the part of sampling, over the tolerance.
     fn errors(&mut self, u: &DVector<f64>, lambda: f64) -> Result<[f64; 2], SolveError> {
-        let is_judged = |j: &Judged| j.lambda == lambda && j.u == *u;
+        let is_judged = |j: &JudgedSolution| j.lambda == lambda && j.u == *u;
         let judged = match self.judged.take().filter(is_judged) {
             Some(judged) => judged,
-            None => Judged {
+            None => JudgedSolution {
                 estimate: self.judge.estimate(u, lambda)?,
                 u: u.clone(),
                 lambda,

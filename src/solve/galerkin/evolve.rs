@@ -32,7 +32,7 @@ pub(crate) type PhasePoint = [f64; 3];
 
 /// A stretch of time without a kink in deformation or rate.
 #[derive(Debug, Clone, Copy)]
-struct Span {
+struct MemorySpan {
     begin: f64,
     end: f64,
     /// At begin, middle and end.
@@ -52,7 +52,7 @@ struct MarchStep {
 /// Follows one memory; owns its buffers.
 #[derive(Debug, Default)]
 pub(crate) struct Evolve {
-    spans: Vec<Span>,
+    spans: Vec<MemorySpan>,
     steps: Vec<MarchStep>,
     /// Memory at the samples.
     pub memory: Vec<f64>,
@@ -119,7 +119,7 @@ impl Evolve {
                         end[*axis] = level + ASIDE * (middle[*axis] - level);
                     }
                 }
-                self.spans.push(Span {
+                self.spans.push(MemorySpan {
                     begin,
                     end,
                     motion: [ends[0], middle, ends[1]],
@@ -276,7 +276,7 @@ fn fill(basis: &mut [[f64; 2]], tau: f64, omega: f64) {
 
 /// Motion at begin, middle and end of a part of a span.
 fn part(
-    span: &Span,
+    span: &MemorySpan,
     (begin, end): (f64, f64),
     motion: &dyn Fn(f64) -> PhasePoint,
 ) -> [PhasePoint; 3] {
@@ -344,26 +344,26 @@ fn passage(f: impl Fn(f64) -> f64, (a, fa): (f64, f64), b: f64) -> f64 {
 
 /// A memory with a rate along an orbit.
 #[derive(Debug, Clone)]
-pub(crate) struct Course {
+pub(crate) struct MemoryCourse {
     /// Memory and its derivative, d/dtau, at equal steps.
     knots: Vec<[f64; 2]>,
 }
 
-impl Course {
+impl MemoryCourse {
     /// Along a motion, from the memory `given`.
     pub(crate) fn new(
         law: &dyn Evolving,
         (samples, omega): (usize, f64),
         given: f64,
         motion: &dyn Fn(f64) -> PhasePoint,
-    ) -> Course {
+    ) -> MemoryCourse {
         let mut evolve = Evolve::default();
         evolve.follow(law, (samples, omega), given, motion);
         let knot = |(j, z): (usize, &f64)| {
             let [x, v, phase] = motion(j as f64 * TAU / samples as f64);
             [*z, law.evolve([x, v, phase, *z]).rate / omega]
         };
-        Course {
+        MemoryCourse {
             knots: evolve.memory.iter().enumerate().map(knot).collect(),
         }
     }

@@ -5,7 +5,7 @@
 //! is a given number. On every stretch the force is g x + h; where its offset holds a memory that was set at an extremum of x, it
 //! changes with the value of x there.
 
-use super::evolve::{Course, PhasePoint};
+use super::evolve::{MemoryCourse, PhasePoint};
 use crate::element::Response;
 use crate::element::automaton::{Automaton, Direction, Guard, MemoryRate, RegionForce, Surface};
 use crate::element::evolving::Evolving;
@@ -257,7 +257,7 @@ fn next_level<'a>(
 
 /// The stretches of one automaton along an orbit.
 #[derive(Debug, Clone)]
-pub(crate) struct Track {
+pub(crate) struct MarchTrack {
     /// Connection.
     pub connection: usize,
     /// Place of its memory among those of the system.
@@ -265,10 +265,10 @@ pub(crate) struct Track {
     /// In the order of time; none where the memory has a rate.
     pub stretches: Vec<MarchStretch>,
     /// The memory where it has a rate.
-    pub course: Option<Course>,
+    pub course: Option<MemoryCourse>,
 }
 
-impl Track {
+impl MarchTrack {
     /// The stretch at an instant.
     pub(crate) fn at(&self, tau: f64) -> Option<&MarchStretch> {
         let first = self.stretches.first()?.begin;
@@ -307,7 +307,7 @@ impl Track {
 
 /// The sum of several tracks of one connection.
 pub(crate) fn response(
-    tracks: &[Track],
+    tracks: &[MarchTrack],
     system: &System,
     tau: f64,
     motion: PhasePoint,
@@ -321,11 +321,16 @@ pub(crate) fn response(
 }
 
 /// All automata of a connection on the series of its deformation, or the course of its memory.
-pub(crate) fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64]) -> Vec<Track> {
+pub(crate) fn tracks(
+    system: &System,
+    connection: usize,
+    x: &[f64],
+    given: &[f64],
+) -> Vec<MarchTrack> {
     let element = &system.mounts()[connection].element;
     if let Some(law) = element.evolving() {
         let memory = system.memory_of(connection).next();
-        return vec![Track {
+        return vec![MarchTrack {
             connection,
             memory,
             stretches: Vec::new(),
@@ -339,7 +344,7 @@ pub(crate) fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64
     let track = |automaton: &Automaton| {
         let memory = automaton.has_memory.then(|| places.next()).flatten();
         let z = memory.map_or(0.0, |m| given[m]);
-        Track {
+        MarchTrack {
             connection,
             memory,
             stretches: march.follow(automaton, x, z).to_vec(),
@@ -353,18 +358,18 @@ pub(crate) fn tracks(system: &System, connection: usize, x: &[f64], given: &[f64
 const KNOTS_PER_HARMONIC: usize = 64;
 const FEWEST_KNOTS: usize = 1024;
 
-fn course(system: &System, law: &dyn Evolving, x: &[f64], given: f64) -> Course {
+fn course(system: &System, law: &dyn Evolving, x: &[f64], given: f64) -> MemoryCourse {
     let (omega, nu) = (system.omega(), system.subharmonic() as f64);
     let motion = |tau: f64| {
         let [x, slope, _] = trigonometric::evaluate(x, tau);
         [x, omega * slope, nu * tau]
     };
     let knots = (KNOTS_PER_HARMONIC * (x.len() / 2)).max(FEWEST_KNOTS);
-    Course::new(law, (knots, omega), given, &motion)
+    MemoryCourse::new(law, (knots, omega), given, &motion)
 }
 
 /// All automata and courses of laws with memory along an orbit.
-pub(crate) fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
+pub(crate) fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<MarchTrack> {
     let given = at_rest(system);
     let remembers = |e: &usize| system.mounts()[*e].element.memory_count() > 0;
     let connections = (0..system.element_count()).filter(remembers);
@@ -377,7 +382,7 @@ pub(crate) fn all_tracks(system: &System, orbit: &FourierOrbit) -> Vec<Track> {
 }
 
 /// The same connection by connection; nothing without any memory.
-pub(crate) fn tracks_of_each(system: &System, orbit: &FourierOrbit) -> Vec<Vec<Track>> {
+pub(crate) fn tracks_of_each(system: &System, orbit: &FourierOrbit) -> Vec<Vec<MarchTrack>> {
     if system.memory_count() == 0 {
         return Vec::new();
     }

@@ -15,7 +15,7 @@ use crate::interrupt::Watch;
 use crate::system::System;
 use nalgebra::DMatrix;
 use pieces::Pieces;
-use regions::{COUNT, Regions, StepPassage};
+use regions::{COUNT, StepPassage, SteppedRegions};
 use std::f64::consts::TAU;
 use stepper::{Stepper, hermite};
 
@@ -76,7 +76,7 @@ const LONGEST_PROBE: f64 = 0.1;
 pub struct Dopri5 {
     options: Dopri5Options,
     stepper: Stepper,
-    regions: Regions,
+    regions: SteppedRegions,
     pieces: Pieces,
     /// Next step in omega_c t, as error control has it.
     step: f64,
@@ -103,7 +103,7 @@ impl Dopri5 {
         Dopri5 {
             options,
             stepper: Stepper::new(system),
-            regions: Regions::default(),
+            regions: SteppedRegions::default(),
             pieces: Pieces::default(),
             step: 0.0,
             last_error: 0.0,

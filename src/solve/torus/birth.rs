@@ -1,7 +1,7 @@
 //! First invariant curves: at a Neimark-Sacker event, and from the record of an attractor.
 
 use super::exponents::weighted;
-use super::{Torus, TorusProblem, ring};
+use super::{CurveOfTorus, TorusProblem, ring};
 use crate::error::SolveError;
 use crate::solve::continuation::{ContinuationOptions, Section};
 use crate::solve::curve::Shots;
@@ -27,7 +27,7 @@ pub(crate) fn from_event<'a>(
     (u, lambda): (&[f64], f64),
     count: usize,
     options: ContinuationOptions,
-) -> Result<Option<(TorusProblem<'a>, Torus)>, SolveError> {
+) -> Result<Option<(TorusProblem<'a>, CurveOfTorus)>, SolveError> {
     let n = u.len();
     let (mut state, mut phi) = (u.to_vec(), DMatrix::identity(n, n));
     let into = (state.as_mut_slice(), Some(&mut phi));
@@ -53,7 +53,7 @@ pub(crate) fn from_event<'a>(
     let zero = DVector::from_element(n, Complex::new(0.0, 0.0));
     // 2 Re c e^(i theta): half the vector.
     let circle = ring::synthesised(&[zero, w.map(|z| z * 0.5)], count);
-    let flat = Torus {
+    let flat = CurveOfTorus {
         points: (0..count).flat_map(|_| u.iter().copied()).collect(),
         rotation: mu.arg() / TAU,
         lambda,
@@ -88,11 +88,11 @@ pub(crate) fn from_record(
     size: usize,
     (rotation, lambda): (f64, f64),
     count: usize,
-) -> Torus {
+) -> CurveOfTorus {
     let rough = coefficients(points, size, rotation, 2);
     let rotation = refined(points, size, rotation, &rough);
     let all = coefficients(points, size, rotation, (count - 1) / 2 + 1);
-    Torus {
+    CurveOfTorus {
         points: ring::synthesised(&all, count),
         rotation,
         lambda,

@@ -1,6 +1,6 @@
 //! Transverse exponents: growth of what is left of small deviations when the direction along the curve is taken out.
 
-use super::{Torus, TorusProblem, ring};
+use super::{CurveOfTorus, TorusProblem, ring};
 use crate::error::SolveError;
 use nalgebra::{DMatrix, DVector};
 
@@ -9,7 +9,7 @@ const ITERATES: (usize, usize) = (3000, 200);
 
 impl TorusProblem<'_> {
     /// Derivatives of the map at all points.
-    pub(super) fn derivatives(&mut self, torus: &Torus) -> Result<Vec<f64>, SolveError> {
+    pub(super) fn derivatives(&mut self, torus: &CurveOfTorus) -> Result<Vec<f64>, SolveError> {
         let n = self.shots.size();
         let mut list = Vec::with_capacity(torus.points.len() * n);
         let mut phi = DMatrix::identity(n, n);
@@ -28,7 +28,7 @@ impl TorusProblem<'_> {
     ///
     /// Along the curve the derivative is a function of the angle, which turns by rho: averages with weights that vanish smoothly at
     /// both ends converge faster than any power of the length.
-    pub(super) fn exponent(&mut self, torus: &Torus) -> Result<(f64, f64), SolveError> {
+    pub(super) fn exponent(&mut self, torus: &CurveOfTorus) -> Result<(f64, f64), SolveError> {
         let n = self.shots.size();
         let derivatives = self.derivatives(torus)?;
         let tangent = ring::derivative(&torus.points, n);

@@ -1,6 +1,6 @@
 //! Tori followed one way from a first curve.
 
-use super::{Locked, Torus, TorusPoint, TorusProblem, ring};
+use super::{CurveOfTorus, Locked, TorusPoint, TorusProblem, ring};
 use crate::error::SolveError;
 use crate::solve::continuation::{
     Advance, Continuation, ContinuationOptions, CrossingSide, PathEnd, PathPoint, Started,
@@ -144,7 +144,7 @@ impl TorusOptions {
 /// Contradictory options, or errors of the problem.
 pub(crate) fn follow(
     problem: &mut TorusProblem<'_>,
-    first: &Torus,
+    first: &CurveOfTorus,
     side: CrossingSide,
     options: &TorusOptions,
     keep_going: &mut dyn FnMut(usize) -> bool,
@@ -180,7 +180,7 @@ impl TorusWalker<'_> {
     fn walk(
         &mut self,
         problem: &mut TorusProblem<'_>,
-        first: &Torus,
+        first: &CurveOfTorus,
         keep_going: &mut dyn FnMut(usize) -> bool,
     ) -> Result<Option<TorusEnd>, SolveError> {
         let Some((mut path, torus)) = self.stand(problem, first)? else {
@@ -237,8 +237,8 @@ impl TorusWalker<'_> {
     fn stand(
         &mut self,
         problem: &mut TorusProblem<'_>,
-        torus: &Torus,
-    ) -> Result<Option<(Box<Continuation>, Torus)>, SolveError> {
+        torus: &CurveOfTorus,
+    ) -> Result<Option<(Box<Continuation>, CurveOfTorus)>, SolveError> {
         let mut torus = torus.clone();
         self.best = f64::INFINITY;
         loop {
@@ -272,7 +272,7 @@ impl TorusWalker<'_> {
     fn suits(
         &self,
         problem: &mut TorusProblem<'_>,
-        torus: &Torus,
+        torus: &CurveOfTorus,
         error: f64,
     ) -> Result<bool, SolveError> {
         let is_good = error <= self.options.tolerance * problem.size || error <= 10.0 * self.best;
@@ -287,7 +287,7 @@ impl TorusWalker<'_> {
     fn push(
         &mut self,
         problem: &mut TorusProblem<'_>,
-        torus: Torus,
+        torus: CurveOfTorus,
         is_mark: bool,
     ) -> Result<f64, SolveError> {
         let error = self.error(problem, &torus)?;
@@ -308,7 +308,11 @@ impl TorusWalker<'_> {
     }
 
     /// Largest |P(K) - K(theta + rho)| between the points.
-    fn error(&self, problem: &mut TorusProblem<'_>, torus: &Torus) -> Result<f64, SolveError> {
+    fn error(
+        &self,
+        problem: &mut TorusProblem<'_>,
+        torus: &CurveOfTorus,
+    ) -> Result<f64, SolveError> {
         let (n, count) = (problem.shots.size(), problem.count);
         let mut largest = 0.0_f64;
         for j in 0..count {
@@ -390,7 +394,7 @@ impl TorusWalker<'_> {
 }
 
 /// Largest deviation of a curve from its mean.
-fn extent(torus: &Torus, size: usize) -> f64 {
+fn extent(torus: &CurveOfTorus, size: usize) -> f64 {
     let count = torus.points.len() / size;
     let mut largest = 0.0_f64;
     for i in 0..size {

@@ -22,4 +22,4 @@ pub(crate) use follow::{TorusArm, TorusEnd, TorusOptions};
 pub use locking::Locked;
 pub(crate) use locking::locking;
 pub(crate) use point::TorusPoint;
-pub(crate) use problem::{Torus, TorusProblem};
+pub(crate) use problem::{CurveOfTorus, TorusProblem};

@@ -1,12 +1,12 @@
 //! A point on a path of tori.
 
-use super::Torus;
+use super::CurveOfTorus;
 
 /// A torus with what is known of it.
 #[derive(Debug, Clone)]
 pub(crate) struct TorusPoint {
     /// The curve.
-    pub torus: Torus,
+    pub torus: CurveOfTorus,
     /// Largest |P(K(theta)) - K(theta + rho)| between the points of the curve.
     pub error: f64,
     /// Largest transverse exponent per map, and its uncertainty.

@@ -13,7 +13,7 @@ const STEP: f64 = 2e-6;
 
 /// An invariant curve.
 #[derive(Debug, Clone)]
-pub(crate) struct Torus {
+pub(crate) struct CurveOfTorus {
     /// States on the curve at equidistant angles, point by point.
     pub points: Vec<f64>,
     /// Rotation per response period, in turns.
@@ -39,7 +39,7 @@ pub(crate) struct TorusProblem<'a> {
 
 impl<'a> TorusProblem<'a> {
     /// Around a curve.
-    pub fn new(shots: Shots<'a>, around: &Torus) -> TorusProblem<'a> {
+    pub fn new(shots: Shots<'a>, around: &CurveOfTorus) -> TorusProblem<'a> {
         let size = around
             .points
             .iter()
@@ -56,7 +56,7 @@ impl<'a> TorusProblem<'a> {
     }
 
     /// Ties the angle to that of a curve, which decides about points and section too.
-    pub(crate) fn refer_to(&mut self, torus: &Torus) {
+    pub(crate) fn refer_to(&mut self, torus: &CurveOfTorus) {
         let n = self.shots.size();
         self.count = torus.points.len() / n;
         self.section = torus.section;
@@ -91,15 +91,15 @@ impl<'a> TorusProblem<'a> {
     }
 
     /// Unknowns of a curve.
-    pub fn unknowns(&self, torus: &Torus) -> DVector<f64> {
+    pub fn unknowns(&self, torus: &CurveOfTorus) -> DVector<f64> {
         let values = torus.points.iter().map(|x| x / self.size);
         DVector::from_vec(values.chain([torus.rotation]).collect())
     }
 
     /// The curve of unknowns.
-    pub fn torus(&self, x: &DVector<f64>, lambda: f64) -> Torus {
+    pub fn torus(&self, x: &DVector<f64>, lambda: f64) -> CurveOfTorus {
         let length = self.count * self.shots.size();
-        Torus {
+        CurveOfTorus {
             points: x.rows(0, length).iter().map(|x| x * self.size).collect(),
             rotation: x[length],
             lambda,

@@ -3,7 +3,7 @@
 //! Where a connection switches at the phase of the section somewhere along the curve, the map has a kink there and interpolation
 //! converges slowly; at a phase where no deformation passes a breakpoint along the curve it is as smooth as between switches.
 
-use super::{Torus, TorusProblem};
+use super::{CurveOfTorus, TorusProblem};
 use crate::error::SolveError;
 use crate::solve::segment_orbit::SegmentOrbit;
 use std::f64::consts::TAU;
@@ -13,7 +13,11 @@ const PHASES: usize = 48;
 
 impl TorusProblem<'_> {
     /// The same curve at another phase.
-    pub(super) fn transported(&mut self, torus: &Torus, section: f64) -> Result<Torus, SolveError> {
+    pub(super) fn transported(
+        &mut self,
+        torus: &CurveOfTorus,
+        section: f64,
+    ) -> Result<CurveOfTorus, SolveError> {
         let n = self.shots.size();
         let mut moved = torus.clone();
         moved.section = section;
@@ -37,7 +41,7 @@ impl TorusProblem<'_> {
     ///
     /// # Errors
     /// There is no system, or an interruption.
-    pub fn orbits(&mut self, torus: &Torus) -> Result<Vec<SegmentOrbit>, SolveError> {
+    pub fn orbits(&mut self, torus: &CurveOfTorus) -> Result<Vec<SegmentOrbit>, SolveError> {
         let n = self.shots.size();
         let whole = self.transported(torus, 0.0)?;
         let p = [torus.lambda, 0.0];
@@ -58,7 +62,10 @@ impl TorusProblem<'_> {
 
     /// A phase at which no deformation passes a breakpoint along the curve, as far from that as there is: the present one if it
     /// has none.
-    pub(super) fn better_section(&mut self, torus: &Torus) -> Result<Option<f64>, SolveError> {
+    pub(super) fn better_section(
+        &mut self,
+        torus: &CurveOfTorus,
+    ) -> Result<Option<f64>, SolveError> {
         let orbits = self.orbits(torus)?;
         let system = self.shots.system([torus.lambda, 0.0])?;
         let (levels, mut scratch) = (system.breakpoints(), system.scratch());

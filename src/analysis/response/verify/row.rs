@@ -7,7 +7,7 @@ use crate::error::SolveError;
 use crate::postprocess::connection::Measures;
 use crate::postprocess::measures::Meter;
 use crate::solve::branch::BranchPoint;
-use crate::solve::branch::confirm::Checked;
+use crate::solve::branch::confirm::CheckedBranch;
 use crate::solve::continuation::{ContinuationOptions, Section};
 use crate::solve::events::{BifurcationEvent, EventKind, Verdict};
 use crate::solve::residual::{PeriodicResidual, Residual};
@@ -98,8 +98,12 @@ pub(super) struct PointCheck<'a> {
 }
 
 impl PointCheck<'_> {
-    pub(super) fn row(&mut self, branch: usize, checked: &Checked) -> Result<FlowRow, SolveError> {
-        let Checked {
+    pub(super) fn row(
+        &mut self,
+        branch: usize,
+        checked: &CheckedBranch,
+    ) -> Result<FlowRow, SolveError> {
+        let CheckedBranch {
             point,
             orbit,
             is_same,

@@ -14,7 +14,7 @@ const MOST: usize = 64;
 
 /// A place of the branch at which the flow counted: points, and bifurcations with two counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Item {
+pub(super) struct ChainItem {
     /// Number of the point before it and the share of the step behind that.
     pub at: f64,
     /// Unstable multipliers just before.
@@ -113,7 +113,7 @@ impl<F: Family> Confirmer<'_, F> {
             let event = &mut self.branch.events[event];
             (event.after_point, event.fraction) = (step, fraction);
             if let (true, Some((before, after))) = (event.kind.is_bifurcation(), event.unstable) {
-                self.crossings.push(Item {
+                self.crossings.push(ChainItem {
                     at: step as f64 + fraction,
                     before,
                     after,
@@ -199,7 +199,7 @@ impl<F: Family> Confirmer<'_, F> {
             let is_crossing = k == 0 && self.options.begins_at_crossing;
             if let Some(orbit) = orbit.filter(|p| p.is_decided() && !is_crossing) {
                 let count = orbit.unstable();
-                items.push(Item {
+                items.push(ChainItem {
                     at: k as f64,
                     before: count,
                     after: count,

@@ -2,8 +2,8 @@
 
 use super::Confirmer;
 use super::chain::Located;
-use super::flow::{Care, FlowPoint, Plane};
-use super::root::{Root, Test, locate};
+use super::flow::{Care, ConfirmingPlane, FlowPoint};
+use super::root::{ConfirmedRoot, Test, locate};
 use crate::error::SolveError;
 use crate::numeric::interpolation;
 use crate::solve::events::{EventKind, Verdict, beyond_one};
@@ -28,8 +28,8 @@ const SIDES: [f64; 3] = [0.2, 1e-2, 3e-4];
 struct SharedEvent {
     /// Number among the events.
     event: usize,
-    plane: Plane,
-    root: Root,
+    plane: ConfirmingPlane,
+    root: ConfirmedRoot,
     /// Length of the step around it.
     step: f64,
 }

@@ -81,7 +81,7 @@ impl FlowPoint {
 
 /// Planes across a direction.
 #[derive(Debug, Clone)]
-pub(super) struct Plane {
+pub(super) struct ConfirmingPlane {
     /// x_0.
     pub base: DVector<f64>,
     /// t, of unit length.
@@ -91,7 +91,7 @@ pub(super) struct Plane {
 }
 
 /// Fixed points of the Poincaré map, and what is known of them.
-pub(super) struct Flow<'a, F: Family> {
+pub(super) struct ConfirmingFlow<'a, F: Family> {
     pub shooting: &'a mut Shooting<F>,
     fine: Newton,
     rough: Newton,
@@ -103,9 +103,13 @@ pub(super) struct Flow<'a, F: Family> {
     pub passages: f64,
 }
 
-impl<'a, F: Family> Flow<'a, F> {
+impl<'a, F: Family> ConfirmingFlow<'a, F> {
     /// Buffers; `newton`: tolerances of the corrector.
-    pub fn new(shooting: &'a mut Shooting<F>, weight: f64, newton: NewtonOptions) -> Flow<'a, F> {
+    pub fn new(
+        shooting: &'a mut Shooting<F>,
+        weight: f64,
+        newton: NewtonOptions,
+    ) -> ConfirmingFlow<'a, F> {
         let options = NewtonOptions {
             max_iterations: ITERATIONS,
             min_damping: DAMPING,
@@ -116,7 +120,7 @@ impl<'a, F: Family> Flow<'a, F> {
             ..options
         };
         let structure = JacobianStructure::Dense(shooting.dim() + 1);
-        Flow {
+        ConfirmingFlow {
             fine: Newton::new(&structure, options),
             rough: Newton::new(&structure, rough),
             shooting,
@@ -139,11 +143,11 @@ impl<'a, F: Family> Flow<'a, F> {
     }
 
     /// The plane of a parameter value.
-    pub fn level(&self, base: DVector<f64>) -> Plane {
+    pub fn level(&self, base: DVector<f64>) -> ConfirmingPlane {
         let n = base.len() - 1;
         let mut tangent = DVector::zeros(n + 1);
         tangent[n] = 1.0;
-        Plane {
+        ConfirmingPlane {
             base,
             tangent,
             slope: DVector::zeros(n),
@@ -158,7 +162,7 @@ impl<'a, F: Family> Flow<'a, F> {
         &mut self,
         base: DVector<f64>,
         direction: DVector<f64>,
-    ) -> Result<Option<Plane>, SolveError> {
+    ) -> Result<Option<ConfirmingPlane>, SolveError> {
         let n = base.len() - 1;
         let length = self.dot(&direction, &direction).sqrt();
         let mut slope = DVector::zeros(n);
@@ -168,7 +172,7 @@ impl<'a, F: Family> Flow<'a, F> {
             other => other?,
         }
         let is_defined = length > 0.0 && slope.iter().all(|x| x.is_finite());
-        Ok(is_defined.then(|| Plane {
+        Ok(is_defined.then(|| ConfirmingPlane {
             tangent: direction / length,
             base,
             slope,
@@ -181,14 +185,14 @@ impl<'a, F: Family> Flow<'a, F> {
     /// Errors of the flow.
     pub fn at(
         &mut self,
-        plane: &Plane,
+        plane: &ConfirmingPlane,
         s: f64,
         guess: DVector<f64>,
         care: Care,
     ) -> Result<Option<FlowPoint>, SolveError> {
         let mut x = guess;
         let lambda = x[x.len() - 1];
-        let mut section = Section {
+        let mut section = ConfirmingSection {
             shooting: self.shooting,
             passed: &mut self.passed,
             weight: self.weight,
@@ -270,15 +274,15 @@ impl Observer for Passed {
 }
 
 /// Fixed points in one plane; the unknowns are the state and the parameter.
-struct Section<'a, F: Family> {
+struct ConfirmingSection<'a, F: Family> {
     shooting: &'a mut Shooting<F>,
     passed: &'a mut Passed,
     weight: f64,
-    plane: &'a Plane,
+    plane: &'a ConfirmingPlane,
     s: f64,
 }
 
-impl<F: Family> Residual for Section<'_, F> {
+impl<F: Family> Residual for ConfirmingSection<'_, F> {
     fn dim(&self) -> usize {
         self.plane.base.len()
     }
@@ -302,7 +306,7 @@ impl<F: Family> Residual for Section<'_, F> {
             Ok(Some(image)) => image,
         };
         let Image { state: end, phi } = image;
-        let Plane {
+        let ConfirmingPlane {
             base,
             tangent,
             slope,

@@ -1,6 +1,6 @@
 //! An event sought on the flow's own branch.
 
-use super::flow::{Care, Flow, FlowPoint, Plane};
+use super::flow::{Care, ConfirmingFlow, ConfirmingPlane, FlowPoint};
 use crate::error::SolveError;
 use crate::numeric::{interpolation, roots};
 use crate::solve::events::{BifurcationEvent, EventKind};
@@ -87,7 +87,7 @@ impl Test {
     /// Its value on the flow; not a number where the flow does not show what is watched.
     fn value<F: Family>(
         &mut self,
-        flow: &mut Flow<'_, F>,
+        flow: &mut ConfirmingFlow<'_, F>,
         point: &FlowPoint,
     ) -> Result<f64, SolveError> {
         Ok(match self {
@@ -173,7 +173,7 @@ fn turn(difference: f64) -> f64 {
 
 /// An event on the flow's own branch.
 #[derive(Debug, Clone)]
-pub(super) struct Root {
+pub(super) struct ConfirmedRoot {
     /// Plane of the event.
     pub s: f64,
     /// The orbit there.
@@ -184,7 +184,7 @@ pub(super) struct Root {
     pub seen: Vec<(f64, FlowPoint)>,
 }
 
-impl Root {
+impl ConfirmedRoot {
     /// The orbit farthest before (`side` -1) or behind (1) the root among those seen within a distance from it.
     pub fn beside(&self, side: f64, within: f64) -> Option<&FlowPoint> {
         let ahead = |s: f64| side * (s - self.s);
@@ -197,8 +197,8 @@ impl Root {
 
 /// One search.
 struct RootSearch<'a, 'f, F: Family> {
-    flow: &'a mut Flow<'f, F>,
-    plane: &'a Plane,
+    flow: &'a mut ConfirmingFlow<'f, F>,
+    plane: &'a ConfirmingPlane,
     test: Test,
     /// Places seen: s, value, orbit.
     seen: Vec<(f64, f64, FlowPoint)>,
@@ -210,11 +210,11 @@ struct RootSearch<'a, 'f, F: Family> {
 /// # Errors
 /// Errors of the flow.
 pub(super) fn locate<F: Family>(
-    flow: &mut Flow<'_, F>,
-    plane: &Plane,
+    flow: &mut ConfirmingFlow<'_, F>,
+    plane: &ConfirmingPlane,
     test: Test,
     (stride, reach): (f64, f64),
-) -> Result<Option<Root>, SolveError> {
+) -> Result<Option<ConfirmedRoot>, SolveError> {
     let mut search = RootSearch {
         flow,
         plane,
@@ -238,7 +238,7 @@ pub(super) fn locate<F: Family>(
     };
     let at = point.lambda();
     let (a, b) = (ends.0.unwrap_or(at), ends.1.unwrap_or(at));
-    Ok(Some(Root {
+    Ok(Some(ConfirmedRoot {
         s,
         point,
         bracket: (a.min(b), a.max(b)),

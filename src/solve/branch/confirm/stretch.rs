@@ -4,7 +4,7 @@
 //! and those of the series are matched in order; its events and counts are those of the stretch.
 
 use super::align::align;
-use super::chain::Item;
+use super::chain::ChainItem;
 use super::flow::{Care, FlowPoint};
 use super::retrace::{Arrival, ArrivalWatch};
 use super::{Confirmer, POOR, SAME_ORBIT, Station, difference};
@@ -296,7 +296,7 @@ impl<F: Family> Confirmer<'_, F> {
         (after_point, fraction): (usize, f64),
     ) -> Result<(), SolveError> {
         if let (true, Some((before, after))) = (event.kind.is_bifurcation(), event.unstable) {
-            self.followed.push(Item {
+            self.followed.push(ChainItem {
                 at: after_point as f64 + fraction,
                 before,
                 after,

@@ -4,7 +4,7 @@
 //! starts to slip or sticks. While it slips its memory follows the deformation. Kinks of laws whose memory has a rate are integrated
 //! under error control.
 
-use super::regions::{COUNT, Instant, StepPassage};
+use super::regions::{COUNT, StepInstant, StepPassage};
 use crate::element::Response;
 use crate::element::automaton::{Automaton, Guard, MemoryRate, RegionForce, Surface};
 use crate::element::evolving::Evolution;
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Sliders and memories of a system.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
-    sliders: Vec<Slider>,
+    sliders: Vec<SteppedSlider>,
     /// Connections whose memory has a rate, with the place of the memory, and the latest evaluation.
     evolving: Vec<(usize, usize, Evolution)>,
     /// Regions entered since the start of the call.
@@ -27,7 +27,7 @@ pub(super) struct Memories {
 
 /// One automaton of a law.
 #[derive(Debug, Clone)]
-struct Slider {
+struct SteppedSlider {
     connection: usize,
     memory: Option<usize>,
     automaton: Automaton,
@@ -58,7 +58,7 @@ impl Memories {
                 continue;
             }
             for automaton in law.automata().unwrap_or_default() {
-                all.sliders.push(Slider {
+                all.sliders.push(SteppedSlider {
                     connection,
                     memory: automaton.has_memory.then(|| places.next()).flatten(),
                     automaton,
@@ -190,7 +190,7 @@ impl Memories {
         &self,
         system: &System,
         passage: &StepPassage,
-        at: &Instant<'_>,
+        at: &StepInstant<'_>,
     ) -> (f64, f64, f64) {
         let (e, sign) = (passage.connection, passage.direction.sign());
         let size = at.state.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -211,7 +211,7 @@ impl Memories {
     pub(super) fn settle(
         &mut self,
         system: &System,
-        at: &Instant<'_>,
+        at: &StepInstant<'_>,
         landed: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) -> bool {
@@ -286,7 +286,7 @@ impl Memories {
     }
 }
 
-impl Slider {
+impl SteppedSlider {
     fn guards(&self) -> &[Guard] {
         &self.automaton.regions[self.region].guards
     }

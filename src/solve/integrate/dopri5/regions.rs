@@ -24,7 +24,7 @@ pub(super) struct StepPassage {
 
 /// Breakpoints of every law, and between which two of them the connection is.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Regions {
+pub(super) struct SteppedRegions {
     levels: Vec<Vec<f64>>,
     region: Vec<usize>,
     /// The region of each law, moved inwards by rounding: laws are evaluated inside.
@@ -67,14 +67,14 @@ pub(super) fn add_deformation(
 
 /// A state with everything that is known about it: tau, [q; v], accelerations, deformations.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Instant<'a> {
+pub(super) struct StepInstant<'a> {
     pub(super) tau: f64,
     pub(super) state: &'a [f64],
     pub(super) acceleration: &'a [f64],
     pub(super) scratch: &'a Scratch,
 }
 
-impl Instant<'_> {
+impl StepInstant<'_> {
     /// d^2/d(omega_c t)^2 of a deformation; the transmission error at `tau`, on the right side of its corners.
     pub(super) fn bend(&self, system: &System, connection: usize, tau: f64) -> f64 {
         let row = system.element_map_row(connection).iter();
@@ -86,7 +86,7 @@ impl Instant<'_> {
     }
 }
 
-impl Regions {
+impl SteppedRegions {
     /// Reads the breakpoints and places every connection by its deformation alone.
     pub(super) fn start(&mut self, system: &System, deformation: &[f64]) {
         self.levels.clear();
@@ -190,7 +190,7 @@ impl Regions {
     }
 
     /// How far beyond its level a passage is, how fast it goes on, and the distance that counts as none.
-    pub(super) fn beyond(&self, passage: &StepPassage, at: &Instant<'_>) -> (f64, f64, f64) {
+    pub(super) fn beyond(&self, passage: &StepPassage, at: &StepInstant<'_>) -> (f64, f64, f64) {
         let k = passage.connection;
         let sign = passage.direction.sign();
         let distance = sign * (at.scratch.deformation[k] - passage.level);
@@ -204,7 +204,7 @@ impl Regions {
         &mut self,
         system: &System,
         pieces: &Pieces,
-        at: &Instant<'_>,
+        at: &StepInstant<'_>,
         landed: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) -> bool {
@@ -235,7 +235,7 @@ impl Regions {
     fn is_above(
         &self,
         (system, pieces): (&System, &Pieces),
-        at: &Instant<'_>,
+        at: &StepInstant<'_>,
         k: usize,
         (level, side): (f64, Direction),
     ) -> bool {
@@ -257,7 +257,7 @@ impl Regions {
     }
 
     /// Connections on an end of their region, with that level, which their rates do not move off.
-    pub(super) fn undecided(&self, at: &Instant<'_>) -> Vec<(usize, f64)> {
+    pub(super) fn undecided(&self, at: &StepInstant<'_>) -> Vec<(usize, f64)> {
         let stands = |(k, level): &(usize, f64)| {
             let tolerance = self.tolerance(*k, *level, at.state, at.tau);
             let is_slow = at.scratch.rate[*k].abs() <= tolerance;
@@ -275,7 +275,7 @@ impl Regions {
     }
 
     /// Moves those connections that have left their level at a trial state to its side.
-    pub(super) fn place_leaving(&mut self, waiting: &mut Vec<(usize, f64)>, at: &Instant<'_>) {
+    pub(super) fn place_leaving(&mut self, waiting: &mut Vec<(usize, f64)>, at: &StepInstant<'_>) {
         waiting.retain(|(k, level)| {
             let distance = at.scratch.deformation[*k] - level;
             if distance.abs() <= 4.0 * self.tolerance(*k, *level, at.state, at.tau) {
@@ -292,7 +292,7 @@ impl Regions {
     pub(super) fn report_begun(
         &self,
         system: &System,
-        at: &Instant<'_>,
+        at: &StepInstant<'_>,
         observer: &mut dyn Observer,
     ) {
         for k in 0..self.levels.len() {
@@ -322,7 +322,7 @@ impl Regions {
     fn pass(
         &mut self,
         (system, pieces): (&System, &Pieces),
-        at: &Instant<'_>,
+        at: &StepInstant<'_>,
         k: usize,
         direction: Direction,
         observer: &mut dyn Observer,

@@ -3,7 +3,7 @@
 use super::Dopri5Options;
 use super::memories::Memories;
 use super::pieces::Pieces;
-use super::regions::{COUNT, Instant, Regions, StepPassage, add_deformation};
+use super::regions::{COUNT, StepInstant, StepPassage, SteppedRegions, add_deformation};
 use crate::solve::integrate::Observer;
 use crate::solve::jumps;
 use crate::system::{Scratch, System};
@@ -160,17 +160,17 @@ impl Stepper {
     }
 
     /// The accepted state with its rates; `scratch` must belong to it.
-    pub(super) fn instant(&self, tau: f64) -> Instant<'_> {
+    pub(super) fn instant(&self, tau: f64) -> StepInstant<'_> {
         self.instant_of(tau, &self.state.value, 0)
     }
 
     /// The trial state with its rates.
-    pub(super) fn trial_instant(&self, tau: f64) -> Instant<'_> {
+    pub(super) fn trial_instant(&self, tau: f64) -> StepInstant<'_> {
         self.instant_of(tau, &self.state.trial, 6)
     }
 
-    fn instant_of<'a>(&'a self, tau: f64, state: &'a [f64], stage: usize) -> Instant<'a> {
-        Instant {
+    fn instant_of<'a>(&'a self, tau: f64, state: &'a [f64], stage: usize) -> StepInstant<'a> {
+        StepInstant {
             tau,
             state,
             acceleration: &self.state.rates[stage][self.dof..2 * self.dof],
@@ -179,7 +179,13 @@ impl Stepper {
     }
 
     /// Rates of the accepted state in its regions.
-    pub(super) fn refresh(&mut self, system: &System, regions: &Regions, pieces: &Pieces, t: f64) {
+    pub(super) fn refresh(
+        &mut self,
+        system: &System,
+        regions: &SteppedRegions,
+        pieces: &Pieces,
+        t: f64,
+    ) {
         self.state.trial.copy_from_slice(&self.state.value);
         self.variation.trial.copy_from_slice(&self.variation.value);
         self.rate(system, regions, pieces, t, 0);
@@ -189,7 +195,7 @@ impl Stepper {
     pub(super) fn attempt(
         &mut self,
         system: &System,
-        regions: &Regions,
+        regions: &SteppedRegions,
         pieces: &Pieces,
         (t, h): (f64, f64),
         options: &Dopri5Options,
@@ -235,7 +241,7 @@ impl Stepper {
     }
 
     /// Gives the jumps of forces just passed to Phi.
-    pub(super) fn saltate(&mut self, system: &System, regions: &mut Regions) {
+    pub(super) fn saltate(&mut self, system: &System, regions: &mut SteppedRegions) {
         for jump in regions.jumps.iter_mut().flat_map(|list| list.drain(..)) {
             if self.has_variation {
                 let phi = &mut self.variation.value;
@@ -244,7 +250,14 @@ impl Stepper {
         }
     }
 
-    fn rate(&mut self, system: &System, regions: &Regions, pieces: &Pieces, t: f64, stage: usize) {
+    fn rate(
+        &mut self,
+        system: &System,
+        regions: &SteppedRegions,
+        pieces: &Pieces,
+        t: f64,
+        stage: usize,
+    ) {
         let n = system.dof();
         let tau = pieces.clamp(system.omega() * t);
         let windows = Some(regions.windows());
@@ -330,7 +343,7 @@ impl Stepper {
         landed: Option<StepPassage>,
         observer: &mut dyn Observer,
     ) -> bool {
-        let at = Instant {
+        let at = StepInstant {
             tau,
             state: &self.state.value,
             acceleration: &self.state.rates[0][self.dof..2 * self.dof],

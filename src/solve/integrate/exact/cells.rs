@@ -5,11 +5,11 @@ use crate::numeric::taylor::Polynomial;
 
 /// Regions between levels of three quantities: deformation, rate, memory.
 #[derive(Debug, Clone)]
-pub(crate) struct Cells {
+pub(crate) struct LawCells {
     pub(super) levels: [Vec<f64>; 3],
 }
 
-impl Cells {
+impl LawCells {
     /// How many they are.
     pub fn count(&self) -> usize {
         self.levels.iter().map(|l| l.len() + 1).product()

@@ -6,7 +6,7 @@
 
 use super::holding::Holding;
 use super::impacts::flank;
-use super::impulse::Stop;
+use super::impulse::StopPart;
 use super::regions::size;
 use super::{Exact, MovedState, ROUNDING};
 use crate::element::automaton::{Reset, Surface};
@@ -82,14 +82,14 @@ impl Exact {
     pub(super) fn rest(
         &mut self,
         tau: f64,
-        stops: &[Stop],
+        stops: &[StopPart],
         state: &mut [f64],
         motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
         let size = size(&self.series, state);
-        let is_slow = |s: &&Stop| s.is_held || s.rate.abs() <= FAST * size / self.series.unit;
-        let mut near: Vec<Stop> = stops.iter().filter(is_slow).copied().collect();
+        let is_slow = |s: &&StopPart| s.is_held || s.rate.abs() <= FAST * size / self.series.unit;
+        let mut near: Vec<StopPart> = stops.iter().filter(is_slow).copied().collect();
         if near.is_empty() {
             return Ok(());
         }
@@ -101,7 +101,7 @@ impl Exact {
         if near.is_empty() {
             return Ok(());
         }
-        let end = |(stop, force): (&Stop, &f64)| self.remaining(system, (stop, *force), size);
+        let end = |(stop, force): (&StopPart, &f64)| self.remaining(system, (stop, *force), size);
         let ends: Vec<f64> = near.iter().zip(&forces).map(end).collect();
         for (stop, _) in near.iter().zip(&forces).filter(|(_, f)| **f > 0.0) {
             self.regions.enter(stop.part, stop.held);
@@ -139,7 +139,7 @@ impl Exact {
     fn carriers(
         &self,
         system: &System,
-        near: &mut Vec<Stop>,
+        near: &mut Vec<StopPart>,
         size: f64,
     ) -> Result<Vec<f64>, IntegrationEnd> {
         while !near.is_empty() {
@@ -165,7 +165,7 @@ impl Exact {
     }
 
     /// Time in which the impacts of a stop die out under the force that would hold it; 0 at rest.
-    fn remaining(&self, system: &System, (stop, force): (&Stop, f64), size: f64) -> f64 {
+    fn remaining(&self, system: &System, (stop, force): (&StopPart, f64), size: f64) -> f64 {
         let presses = force * system.mobility(stop.connection, stop.connection);
         let speed = stop.rate.abs();
         let time = (speed + (speed * speed + 2.0 * presses * stop.gap).sqrt())
@@ -180,7 +180,7 @@ impl Exact {
 
     /// Forces of stops, outwards, with which no deformation is accelerated beyond them; the series has none of them. What is about to press
     /// presses: where a force passes 0, its trend decides.
-    fn forces(&self, system: &System, stops: &[Stop]) -> Option<Vec<f64>> {
+    fn forces(&self, system: &System, stops: &[StopPart]) -> Option<Vec<f64>> {
         let signs: Vec<(usize, f64)> = (stops.iter())
             .map(|s| (s.connection, s.direction.sign()))
             .collect();

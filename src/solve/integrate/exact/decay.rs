@@ -8,17 +8,17 @@ use crate::numeric::taylor::Polynomial;
 /// The motion and its error are measured as rates. A force far faster than the motion makes the unit of time short: beside q, the
 /// change of a velocity per unit of time would be small whatever it is beside the velocity.
 #[derive(Debug, Clone, Copy)]
-pub struct Control {
+pub struct SeriesControl {
     /// Error of a step relative to the motion.
     pub tolerance: f64,
     /// Rate per unit of time of the series that counts like a deflection of 1.
     pub share: f64,
 }
 
-impl Control {
+impl SeriesControl {
     /// For a unit of time in omega_c t.
-    pub fn new(tolerance: f64, unit: f64) -> Control {
-        Control {
+    pub fn new(tolerance: f64, unit: f64) -> SeriesControl {
+        SeriesControl {
             tolerance,
             share: unit.min(1.0),
         }
@@ -40,18 +40,18 @@ impl Control {
 }
 
 /// Whether the terms of a series count in the time that remains.
-pub(crate) struct Ending {
+pub(crate) struct DecayEnd {
     remaining: f64,
-    control: Control,
+    control: SeriesControl,
     size: f64,
     before: f64,
     power: f64,
 }
 
-impl Ending {
+impl DecayEnd {
     /// For a time in units of the series.
-    pub fn new(remaining: f64, control: Control) -> Ending {
-        Ending {
+    pub fn new(remaining: f64, control: SeriesControl) -> DecayEnd {
+        DecayEnd {
             remaining,
             control,
             size: f64::MIN_POSITIVE,
@@ -103,7 +103,7 @@ pub(crate) fn reach_of_closed_form(list: &[Polynomial], count: usize, pace: f64)
 /// ```text
 /// last theta^(count - 2) (count - 1) <= tolerance size(theta),   theta <= 1
 /// ```
-pub(crate) fn reach_within(list: &[Polynomial], count: usize, control: Control) -> f64 {
+pub(crate) fn reach_within(list: &[Polynomial], count: usize, control: SeriesControl) -> f64 {
     let mut last = 0.0_f64;
     for q in list {
         last = last.max(q[count - 2].abs().max(q[count - 1].abs()));

@@ -1,10 +1,10 @@
 //! Small deviations from the motion where the slopes of forces change in time: their series, all columns at once.
 
 use super::acting::Acting;
-use super::decay::Control;
+use super::decay::SeriesControl;
 use super::entries::MatrixEntry;
 use super::regions::Regions;
-use super::series::Series;
+use super::series::MotionSeries;
 use crate::numeric::roots::root_below;
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
@@ -40,7 +40,7 @@ impl Deviations {
     pub(crate) fn expand(
         &mut self,
         system: &System,
-        (series, acting, regions): (&Series, &Acting, &Regions),
+        (series, acting, regions): (&MotionSeries, &Acting, &Regions),
         phi: &DMatrix<f64>,
     ) -> f64 {
         let (n, columns) = (system.dof(), phi.ncols());
@@ -76,7 +76,7 @@ impl Deviations {
     }
 
     /// Coefficient k + 2 of all coordinates in all columns.
-    fn step(&mut self, system: &System, series: &Series, acting: &Acting, k: usize) {
+    fn step(&mut self, system: &System, series: &MotionSeries, acting: &Acting, k: usize) {
         let (n, columns) = (system.dof(), self.columns);
         let (known, next) = self.terms.split_at_mut((k + 2) * n * columns);
         let next = &mut next[..n * columns];
@@ -151,7 +151,7 @@ impl Deviations {
     }
 
     /// Largest theta at which the last two terms, as rates, are negligible.
-    fn reach(&self, n: usize, control: Control, acting: &Acting) -> f64 {
+    fn reach(&self, n: usize, control: SeriesControl, acting: &Acting) -> f64 {
         let block = n * self.columns;
         let largest = |terms: &[f64]| terms.iter().fold(f64::MIN_POSITIVE, |m, c| m.max(c.abs()));
         let values = largest(&self.terms[..block]);

@@ -8,7 +8,7 @@ use crate::numeric::taylor::{COUNT, Function, Op, Polynomial, Program, Register}
 
 /// An operation with an argument that is to be watched.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Hidden {
+pub(crate) struct HiddenPart {
     argument: Register,
     kind: HiddenKind,
 }
@@ -29,7 +29,7 @@ const VANISHED: (f64, f64) = (-36.0, -34.0);
 const CLOSE: f64 = 1e-6;
 
 /// Quantities to monitor in a program.
-pub fn find(program: &Program) -> Vec<Hidden> {
+pub fn find(program: &Program) -> Vec<HiddenPart> {
     let watched = |op: &Op| match *op {
         Op::Integral {
             function: Function::Tanh | Function::Sinh | Function::Cosh,
@@ -39,9 +39,9 @@ pub fn find(program: &Program) -> Vec<Hidden> {
         Op::Exp(x) => Some((x, HiddenKind::Left)),
         _ => None,
     };
-    let mut list: Vec<Hidden> = Vec::new();
+    let mut list: Vec<HiddenPart> = Vec::new();
     for (argument, kind) in program.ops.iter().filter_map(watched) {
-        let hidden = Hidden { argument, kind };
+        let hidden = HiddenPart { argument, kind };
         if !list.contains(&hidden) {
             list.push(hidden);
         }
@@ -49,7 +49,7 @@ pub fn find(program: &Program) -> Vec<Hidden> {
     list
 }
 
-impl Hidden {
+impl HiddenPart {
     /// The first theta within a step at which the argument comes back, if it starts far out.
     pub fn end(&self, registers: &[Polynomial], count: usize, step: f64) -> Option<f64> {
         let argument = &registers[self.argument];

@@ -6,9 +6,9 @@
 //!     A = sum_i (a+ - a- + (D - 1)_i (W_i a- - e_i'')) W_i / rate_i
 //! ```
 
-use super::impulse::{Impact, Stop, agree};
+use super::impulse::{Impact, StopPart, agree};
 use super::part::Watched;
-use super::regions::{Crossing, size};
+use super::regions::{RegionCrossing, size};
 use super::sliding::Slide;
 use super::{Exact, MovedState, ROUNDING, SAME_INSTANT};
 use crate::element::automaton::{Reset, Surface};
@@ -30,7 +30,7 @@ pub(crate) struct Buffers {
     pub held: Vec<usize>,
     before: Vec<f64>,
     after: Vec<f64>,
-    pub(super) stops: Vec<Stop>,
+    pub(super) stops: Vec<StopPart>,
     pub(super) slides: Vec<Slide>,
 }
 
@@ -101,7 +101,7 @@ impl Exact {
                     None => (beyond >= -part.tolerance(level, size, tau)).then_some(0.0),
                 };
                 let Some(gap) = gap else { continue };
-                self.impacts.stops.push(Stop {
+                self.impacts.stops.push(StopPart {
                     part: k,
                     connection: part.connection,
                     direction: guard.direction,
@@ -133,14 +133,14 @@ impl Exact {
             if round == PATIENT && !agree(system, &stops) {
                 return Err(IntegrationEnd::Locked(stops[0].connection));
             }
-            let is_reached = |s: &Stop| reached == Some((s.part, s.direction)) && s.rate > 0.0;
+            let is_reached = |s: &StopPart| reached == Some((s.part, s.direction)) && s.rate > 0.0;
             let approaches =
-                |s: &&Stop| !s.is_held && s.gap == 0.0 && (s.rate > slow || is_reached(s));
+                |s: &&StopPart| !s.is_held && s.gap == 0.0 && (s.rate > slow || is_reached(s));
             let found = stops.iter().any(|s| approaches(&s));
             let result = match found {
                 true => {
-                    let meets = |s: &&Stop| s.is_held || approaches(s);
-                    let set: Vec<Stop> = stops.iter().filter(meets).copied().collect();
+                    let meets = |s: &&StopPart| s.is_held || approaches(s);
+                    let set: Vec<StopPart> = stops.iter().filter(meets).copied().collect();
                     self.strike(tau, &set, state, motion)
                 }
                 false => self.rest(tau, &stops, state, motion),
@@ -159,7 +159,7 @@ impl Exact {
     fn strike(
         &mut self,
         tau: f64,
-        near: &[Stop],
+        near: &[StopPart],
         state: &mut [f64],
         motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
@@ -240,7 +240,7 @@ impl Exact {
                 true => Direction::Up,
                 false => Direction::Down,
             };
-            let crossing = Crossing {
+            let crossing = RegionCrossing {
                 theta: 0.0,
                 part,
                 watched: Watched::Force,

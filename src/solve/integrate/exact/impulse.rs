@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 /// A part at a stop.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stop {
+pub(super) struct StopPart {
     pub(super) part: usize,
     pub(super) connection: usize,
     /// Way out.
@@ -22,7 +22,7 @@ pub(super) struct Stop {
     pub(super) rate: f64,
 }
 
-impl Stop {
+impl StopPart {
     /// 1 + r.
     fn factor(&self) -> f64 {
         if self.is_held {
@@ -54,7 +54,7 @@ const HIT: f64 = 1e-9;
 /// D J, thus the motion, is unique where stops depend on each other, too: of parallel ones with different coefficients the most elastic decides.
 pub(super) struct Impact {
     /// Stops that are hit, and held ones that stay closed.
-    pub(super) set: Vec<Stop>,
+    pub(super) set: Vec<StopPart>,
     /// Their impulses, along the deformations.
     pub(super) impulses: Vec<f64>,
     /// kappa_A (W_A kappa_A)^-1 diag(1 + r).
@@ -62,7 +62,7 @@ pub(super) struct Impact {
 }
 
 /// W_A kappa_A with the signs of the stops.
-fn outward(system: &System, near: &[Stop]) -> DMatrix<f64> {
+fn outward(system: &System, near: &[StopPart]) -> DMatrix<f64> {
     DMatrix::from_fn(near.len(), near.len(), |a, b| {
         let (a, b) = (&near[a], &near[b]);
         let signs = a.direction.sign() * b.direction.sign();
@@ -71,17 +71,17 @@ fn outward(system: &System, near: &[Stop]) -> DMatrix<f64> {
 }
 
 /// Whether some rates keep within all stops that are closed.
-pub(super) fn agree(system: &System, stops: &[Stop]) -> bool {
-    let closed: Vec<Stop> = stops.iter().filter(|s| s.gap == 0.0).copied().collect();
+pub(super) fn agree(system: &System, stops: &[StopPart]) -> bool {
+    let closed: Vec<StopPart> = stops.iter().filter(|s| s.gap == 0.0).copied().collect();
     let rates: Vec<f64> = closed.iter().map(|s| s.rate).collect();
     closed.is_empty() || solve(&outward(system, &closed), &rates).is_some()
 }
 
 impl Impact {
     /// `None` where stops contradict each other.
-    pub(super) fn of(system: &System, near: &[Stop]) -> Option<Impact> {
+    pub(super) fn of(system: &System, near: &[StopPart]) -> Option<Impact> {
         let (count, mobility) = (near.len(), outward(system, near));
-        let changes: Vec<f64> = near.iter().map(Stop::change).collect();
+        let changes: Vec<f64> = near.iter().map(StopPart::change).collect();
         let pushes = solve(&mobility, &changes)?;
         let is_hit = |a: usize| {
             let parts = (0..count).map(|b| mobility[(a, b)] * pushes[b]);
@@ -89,7 +89,7 @@ impl Impact {
             pushes[a] > 0.0 || (sum - changes[a]).abs() <= HIT * (size + changes[a].abs())
         };
         let hit: Vec<usize> = (0..count).filter(|a| is_hit(*a)).collect();
-        let set: Vec<Stop> = hit.iter().map(|a| near[*a]).collect();
+        let set: Vec<StopPart> = hit.iter().map(|a| near[*a]).collect();
         let impulses = hit.iter().map(|a| -near[*a].direction.sign() * pushes[*a]);
         let connections: Vec<usize> = set.iter().map(|s| s.connection).collect();
         let kappa = system.stiffness().select_columns(&connections);
@@ -114,7 +114,7 @@ impl Impact {
         let (n, set) = (system.dof(), &self.set);
         let moving = set.iter().filter(|s| !s.is_held).count().max(1) as f64;
         for mut column in phi.column_iter_mut() {
-            let strain = |column: &[f64], stop: &Stop| {
+            let strain = |column: &[f64], stop: &StopPart| {
                 let row = system.element_map_row(stop.connection).iter();
                 row.map(|(i, w)| w * column[*i]).sum::<f64>()
             };

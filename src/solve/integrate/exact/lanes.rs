@@ -11,13 +11,13 @@ use super::Exact;
 use super::decay::{MAX_REACH, NEGLIGIBLE, SIZE_TERMS};
 use super::recursion::RECIPROCAL;
 use super::series::{is_next_turn, within_turn};
-use super::tables::Tables;
+use super::tables::LaneTables;
 use crate::numeric::bernstein::{Direction, evaluate_each};
 use crate::numeric::roots::root_below;
 use crate::numeric::taylor::COUNT;
 use crate::solve::integrate::{Flight, Status};
 use crate::system::System;
-use crossings::Crossing;
+use crossings::LaneCrossing;
 use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::TAU;
 
@@ -29,7 +29,7 @@ type Each = [f64; LANES];
 /// The trajectories.
 #[derive(Debug, Clone)]
 pub(crate) struct Lanes<const N: usize> {
-    tables: Tables<N>,
+    tables: LaneTables<N>,
     tau: Each,
     q: [Each; N],
     v: [Each; N],
@@ -133,7 +133,7 @@ impl Exact {
 
 impl<const N: usize> Lanes<N> {
     /// Empty places.
-    pub fn new(tables: Tables<N>) -> Lanes<N> {
+    pub fn new(tables: LaneTables<N>) -> Lanes<N> {
         let zero = [0.0; LANES];
         let count = tables.lines.len();
         let mut lanes = Lanes {
@@ -203,7 +203,13 @@ impl<const N: usize> Lanes<N> {
 
     /// What follows a step of a lane.
     #[inline(always)]
-    fn close(&mut self, l: usize, theta: f64, crossing: Option<Crossing>, whole: bool) -> Status {
+    fn close(
+        &mut self,
+        l: usize,
+        theta: f64,
+        crossing: Option<LaneCrossing>,
+        whole: bool,
+    ) -> Status {
         let (tau, end) = (self.tau[l], self.tables.period);
         let next = match crossing {
             None if whole => end,
@@ -235,7 +241,7 @@ impl<const N: usize> Lanes<N> {
     /// Taylor coefficients of the loads, with what the regions add.
     #[inline(always)]
     fn expand_loads(&mut self) {
-        let Tables { period, turns, .. } = self.tables;
+        let LaneTables { period, turns, .. } = self.tables;
         let phase = self.tau.map(|tau| {
             let phase = within_turn(turns * tau);
             let middle = phase + turns * (0.5 * (tau + period) - tau);

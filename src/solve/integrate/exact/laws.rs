@@ -1,7 +1,7 @@
 //! The laws of a system as the flow sees them: in every region between breakpoints an affine function or a program.
 
-use super::cells::{Cells, inside};
-use super::hidden::{self, Hidden};
+use super::cells::{LawCells, inside};
+use super::hidden::{self, HiddenPart};
 use crate::element::Element;
 use crate::element::automaton::{Automaton, RegionForce, line};
 use crate::element::evolving::Evolving;
@@ -24,7 +24,7 @@ pub struct Law {
     /// Guards of regions that are not bounded by breakpoints.
     pub automaton: Option<Automaton>,
     /// Regions of a law whose memory has a rate of its own.
-    pub cells: Option<Cells>,
+    pub cells: Option<LawCells>,
 }
 
 /// The force in one region.
@@ -44,7 +44,7 @@ pub struct Smooth {
     /// df/dx, df/dv; with a memory then df/dz and the same three of its rate.
     pub partials: Program,
     /// Quantities that the series of the force may not resolve.
-    pub hidden: Vec<Hidden>,
+    pub hidden: Vec<HiddenPart>,
 }
 
 impl Law {
@@ -63,7 +63,7 @@ impl Law {
     /// A law whose memory has a rate, followed once in each of its regions.
     fn read_evolving(element: &dyn Element, law: &dyn Evolving) -> Result<Law, String> {
         let kinks = law.kinks();
-        let cells = Cells {
+        let cells = LawCells {
             levels: [kinks.deformation, kinks.rate, kinks.memory],
         };
         let (mut pieces, mut flanks) = (Vec::new(), Vec::new());
@@ -319,7 +319,7 @@ pub fn read(system: &System) -> Result<Vec<LawPart>, SolveError> {
 }
 
 /// Moduli of the slopes of the force in a region by the deformation, its change with the memory included, and by the rate.
-fn slopes_of(cells: &Cells, smooth: &Smooth, region: usize) -> (f64, f64) {
+fn slopes_of(cells: &LawCells, smooth: &Smooth, region: usize) -> (f64, f64) {
     let [q, v, z] = cells.inside(region);
     let places = [[q, v, z], [q, v, 0.0], [q, 0.0, z], [q, 0.0, 0.0]];
     places
@@ -347,7 +347,7 @@ fn trace_evolving(law: &dyn Evolving, at: [f64; 4]) -> Result<Smooth, String> {
 }
 
 /// A motion that enters a region starts on its border: force and rate have to have a series there.
-fn check_cell(cells: &Cells, region: usize, smooth: &Smooth) -> Result<(), String> {
+fn check_cell(cells: &LawCells, region: usize, smooth: &Smooth) -> Result<(), String> {
     let inside = cells.inside(region);
     let names = ["deformation", "rate", "memory"];
     for (axis, name) in names.into_iter().enumerate() {

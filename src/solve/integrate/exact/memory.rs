@@ -3,7 +3,7 @@
 use super::ROUNDING;
 use super::acting::Acting;
 use super::regions::{Regions, size};
-use super::series::Series;
+use super::series::MotionSeries;
 use crate::numeric::bernstein::evaluate;
 
 impl Regions {
@@ -11,7 +11,7 @@ impl Regions {
     /// is where it may leave.
     pub(crate) fn place_cell(
         &mut self,
-        series: &Series,
+        series: &MotionSeries,
         state: &[f64],
         k: usize,
         motion: [f64; 2],

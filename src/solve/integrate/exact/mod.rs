@@ -52,7 +52,7 @@ pub(super) use laws::Law;
 use nalgebra::DMatrix;
 pub use options::SeriesOptions;
 use regions::Regions;
-use series::{Series, Span};
+use series::{MotionSeries, Span};
 use std::f64::consts::TAU;
 use strain::Labour;
 use variation::VariationWorkspace;
@@ -60,7 +60,7 @@ use variation::VariationWorkspace;
 /// Integration by Taylor series. One call depends on its arguments only, not on the calls before.
 #[derive(Debug, Clone)]
 pub struct Exact {
-    series: Series,
+    series: MotionSeries,
     regions: Regions,
     acting: Acting,
     variation: VariationWorkspace,
@@ -126,7 +126,7 @@ impl Exact {
     pub fn with(system: &System, options: SeriesOptions) -> Result<Exact, SolveError> {
         let laws = laws::read(system)?;
         let (n, m, e) = (system.dof(), system.memory_count(), system.element_count());
-        let series = Series::new(system, &laws, &options);
+        let series = MotionSeries::new(system, &laws, &options);
         let is_closed_form = laws.iter().all(|part| {
             let variation = system.mounts()[part.connection]
                 .stiffness_variation

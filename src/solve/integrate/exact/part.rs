@@ -3,7 +3,7 @@
 use super::ROUNDING;
 use super::laws::{ForcePiece, Law, LawPart};
 use super::rebound::Rebound;
-use super::series::Series;
+use super::series::MotionSeries;
 use crate::element::automaton::{Guard, MemoryRate, Region, RegionForce, Surface};
 use crate::numeric::bernstein::Direction;
 use crate::numeric::outline::{Gate, Outline};
@@ -249,7 +249,7 @@ impl Part {
     /// Reports the first passage of a level of rate or memory of a law whose memory has a rate, within a step.
     pub(crate) fn watch_cell(
         &self,
-        series: &Series,
+        series: &MotionSeries,
         powers: &Polynomial,
         size: f64,
         earliest: &mut dyn FnMut(f64, Watched, Direction),
@@ -281,7 +281,7 @@ impl Part {
     /// Reports the first passage of rate 0, or of a holding force, within a step.
     pub fn watch(
         &self,
-        series: &Series,
+        series: &MotionSeries,
         powers: &Polynomial,
         size: f64,
         earliest: &mut dyn FnMut(f64, Watched, Direction),
@@ -345,7 +345,7 @@ fn passage(
 }
 
 /// dx/dT of a deformation, in powers of theta.
-pub fn speed_of(series: &Series, deformation: &Polynomial) -> Polynomial {
+pub fn speed_of(series: &MotionSeries, deformation: &Polynomial) -> Polynomial {
     let mut rate = [0.0; COUNT];
     for k in 1..COUNT {
         rate[k - 1] = k as f64 * deformation[k] / series.unit;

@@ -1,7 +1,7 @@
 //! Which regions a motion begins in, and what happens where it leaves them.
 
 use super::bounces::Excursion;
-use super::regions::Crossing;
+use super::regions::RegionCrossing;
 use super::series::Span;
 use super::{Exact, MovedState};
 use crate::element::automaton::Reset;
@@ -178,7 +178,7 @@ impl Exact {
         for (part, region) in after.iter().enumerate() {
             while let Some(direction) = self.regions.towards(part, *region) {
                 self.open_series(system, tau, state)?;
-                let crossing = Crossing {
+                let crossing = RegionCrossing {
                     theta: 0.0,
                     part,
                     watched: Watched::Level,
@@ -194,7 +194,7 @@ impl Exact {
     /// A part passes a guard at theta of the series, which is tau; whether that counts as a switch, not as one of many bounces.
     pub(super) fn cross(
         &mut self,
-        crossing: &Crossing,
+        crossing: &RegionCrossing,
         tau: f64,
         state: &mut [f64],
         motion: &mut MovedState<'_>,
@@ -225,7 +225,7 @@ impl Exact {
     }
 
     /// Moves a part into the region behind a guard.
-    fn move_on(&mut self, crossing: &Crossing, tau: f64, motion: &mut MovedState<'_>) {
+    fn move_on(&mut self, crossing: &RegionCrossing, tau: f64, motion: &mut MovedState<'_>) {
         let system = motion.system;
         let connection = self.regions.parts()[crossing.part].connection;
         let deformation = self.series.deformation(connection);
@@ -270,7 +270,7 @@ impl Exact {
     }
 
     /// How far a motion that passes a jump goes before it comes back, if it does so again and again.
-    fn excursion(&self, crossing: &Crossing, tau: f64, system: &System) -> Option<Excursion> {
+    fn excursion(&self, crossing: &RegionCrossing, tau: f64, system: &System) -> Option<Excursion> {
         let connection = self.regions.parts()[crossing.part].connection;
         let deformation = self.series.deformation(connection);
         let rate = evaluate(deformation, crossing.theta).1 / self.series.unit;

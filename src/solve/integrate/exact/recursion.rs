@@ -1,14 +1,14 @@
 //! Coefficient after coefficient: the equation of motion itself.
 
 use super::acting::Acting;
-use super::decay::Ending;
+use super::decay::DecayEnd;
 use super::entries::dense;
 use super::regions::Regions;
-use super::series::{Series, Span, add};
+use super::series::{MotionSeries, Span, add};
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
 
-impl Series {
+impl MotionSeries {
     /// Coefficients of q and of the deformations from a state [q; v].
     ///
     /// ```text
@@ -145,7 +145,7 @@ impl Series {
             }
         }
         let square = self.unit * self.unit;
-        let mut ending = Ending::new(span.remaining, self.control);
+        let mut ending = DecayEnd::new(span.remaining, self.control);
         for k in 0..self.terms - 2 {
             let order = (k + 1) as f64;
             let mut memory = 0.0_f64;

@@ -5,7 +5,7 @@ use super::cells::departs;
 use super::laws::{ForcePiece, Law, LawPart};
 use super::part::{Exits, Part, Watched, speed_of};
 use super::rebound::Rebound;
-use super::series::Series;
+use super::series::MotionSeries;
 use crate::element::automaton::{MemoryRate, RegionForce, Reset};
 use crate::numeric::bernstein::Direction;
 use crate::numeric::outline::{Gate, Outline};
@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 
 /// The first crossing on a step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Crossing {
+pub(crate) struct RegionCrossing {
     pub theta: f64,
     pub part: usize,
     pub watched: Watched,
@@ -45,7 +45,7 @@ pub(crate) struct Regions {
 }
 
 /// Largest coordinate or, in units of time of the series, rate.
-pub(super) fn size(series: &Series, state: &[f64]) -> f64 {
+pub(super) fn size(series: &MotionSeries, state: &[f64]) -> f64 {
     let (q, v) = state.split_at(state.len() / 2);
     let rates = v.iter().map(|v| v.abs() * series.unit);
     q.iter().map(|q| q.abs()).chain(rates).fold(0.0, f64::max)
@@ -53,7 +53,7 @@ pub(super) fn size(series: &Series, state: &[f64]) -> f64 {
 
 impl Regions {
     /// Every part in the lowest region of its law.
-    pub(crate) fn new(laws: Vec<LawPart>, series: &Series) -> Regions {
+    pub(crate) fn new(laws: Vec<LawPart>, series: &MotionSeries) -> Regions {
         let part = |part: LawPart| {
             let sizes = series.sizes(part.connection);
             Part::new(part, sizes)
@@ -110,14 +110,14 @@ impl Regions {
     }
 
     /// Action where a part passes a guard.
-    pub(crate) fn reset(&self, crossing: &Crossing) -> Reset {
+    pub(crate) fn reset(&self, crossing: &RegionCrossing) -> Reset {
         let part = &self.parts[crossing.part];
         part.guard(crossing.watched, crossing.direction)
             .map_or(Reset::None, |g| g.reset)
     }
 
     /// Moves a part over a guard into the next region.
-    pub(crate) fn pass(&mut self, crossing: &Crossing, deformation: f64) -> GuardPassage {
+    pub(crate) fn pass(&mut self, crossing: &RegionCrossing, deformation: f64) -> GuardPassage {
         let part = &mut self.parts[crossing.part];
         let before = part.region;
         let flank = |law: &Law, region: usize| law.flanks[region];
@@ -169,7 +169,7 @@ impl Regions {
     }
 
     /// Follows flights from stops up to theta, where the state is; those that have gone far are over.
-    pub(crate) fn fly(&mut self, series: &Series, theta: f64, state: &[f64]) {
+    pub(crate) fn fly(&mut self, series: &MotionSeries, theta: f64, state: &[f64]) {
         let size = size(series, state);
         for part in &mut self.parts {
             let course = series.deformation(part.connection);
@@ -180,13 +180,13 @@ impl Regions {
     /// The earliest crossing of any part within a step from a state.
     pub(crate) fn first_crossing(
         &mut self,
-        series: &Series,
+        series: &MotionSeries,
         (tau, state): (f64, &[f64]),
         step: f64,
-    ) -> Option<Crossing> {
+    ) -> Option<RegionCrossing> {
         fill_powers(&mut self.powers, step);
         let size = size(series, state);
-        let mut first: Option<Crossing> = None;
+        let mut first: Option<RegionCrossing> = None;
         for (k, part) in self.parts.iter().enumerate() {
             let Exits { low, high, .. } = part.exits;
             if part.is_plain && low.is_infinite() && high.is_infinite() {
@@ -194,7 +194,7 @@ impl Regions {
             }
             let mut earliest = |x: f64, watched: Watched, direction: Direction| {
                 if first.is_none_or(|f| x * step < f.theta) {
-                    first = Some(Crossing {
+                    first = Some(RegionCrossing {
                         theta: x * step,
                         part: k,
                         watched,
@@ -251,7 +251,7 @@ impl Regions {
     /// them is where it may leave: [`Regions::leave`] decides there.
     pub(crate) fn place(
         &mut self,
-        series: &Series,
+        series: &MotionSeries,
         (tau, state): (f64, &[f64]),
         deformation: &[f64],
     ) -> bool {
@@ -279,7 +279,7 @@ impl Regions {
     }
 
     /// Moves parts on the border of their region that are about to leave it, if nothing else happens there.
-    pub(crate) fn leave(&mut self, series: &Series, (tau, state): (f64, &[f64])) {
+    pub(crate) fn leave(&mut self, series: &MotionSeries, (tau, state): (f64, &[f64])) {
         let size = size(series, state);
         for part in &mut self.parts {
             let polynomial = series.deformation(part.connection);
@@ -324,7 +324,7 @@ impl Regions {
     /// The breakpoint on which a part is and the flank of its region, if it is in contact.
     pub(crate) fn begun(
         &self,
-        series: &Series,
+        series: &MotionSeries,
         (tau, state): (f64, &[f64]),
         part: usize,
         deformation: f64,

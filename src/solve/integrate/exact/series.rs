@@ -2,7 +2,7 @@
 
 use super::SeriesOptions;
 use super::acting::Acting;
-use super::decay::{Control, reach_of_closed_form, reach_within};
+use super::decay::{SeriesControl, reach_of_closed_form, reach_within};
 use super::entries::{MatrixEntry, couple, entries};
 use super::forcing::{CoursePosition, Instant, Sources};
 use super::frequencies::frequency_bound;
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 /// The recursion with its tables and buffers.
 #[derive(Debug, Clone)]
-pub struct Series {
+pub struct MotionSeries {
     /// Unit of time h in omega_c t: theta = T / h.
     pub unit: f64,
     /// h Gam.
@@ -43,7 +43,7 @@ pub struct Series {
     pub(super) constant: Vec<f64>,
     pub(super) slope: Vec<f64>,
     /// Error of a step allowed where the force is not a constant multiple of the deformation, relative to the motion.
-    pub(super) control: Control,
+    pub(super) control: SeriesControl,
     /// Coefficients at most there.
     pub(super) terms: usize,
     pace: Pace,
@@ -80,9 +80,9 @@ impl Span {
     }
 }
 
-impl Series {
+impl MotionSeries {
     /// Tables of a system. The unit of time is the reciprocal of a bound on its highest frequency.
-    pub fn new(system: &System, laws: &[LawPart], options: &SeriesOptions) -> Series {
+    pub fn new(system: &System, laws: &[LawPart], options: &SeriesOptions) -> MotionSeries {
         let (n, e) = (system.dof(), system.element_count());
         let highest = frequency_bound(system, laws, f64::max);
         let unit = if highest > 0.0 { 1.0 / highest } else { 1.0 };
@@ -115,7 +115,7 @@ impl Series {
         let map = entries(system.element_map(), 1.0);
         let (coupled, links) = couple(&stiffness, &map);
         let slowest = unit * frequency_bound(system, laws, f64::min);
-        Series {
+        MotionSeries {
             pace: Pace::new(system, unit, slowest),
             holding: None,
             memories: Vec::new(),
@@ -134,7 +134,7 @@ impl Series {
             error: vec![[0.0; COUNT]; e],
             q: vec![[0.0; COUNT]; n],
             deformation: vec![[0.0; COUNT]; e],
-            control: Control::new(options.tolerance, unit),
+            control: SeriesControl::new(options.tolerance, unit),
             terms: options.terms.clamp(FEWEST_TERMS, COUNT),
             count: COUNT,
         }

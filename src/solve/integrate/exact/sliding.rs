@@ -1,8 +1,8 @@
 //! Laws that depend on the sign of a rate, where an impact changes it.
 
-use super::impulse::Stop;
+use super::impulse::StopPart;
 use super::part::Watched;
-use super::regions::Crossing;
+use super::regions::RegionCrossing;
 use super::{Exact, MovedState};
 use crate::solve::integrate::{Switch, SwitchKind};
 use crate::system::System;
@@ -41,7 +41,7 @@ impl Exact {
     pub(super) fn turn_slides(
         &mut self,
         (tau, state): (f64, &[f64]),
-        set: &[Stop],
+        set: &[StopPart],
         motion: &mut MovedState<'_>,
     ) {
         let system = motion.system;
@@ -58,7 +58,7 @@ impl Exact {
                 stop_memory((system, phi), slide, set);
             }
             let deformation = self.deformation[slide.connection];
-            let crossing = Crossing {
+            let crossing = RegionCrossing {
                 theta: 0.0,
                 part: slide.part,
                 watched: Watched::Rate,
@@ -90,7 +90,7 @@ impl Exact {
 /// ```text
 /// dz = W dq + rate dt,   dt = -W_s dq / rate_s
 /// ```
-fn stop_memory((system, phi): (&System, &mut DMatrix<f64>), slide: &Slide, set: &[Stop]) {
+fn stop_memory((system, phi): (&System, &mut DMatrix<f64>), slide: &Slide, set: &[StopPart]) {
     let row = 2 * system.dof() + slide.memory;
     let moving = || set.iter().filter(|s| !s.is_held);
     let count = moving().count().max(1) as f64;
@@ -99,7 +99,7 @@ fn stop_memory((system, phi): (&System, &mut DMatrix<f64>), slide: &Slide, set: 
             let parts = system.element_map_row(connection).iter();
             parts.map(|(i, w)| w * phi[(*i, j)]).sum::<f64>()
         };
-        let delay = |s: &Stop| -strain(s.connection) / (s.direction.sign() * s.rate);
+        let delay = |s: &StopPart| -strain(s.connection) / (s.direction.sign() * s.rate);
         let later = moving().map(delay).sum::<f64>() / count;
         phi[(row, j)] = strain(slide.connection) + slide.rate * later;
     }

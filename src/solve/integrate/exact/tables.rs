@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 /// What the trajectories have in common: a system of N coordinates, each of which is the deformation of a connection.
 #[derive(Debug, Clone)]
-pub struct Tables<const N: usize> {
+pub struct LaneTables<const N: usize> {
     /// Unit of time of the series in omega_c t, and in phases of the response.
     pub unit: f64,
     pub per_theta: f64,
@@ -19,7 +19,7 @@ pub struct Tables<const N: usize> {
     /// h Gam.
     pub damping: [[f64; N]; N],
     pub mean: [f64; N],
-    pub orders: Vec<Order<N>>,
+    pub orders: Vec<TableOrder<N>>,
     pub lines: Vec<Line>,
     /// By the regions of all connections.
     pub variants: Vec<Variant<N>>,
@@ -27,7 +27,7 @@ pub struct Tables<const N: usize> {
 
 /// A harmonic of the loads.
 #[derive(Debug, Clone)]
-pub struct Order<const N: usize> {
+pub struct TableOrder<const N: usize> {
     pub order: f64,
     pub scale: f64,
     pub cos: [f64; N],
@@ -71,7 +71,7 @@ const MOST_VARIANTS: usize = 4096;
 
 impl Exact {
     /// The tables of a system for which they exist.
-    pub(super) fn tables<const N: usize>(&mut self, system: &System) -> Option<Tables<N>> {
+    pub(super) fn tables<const N: usize>(&mut self, system: &System) -> Option<LaneTables<N>> {
         let (mut lines, mut count) = (Vec::new(), 1_usize);
         for part in self.regions.parts() {
             lines.push(Line {
@@ -92,7 +92,7 @@ impl Exact {
         let (mean, terms) = self.series.loads.harmonics()?;
         let unit = self.series.unit;
         let orders = terms.iter().map(|term| {
-            Some(Order {
+            Some(TableOrder {
                 order: term.order,
                 scale: term.scale,
                 cos: *term.cos.first_chunk()?,
@@ -100,7 +100,7 @@ impl Exact {
                 powers: term.powers,
             })
         });
-        Some(Tables {
+        Some(LaneTables {
             unit,
             per_theta: system.omega() * unit,
             period: TAU / system.subharmonic() as f64,

@@ -1,7 +1,7 @@
 //! Small deviations from the motion: the recursion without loads, for every column of the transition matrix at once.
 
 use super::entries::dense;
-use super::series::Series;
+use super::series::MotionSeries;
 use crate::numeric::taylor::COUNT;
 use nalgebra::DMatrix;
 use pulp::{Arch, NullaryFnOnce};
@@ -83,7 +83,7 @@ impl VariationWorkspace {
     /// ```
     ///
     /// a_k: terms of the coordinates, r_k: terms of their rates.
-    pub fn advance(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+    pub fn advance(&mut self, series: &MotionSeries, phi: &mut DMatrix<f64>, theta: f64) {
         match phi.nrows() {
             _ if !self.memory.is_empty() => self.sparse(series, phi, theta),
             2 => small::<1, 2>(series, phi, theta),
@@ -94,7 +94,7 @@ impl VariationWorkspace {
         }
     }
 
-    fn sparse(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+    fn sparse(&mut self, series: &MotionSeries, phi: &mut DMatrix<f64>, theta: f64) {
         // Whatever instructions the processor has: products and sums are the same.
         Arch::new().dispatch(VariationStep {
             variation: self,
@@ -106,7 +106,7 @@ impl VariationWorkspace {
 
     /// M: length of a row, or 0 for any.
     #[inline(always)]
-    fn rows<const M: usize>(&mut self, series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+    fn rows<const M: usize>(&mut self, series: &MotionSeries, phi: &mut DMatrix<f64>, theta: f64) {
         let columns = if M > 0 { M } else { self.width };
         let n = series.q.len();
         for (j, column) in phi.column_iter().enumerate() {
@@ -160,7 +160,7 @@ impl VariationWorkspace {
 /// A step as the processor takes it.
 struct VariationStep<'a> {
     variation: &'a mut VariationWorkspace,
-    series: &'a Series,
+    series: &'a MotionSeries,
     phi: &'a mut DMatrix<f64>,
     theta: f64,
 }
@@ -189,7 +189,7 @@ impl NullaryFnOnce for VariationStep<'_> {
 
 /// The same for N coordinates; M = 2 N.
 struct Small<'a, const N: usize, const M: usize> {
-    series: &'a Series,
+    series: &'a MotionSeries,
     phi: &'a mut DMatrix<f64>,
     theta: f64,
 }
@@ -251,7 +251,11 @@ fn add_row<const M: usize>(sum: &mut [f64; M], factor: f64, part: &[f64; M]) {
 
 /// A step for N coordinates in arrays that the compiler can unroll; M = 2 N.
 #[inline(always)]
-fn small<const N: usize, const M: usize>(series: &Series, phi: &mut DMatrix<f64>, theta: f64) {
+fn small<const N: usize, const M: usize>(
+    series: &MotionSeries,
+    phi: &mut DMatrix<f64>,
+    theta: f64,
+) {
     let damping = dense::<N>(&series.damping);
     let stiffness = dense::<N>(&series.coupled);
     let mut now: [[f64; M]; N] = std::array::from_fn(|i| std::array::from_fn(|j| phi[(i, j)]));

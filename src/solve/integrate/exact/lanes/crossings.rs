@@ -9,7 +9,7 @@ use pulp::Simd;
 
 /// The first crossing of a trajectory on a step.
 #[derive(Clone, Copy)]
-pub(super) struct Crossing {
+pub(super) struct LaneCrossing {
     pub theta: f64,
     pub line: usize,
     pub direction: Direction,
@@ -25,7 +25,11 @@ struct Pending {
 impl<const N: usize> Lanes<N> {
     /// The first crossing of every lane.
     #[inline(always)]
-    pub(super) fn crossings<S: Simd>(&mut self, simd: S, step: &Each) -> [Option<Crossing>; LANES] {
+    pub(super) fn crossings<S: Simd>(
+        &mut self,
+        simd: S,
+        step: &Each,
+    ) -> [Option<LaneCrossing>; LANES] {
         fill(&mut self.powers, step);
         let mut size = [0.0; LANES];
         for motion in &self.motion {
@@ -67,7 +71,7 @@ impl<const N: usize> Lanes<N> {
         &mut self,
         simd: S,
         (number, step, size): (usize, &Each, &Each),
-        first: &mut [Option<Crossing>; LANES],
+        first: &mut [Option<LaneCrossing>; LANES],
     ) -> Pending {
         let line = &self.tables.lines[number];
         let outline = Outline::new(&self.scaled);
@@ -145,9 +149,9 @@ impl Pending {
 
 /// Keeps the earlier crossing.
 #[inline(always)]
-fn note(first: &mut Option<Crossing>, theta: f64, line: usize, direction: Direction) {
+fn note(first: &mut Option<LaneCrossing>, theta: f64, line: usize, direction: Direction) {
     if first.is_none_or(|f| theta < f.theta) {
-        *first = Some(Crossing {
+        *first = Some(LaneCrossing {
             theta,
             line,
             direction,
