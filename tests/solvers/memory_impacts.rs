@@ -1,4 +1,4 @@
-//! Sliders beside rigid stops: an impact turns the rate, and what slipped sticks from that instant on.
+//! Impacts: sliders beside rigid stops, whose rate an impact turns, so that what slipped sticks from that instant on; joints without play.
 
 use crate::common::load;
 use gearlash::element::{Element, Jenkins, Linear, RigidStop, Side};
@@ -125,4 +125,89 @@ fn its_transition_matrix_is_the_derivative() {
         let gap = (change - phi.column(k)).amax();
         assert!(gap < 1e-7 * (1.0 + phi.amax()), "{k}: {gap:e} {phi}");
     }
+}
+
+/// Masses of a train of three bodies, of which two are joined without play.
+const BODIES: [f64; 3] = [1.0, 3.0, 2.0];
+/// Way before the first impact.
+const WAY: f64 = 0.1;
+
+/// Stops as (row, distance, restitution), on both sides.
+fn stops(list: &[([f64; 3], f64, f64)], loads: [f64; 3]) -> System {
+    let mount = |(_, gap, restitution): &([f64; 3], f64, f64)| {
+        Mount::new(Box::new(RigidStop {
+            gap: *gap,
+            side: None,
+            restitution: *restitution,
+            least_impact: 1e-9,
+        }) as Box<dyn Element>)
+    };
+    let map = DMatrix::from_fn(list.len(), 3, |k, i| list[k].0[i]);
+    let kappa = DMatrix::from_fn(3, list.len(), |i, k| list[k].0[i] / BODIES[i]);
+    let load = |i: usize| load(3, i, loads[i] / BODIES[i], 0.0);
+    let mut system = System::new(
+        DMatrix::zeros(3, 3),
+        kappa,
+        map,
+        list.iter().map(mount).collect(),
+        vec![load(0), load(1), load(2)],
+    )
+    .unwrap();
+    system.set_excitation_frequency(1.0);
+    system
+}
+
+fn velocities_after(system: &System, state: [f64; 6], time: f64) -> [f64; 3] {
+    let mut state = state.to_vec();
+    let mut flow = choose(system, IntegratorChoice::Exact).unwrap();
+    let end = flow.advance(system, (0.0, time), &mut state, &mut ());
+    assert_eq!(end, IntegrationEnd::Reached);
+    [state[3], state[4], state[5]]
+}
+
+fn assert_close(found: [f64; 3], wanted: [f64; 3]) {
+    for (found, wanted) in found.iter().zip(wanted) {
+        assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+    }
+}
+
+/// 1 hits 3 and 2, which a joint without play (two parallel stops) makes one body of 5: with v = 1 against -0.2 and restitution r
+/// the momentum is 0 and the velocities -r and r / 5. Whatever the joint's own restitution: its rate is 0 before and after.
+#[test]
+fn a_joint_without_play_is_hit_as_one_body() {
+    for (r, loads) in [
+        (0.0, [0.0; 3]),
+        (0.6, [0.0; 3]),
+        (0.6, [0.0, 0.3, -0.3]),
+        (0.6, [0.0, -0.3, 0.3]),
+    ] {
+        let system = stops(
+            &[
+                ([1.0, -1.0, 0.0], WAY, r),
+                ([0.0, 1.0, -1.0], 0.0, 0.815),
+                ([0.0, 1.0, -1.0], 0.0, 0.5),
+            ],
+            loads,
+        );
+        for sign in [1.0, -1.0] {
+            let state = [0.0, 0.0, 0.0, sign, -0.2 * sign, -0.2 * sign];
+            let wanted = [-r * sign, 0.2 * r * sign, 0.2 * r * sign];
+            assert_close(velocities_after(&system, state, 0.15), wanted);
+        }
+    }
+}
+
+/// The same where the body behind the joint is the one that is hit, by a wall: all of them turn.
+#[test]
+fn bodies_joined_without_play_turn_at_a_wall_together() {
+    let system = stops(
+        &[
+            ([1.0, -1.0, 0.0], 0.0, 0.05),
+            ([0.0, 1.0, -1.0], 0.0, 0.3),
+            ([0.0, 0.0, 1.0], WAY, 0.9),
+        ],
+        [0.0; 3],
+    );
+    let after = velocities_after(&system, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], 0.15);
+    assert_close(after, [-0.9; 3]);
 }

@@ -87,8 +87,7 @@ impl Exact {
         motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
-        let size = size(&self.series, state);
-        let is_slow = |s: &&StopPart| s.is_held || s.rate.abs() <= FAST * size / self.series.unit;
+        let is_slow = |s: &&StopPart| s.is_held || s.rate.abs() <= FAST * s.speed;
         let mut near: Vec<StopPart> = stops.iter().filter(is_slow).copied().collect();
         if near.is_empty() {
             return Ok(());
@@ -97,12 +96,15 @@ impl Exact {
             self.regions.enter(stop.part, 0);
         }
         self.open_series(system, tau, state)?;
-        let forces = self.carriers(system, &mut near, size)?;
+        let forces = self.carriers(system, &mut near)?;
         if near.is_empty() {
             return Ok(());
         }
-        let end = |(stop, force): (&StopPart, &f64)| self.remaining(system, (stop, *force), size);
+        let end = |(stop, force): (&StopPart, &f64)| self.remaining(system, (stop, *force));
         let ends: Vec<f64> = near.iter().zip(&forces).map(end).collect();
+        for stop in near.iter().filter(|s| s.is_held) {
+            self.regions.rebound(stop.part, stop.direction);
+        }
         for (stop, _) in near.iter().zip(&forces).filter(|(_, f)| **f > 0.0) {
             self.regions.enter(stop.part, stop.held);
         }
@@ -118,10 +120,7 @@ impl Exact {
                 kind: SwitchKind::Holding,
             };
             match (stop.is_held, *force > 0.0) {
-                (true, false) => {
-                    self.regions.rebound(stop.part, stop.direction);
-                    motion.observer.switch(&switch);
-                }
+                (true, false) => motion.observer.switch(&switch),
                 (false, true) => motion.observer.switch(&Switch {
                     tau: tau + end * system.omega(),
                     from: 0,
@@ -140,14 +139,13 @@ impl Exact {
         &self,
         system: &System,
         near: &mut Vec<StopPart>,
-        size: f64,
     ) -> Result<Vec<f64>, IntegrationEnd> {
         while !near.is_empty() {
             let Some(forces) = self.forces(system, near) else {
                 return Err(IntegrationEnd::Locked(near[0].connection));
             };
             let remaining = |k: usize| match forces[k] > 0.0 && !near[k].is_held {
-                true => self.remaining(system, (&near[k], forces[k]), size),
+                true => self.remaining(system, (&near[k], forces[k])),
                 false => 0.0,
             };
             let last = (0..near.len()).max_by(|a, b| remaining(*a).total_cmp(&remaining(*b)));
@@ -165,12 +163,12 @@ impl Exact {
     }
 
     /// Time in which the impacts of a stop die out under the force that would hold it; 0 at rest.
-    fn remaining(&self, system: &System, (stop, force): (&StopPart, f64), size: f64) -> f64 {
+    fn remaining(&self, system: &System, (stop, force): (&StopPart, f64)) -> f64 {
         let presses = force * system.mobility(stop.connection, stop.connection);
         let speed = stop.rate.abs();
         let time = (speed + (speed * speed + 2.0 * presses * stop.gap).sqrt())
             / (presses * (1.0 - stop.coefficient));
-        let is_at_rest = stop.gap == 0.0 && speed <= ROUNDING * size / self.series.unit;
+        let is_at_rest = stop.gap == 0.0 && speed <= stop.slow();
         match is_at_rest && time > self.shortest() {
             true => 0.0,
             false if time.is_nan() => 0.0,

@@ -84,10 +84,8 @@ impl Exact {
                 else {
                     continue;
                 };
-                let is_held = held_level.is_some();
-                if is_held && part.region != held {
-                    continue;
-                }
+                // The other side of a joint without play is closed, too.
+                let is_held = held_level.is_some() && part.region == held;
                 let sign = guard.direction.sign();
                 let beyond = sign * (self.deformation[part.connection] - level);
                 let rate = sign * self.rate(system, tau, state, part.connection);
@@ -111,12 +109,14 @@ impl Exact {
                     is_held,
                     gap,
                     rate,
+                    speed: part.tolerance(0.0, size, 0.0) / (ROUNDING * self.series.unit),
                 });
             }
         }
     }
 
-    /// Impacts of everything that is closed and approaches, then rest where impacts have died out.
+    /// Impacts of everything that is closed and approaches, then rest where impacts have died out. A closed stop at rest is not passed by
+    /// an impact on others, whether a force holds it or not: what follows must not hang on the rounding of its rate.
     pub(super) fn collide(
         &mut self,
         tau: f64,
@@ -125,7 +125,6 @@ impl Exact {
         motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
         let system = motion.system;
-        let slow = ROUNDING * size(&self.series, state) / self.series.unit;
         let mut reached = reached;
         for round in 0..ROUNDS {
             self.near_stops((system, tau), reached, state);
@@ -135,13 +134,13 @@ impl Exact {
             }
             let is_reached = |s: &StopPart| reached == Some((s.part, s.direction)) && s.rate > 0.0;
             let approaches =
-                |s: &&StopPart| !s.is_held && s.gap == 0.0 && (s.rate > slow || is_reached(s));
+                |s: &&StopPart| !s.is_held && s.gap == 0.0 && (s.rate > s.slow() || is_reached(s));
             let found = stops.iter().any(|s| approaches(&s));
             let result = match found {
                 true => {
-                    let meets = |s: &&StopPart| s.is_held || approaches(s);
-                    let set: Vec<StopPart> = stops.iter().filter(meets).copied().collect();
-                    self.strike(tau, &set, state, motion)
+                    let struck: Vec<StopPart> = stops.iter().filter(approaches).copied().collect();
+                    let others = stops.iter().filter(|s| !approaches(s));
+                    self.strike(tau, (&struck, others), state, motion)
                 }
                 false => self.rest(tau, &stops, state, motion),
             };
@@ -156,10 +155,10 @@ impl Exact {
     }
 
     /// One impact of several stops at once; those that would have to pull take no part.
-    fn strike(
+    fn strike<'a>(
         &mut self,
         tau: f64,
-        near: &[StopPart],
+        (struck, others): (&[StopPart], impl Iterator<Item = &'a StopPart> + Clone),
         state: &mut [f64],
         motion: &mut MovedState<'_>,
     ) -> Result<(), IntegrationEnd> {
@@ -169,8 +168,8 @@ impl Exact {
             self.open_series(system, tau, state)?;
             self.series.acceleration(0.0, &mut self.impacts.before);
         }
-        let Some(impact) = Impact::of(system, near) else {
-            return Err(IntegrationEnd::Locked(near[0].connection));
+        let Some(impact) = Impact::among(system, struck, others) else {
+            return Err(IntegrationEnd::Locked(struck[0].connection));
         };
         let set = &impact.set;
         let accelerations: Vec<f64> = (set.iter())
@@ -207,7 +206,7 @@ impl Exact {
                 .collect();
             impact.saltate((system, phi), (&shift, &accelerations));
         }
-        for stop in near.iter().filter(|s| !s.is_held) {
+        for stop in struck {
             self.regions.rebound(stop.part, stop.direction);
         }
         for stop in set.iter().filter(|s| !s.is_held) {
@@ -227,13 +226,14 @@ impl Exact {
     /// Joints at rest on a jump of their force, which is finite, give way to an impulse.
     fn break_loose(&mut self, tau: f64, state: &[f64], motion: &mut MovedState<'_>) {
         let system = motion.system;
-        let slow = ROUNDING * size(&self.series, state) / self.series.unit;
+        let size = size(&self.series, state);
         let held: Vec<(usize, usize, f64)> = (self.regions.held())
             .filter(|h| !self.is_stop(h.0))
             .collect();
         for (part, connection, level) in held {
             let velocity = self.rate(system, tau, state, connection);
-            if velocity.abs() <= slow {
+            let nothing = self.regions.parts()[part].tolerance(0.0, size, 0.0);
+            if velocity.abs() <= nothing / self.series.unit {
                 continue;
             }
             let direction = match velocity > 0.0 {

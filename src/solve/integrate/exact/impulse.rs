@@ -1,5 +1,6 @@
 //! The impulses of several stops at one instant, and what they do to deviations from the motion.
 
+use super::ROUNDING;
 use crate::numeric::bernstein::Direction;
 use crate::numeric::complementary::{least, solve};
 use crate::system::System;
@@ -15,14 +16,27 @@ pub(super) struct StopPart {
     pub(super) level: f64,
     pub(super) coefficient: f64,
     pub(super) held: usize,
+    /// Held; in an impact on others also: closed and at rest.
     pub(super) is_held: bool,
     /// Distance from the stop in a flight that began there, else 0.
     pub(super) gap: f64,
     /// Rate, outwards positive.
     pub(super) rate: f64,
+    /// Size of rates of its deformation in this motion.
+    pub(super) speed: f64,
 }
 
 impl StopPart {
+    /// A rate that is rounding.
+    pub(super) fn slow(&self) -> f64 {
+        ROUNDING * self.speed
+    }
+
+    /// Closed and at rest, whether a force holds it or not.
+    fn rests(&self) -> bool {
+        self.is_held || (self.gap == 0.0 && self.rate.abs() <= STILL * self.speed)
+    }
+
     /// 1 + r.
     fn factor(&self) -> f64 {
         if self.is_held {
@@ -42,6 +56,8 @@ impl StopPart {
     }
 }
 
+/// Slowest rates of a closed stop that are a motion, relative to the whole motion.
+const STILL: f64 = 1e-11;
 /// Share of a change of rate within which a stop is hit.
 const HIT: f64 = 1e-9;
 
@@ -78,8 +94,32 @@ pub(super) fn agree(system: &System, stops: &[StopPart]) -> bool {
 }
 
 impl Impact {
+    /// Impact on stops, past none of the others that are closed and at rest: what follows must not hang on the rounding of their rates,
+    /// and a joint without play moves as one body. `None` where stops contradict each other.
+    pub(super) fn among<'a>(
+        system: &System,
+        struck: &[StopPart],
+        others: impl Iterator<Item = &'a StopPart> + Clone,
+    ) -> Option<Impact> {
+        let with = |others: &mut dyn Iterator<Item = StopPart>| {
+            let set: Vec<StopPart> = struck.iter().copied().chain(others).collect();
+            Impact::of(system, &set)
+        };
+        let kept = |s: &StopPart| StopPart {
+            is_held: true,
+            ..*s
+        };
+        let held = others.clone().filter(|s| s.is_held).copied();
+        match struck.iter().any(|s| s.rate > STILL * s.speed) {
+            true => {
+                with(&mut others.filter(|s| s.rests()).map(kept)).or_else(|| with(&mut { held }))
+            }
+            false => with(&mut { held }),
+        }
+    }
+
     /// `None` where stops contradict each other.
-    pub(super) fn of(system: &System, near: &[StopPart]) -> Option<Impact> {
+    fn of(system: &System, near: &[StopPart]) -> Option<Impact> {
         let (count, mobility) = (near.len(), outward(system, near));
         let changes: Vec<f64> = near.iter().map(StopPart::change).collect();
         let pushes = solve(&mobility, &changes)?;
