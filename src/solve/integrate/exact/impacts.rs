@@ -88,7 +88,11 @@ impl Exact {
                 let is_held = held_level.is_some() && part.region == held;
                 let sign = guard.direction.sign();
                 let beyond = sign * (self.deformation[part.connection] - level);
-                let rate = sign * self.rate(system, tau, state, part.connection);
+                // What is held on one side does not move to the other, whatever the rounding.
+                let rate = match held_level.is_some() && !is_held {
+                    true => 0.0,
+                    false => sign * self.rate(system, tau, state, part.connection),
+                };
                 let instant = SAME_INSTANT * self.series.unit * rate.max(0.0);
                 let is_reached = reached == Some((k, guard.direction));
                 let flight = part.rebounds.filter(|r| r.direction == guard.direction);
