@@ -5,7 +5,7 @@ use super::model::parts;
 use super::table::Table;
 use super::watch::in_pool;
 use gearlash::interrupt as flag;
-use gearlash::study::{self, Extent};
+use gearlash::study::{self, StudyExtent};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -33,12 +33,12 @@ pub struct Study {
     #[pyo3(get)]
     name: String,
     study: study::Study,
-    extent: Extent,
+    extent: StudyExtent,
 }
 
 impl Study {
     /// A study and what is known of it.
-    pub fn new(name: &str, (study, extent): (study::Study, Extent)) -> Study {
+    pub fn new(name: &str, (study, extent): (study::Study, StudyExtent)) -> Study {
         Study {
             name: name.to_owned(),
             study,
