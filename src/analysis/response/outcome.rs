@@ -140,12 +140,17 @@ fn not_resolved(swept: &Swept<'_>, events: &[&BifurcationEvent]) -> Vec<String> 
     let one = |event: &&BifurcationEvent| {
         let (before, behind) = event.unstable.unwrap_or_default();
         let (low, high) = event.bracket;
-        format!(
-            "unresolved: the number of unstable multipliers goes from {before} to {behind} between {} and {}, and no bifurcation \
-             found there explains it; {advice}",
-            swept.place(low),
-            swept.place(high),
-        )
+        let (low, high) = (swept.place(low), swept.place(high));
+        match before == behind {
+            true => format!(
+                "unresolved: the bifurcations found between {low} and {high} lead to another number of unstable multipliers than \
+                 the {behind} there; {advice}"
+            ),
+            false => format!(
+                "unresolved: the number of unstable multipliers goes from {before} to {behind} between {low} and {high}, and no \
+                 bifurcation found there explains it; {advice}"
+            ),
+        }
     };
     events.iter().map(one).collect()
 }
