@@ -281,11 +281,16 @@ impl<'a> Variation<'a> {
     /// The model of a setting, to be varied in some numbers.
     pub fn new(setting: &Setting<'a>, knobs: Vec<Knob>) -> Variation<'a> {
         let reaches: Option<Vec<Affected>> = knobs.iter().map(Knob::reach).collect();
+        // A document that is copied for every value holds no more than it must.
+        let model = match &reaches {
+            Some(_) => setting.model.clone(),
+            None => setting.model.mechanics(),
+        };
         Variation {
             unchanged: setting.assembly,
             reach: reaches.map(|list| list.into_iter().max().unwrap_or(Affected::Laws)),
             knobs,
-            model: frozen(setting.model.clone(), &setting.assembly.scales),
+            model: frozen(model, &setting.assembly.scales),
         }
     }
 

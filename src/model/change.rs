@@ -138,11 +138,14 @@ impl Model {
 
     /// The mechanics with other numbers; `None` if they do not take them as they are.
     fn rewritten(&self, all: &[(&Knob, f64)]) -> Option<Structure> {
+        let is_plain = |(knob, value): &(&Knob, f64)| {
+            knob.slot.is_some() && knob.range().refusal(*value).is_none()
+        };
+        if !all.iter().all(is_plain) {
+            return None;
+        }
         let mut list = Vec::with_capacity(all.len());
         for (knob, value) in all {
-            if knob.range().refusal(*value).is_some() {
-                return None;
-            }
             // The number may have been resolved in another model.
             list.push((Slot::of(self, &knob.path, self.get(knob))?, *value));
         }

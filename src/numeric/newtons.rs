@@ -3,7 +3,7 @@
 use super::roots::MOST_NEWTON;
 use pulp::Simd;
 
-/// [`Newton`](super::roots::BracketedNewton) of several functions at once, to the bit.
+/// [`BracketedNewton`](super::roots::BracketedNewton) of several functions at once, to the bit.
 #[derive(Debug, Clone)]
 pub(crate) struct Newtons<const L: usize> {
     /// Where each function is wanted next; in the end its root.

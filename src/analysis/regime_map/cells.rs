@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 #[derive(Debug, Clone)]
 pub(super) struct MapCell {
     pub label: Label,
-    /// WantedColumns measures in nondimensional numbers.
+    /// Wanted measures in nondimensional numbers.
     pub values: Vec<f64>,
     /// Last state.
     pub end: Vec<f64>,
@@ -41,7 +41,7 @@ const ROUNDS: usize = 2;
 /// Times that what neighbours have found is handed on.
 const NEIGHBOURS: usize = 3;
 
-/// CellIndex of a cell on the finest grid.
+/// Place of a cell on the finest grid.
 pub(super) type CellIndex = (usize, usize);
 
 /// The cells that are known.

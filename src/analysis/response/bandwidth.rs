@@ -27,15 +27,12 @@ pub(super) fn unknown_stability(swept: &Swept<'_>, delivered: &Delivered) -> Opt
     if delivered.method != Method::Galerkin || lambdas.is_empty() {
         return None;
     }
-    let low = lambdas.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = lambdas.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     Some(format!(
-        "galerkin: `stable` is empty at {} of {} points, between {} and {}: the multipliers of the series may err there by more than their \
+        "galerkin: `stable` is empty at {} of {} points, {}: the multipliers of the series may err there by more than their \
          distance from the unit circle, so that changes of their number mean nothing; use more `harmonics`, or the method `shooting`",
         lambdas.len(),
         delivered.points.len(),
-        swept.place(low),
-        swept.place(high),
+        swept.between(lambdas.iter().copied()),
     ))
 }
 

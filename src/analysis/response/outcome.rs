@@ -127,14 +127,11 @@ fn not_resolved(swept: &Swept<'_>, events: &[&BifurcationEvent]) -> Vec<String> 
     let advice = "reduce `max_step`, or use more harmonics or the method `shooting`";
     if events.len() > FEW {
         let ends = events.iter().flat_map(|e| [e.bracket.0, e.bracket.1]);
-        let low = ends.clone().fold(f64::INFINITY, f64::min);
-        let high = ends.fold(f64::NEG_INFINITY, f64::max);
         return vec![format!(
-            "unresolved: at {} places between {} and {} the number of unstable multipliers changes, and no bifurcation found there \
+            "unresolved: at {} places {} the number of unstable multipliers changes, and no bifurcation found there \
              explains it (events of kind unresolved); {advice}",
             events.len(),
-            swept.place(low),
-            swept.place(high),
+            swept.between(ends),
         )];
     }
     let one = |event: &&BifurcationEvent| {

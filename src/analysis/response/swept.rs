@@ -370,6 +370,16 @@ impl<'a> Swept<'a> {
         }
     }
 
+    /// The places of some points between which all of them lie, in words.
+    pub fn between(&self, lambdas: impl Iterator<Item = f64> + Clone) -> String {
+        let low = lambdas.clone().fold(f64::INFINITY, f64::min);
+        let high = lambdas.fold(f64::NEG_INFINITY, f64::max);
+        match low == high {
+            true => format!("at {}", self.place(low)),
+            false => format!("between {} and {}", self.place(low), self.place(high)),
+        }
+    }
+
     /// Place on a branch, in words.
     pub fn place(&self, lambda: f64) -> String {
         match &self.kind {

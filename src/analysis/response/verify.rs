@@ -278,14 +278,7 @@ fn unfinished(branch: &Branch) -> String {
 /// What has to be said of one branch: few digits, no orbit, refuted events.
 fn warnings(swept: &Swept<'_>, rows: &[FlowRow], branch: &Branch) -> Vec<String> {
     let mut list = Vec::new();
-    let between = |lambdas: &[f64]| {
-        let low = lambdas.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = lambdas.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        match low == high {
-            true => format!("at {}", swept.place(low)),
-            false => format!("between {} and {}", swept.place(low), swept.place(high)),
-        }
-    };
+    let between = |lambdas: &[f64]| swept.between(lambdas.iter().copied());
     let few = rows.iter().filter(|r| r.digits < FEW_DIGITS);
     let few: Vec<f64> = few.map(|r| r.lambda).collect();
     if !few.is_empty() {

@@ -17,17 +17,23 @@ impl Tracer<'_> {
         ends: (&Probe, &Probe),
         examined: &mut Examined,
     ) -> Result<(), SolveError> {
+        let touches = |e: &BifurcationEvent| matches!(e.kind, EventKind::Grazing { .. });
+        if !examined.events.iter().any(touches) && examined.events.iter().all(|e| e.point.is_some())
+        {
+            // Whoever asks next what is unexplained finds the same.
+            return Ok(());
+        }
         let is_doubling = |kind| kind == EventKind::PeriodDoubling;
         let mut gaps = self.unexplained(ends, examined)?;
         gaps.retain(|gap| is_doubling(gap.kind) && !self.has_equal_halves());
         for gap in gaps {
             let is_here = |e: &&BifurcationEvent| {
-                matches!(e.kind, EventKind::Grazing { .. })
+                touches(e)
                     && e.point.is_some()
                     && (gap.fractions.0..=gap.fractions.1).contains(&e.fraction)
             };
-            let touches: Vec<_> = examined.events.iter().filter(is_here).cloned().collect();
-            for touch in touches {
+            let here: Vec<_> = examined.events.iter().filter(is_here).cloned().collect();
+            for touch in here {
                 let Some(bracket) = self.doubling_at(touch.fraction)? else {
                     continue;
                 };

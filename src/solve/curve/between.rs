@@ -3,7 +3,7 @@
 use super::codimension::CurveEvent;
 use super::defining::Defining;
 use super::nature::Codimension;
-use super::walker::{CurvePoint, CurveWalker, Item, point};
+use super::walker::{CurveWalker, Item, point};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::{Continuation, PathPoint};
@@ -71,8 +71,7 @@ impl CurveWalker<'_> {
             let Some(found) = path.at_fraction(problem, x)? else {
                 continue;
             };
-            let at = at(problem, &found, None)?;
-            items.extend(at.map(|point| (x, Item::Point(point))));
+            add(problem, (x, &found), None, items)?;
         }
         Ok(())
     }
@@ -106,8 +105,7 @@ impl CurveWalker<'_> {
                 continue;
             }
             if let Some((fraction, found)) = path.at_lambda(problem, target, (low, high))? {
-                let at = at(problem, &found, mark)?;
-                items.extend(at.map(|point| (fraction, Item::Point(point))));
+                add(problem, (fraction, &found), mark, items)?;
             }
         }
         Ok(())
@@ -140,21 +138,22 @@ impl CurveWalker<'_> {
                 Err(None) => continue,
             };
             if let Some(found) = path.at_fraction(problem, root)? {
-                let at = at(problem, &found, None)?;
-                items.extend(at.map(|point| (root, Item::Point(point))));
+                add(problem, (root, &found), None, items)?;
             }
         }
         Ok(())
     }
 }
 
-/// A point of the path with its data.
-fn at(
+/// Adds a point of the path at a fraction of the step with its data, where it has any.
+fn add(
     problem: &mut Defining<'_>,
-    found: &PathPoint,
+    (fraction, found): (f64, &PathPoint),
     mark: Option<usize>,
-) -> Result<Option<CurvePoint>, SolveError> {
+    items: &mut Vec<(f64, Item)>,
+) -> Result<(), SolveError> {
     let spot = problem.spot(&found.u, found.lambda);
     let nature = problem.nature(&spot)?;
-    Ok(nature.map(|nature| point(&spot, &nature, mark)))
+    items.extend(nature.map(|nature| (fraction, Item::Point(point(&spot, &nature, mark)))));
+    Ok(())
 }

@@ -30,7 +30,7 @@ const APART: (f64, f64) = (0.2, 30.0);
 /// Distance of the point at half the reach, in that of the other one, at most.
 const NEARER: f64 = 0.9;
 
-/// CrossingSide of a grazing.
+/// Side of a grazing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GrazingSide {
     /// The orbits do not touch.
@@ -141,8 +141,7 @@ impl Defining<'_> {
         let Some((_, passages)) = self.transition(&spot)? else {
             return Ok(None);
         };
-        let distance = self.way(met, &point);
-        let distance = (distance.0.norm_squared() + distance.1 * distance.1).sqrt();
+        let distance = self.distance(met, &point);
         let reach = place.0.abs();
         let is_apart = (APART.0 * reach..=APART.1 * reach).contains(&distance);
         let is_there = GrazingSide::of(&passages.counts(), clear, met.kind) == Some(side);
@@ -214,9 +213,15 @@ impl Defining<'_> {
     }
 
     /// From the meeting to a point.
-    fn way(&self, met: &Meeting, point: &PathPoint) -> (DVector<f64>, f64) {
+    pub(super) fn way(&self, met: &Meeting, point: &PathPoint) -> (DVector<f64>, f64) {
         let from = self.unknowns(&met.spot);
         (&point.u - from, point.lambda - met.spot.p[1])
+    }
+
+    /// Distance of a point from the meeting.
+    pub(super) fn distance(&self, met: &Meeting, point: &PathPoint) -> f64 {
+        let (u, lambda) = self.way(met, point);
+        u.norm().hypot(lambda)
     }
 
     /// Both ends of the first step, with tangents that lead away from the meeting.

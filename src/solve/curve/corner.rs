@@ -55,8 +55,7 @@ impl CurveWalker<'_> {
             self.note_meeting(meeting(connection, spot, is_located));
             return Ok(Some(Way::Over(end)));
         };
-        let (u, lambda) = (problem.unknowns(&met.spot), met.spot.p[1]);
-        if (u - &last.u).norm().hypot(lambda - last.lambda) > AHEAD {
+        if problem.distance(&met, last) > AHEAD {
             self.note_meeting(meeting(connection, met.spot, true));
             return Ok(Some(Way::Over(end)));
         }
@@ -87,9 +86,7 @@ impl CurveWalker<'_> {
             let Some(met) = problem.meeting_of(spot, Some(connection))? else {
                 continue;
             };
-            let (u, lambda) = (problem.unknowns(&met.spot), met.spot.p[1]);
-            let gap = (&u - &origin.u).norm().hypot(lambda - origin.lambda);
-            if gap > REACH * path.chord() {
+            if problem.distance(&met, origin) > REACH * path.chord() {
                 continue;
             }
             let Some(corner) = self.corner(problem, &met, passages)? else {
@@ -126,12 +123,9 @@ impl CurveWalker<'_> {
         let Some(met) = problem.meeting(&spot)? else {
             return Ok(None);
         };
-        let (u, lambda) = (
-            problem.unknowns(&met.spot) - &last.u,
-            met.spot.p[1] - last.lambda,
-        );
-        let is_ahead = u.dot(&last.tangent_u) + lambda * last.tangent_lambda > 0.0;
-        if !is_ahead || u.norm().hypot(lambda) > AHEAD {
+        let (u, lambda) = problem.way(&met, last);
+        let is_ahead = u.dot(&last.tangent_u) + lambda * last.tangent_lambda < 0.0;
+        if !is_ahead || problem.distance(&met, last) > AHEAD {
             return Ok(None);
         }
         match self.corner(problem, &met, passages)? {
@@ -212,14 +206,14 @@ impl CurveWalker<'_> {
         last: &PathPoint,
         met: &Meeting,
     ) -> Result<Option<CurveEnd>, SolveError> {
-        let (u, lambda) = (problem.unknowns(&met.spot), met.spot.p[1]);
-        let chord = (&u - &last.u, lambda - last.lambda);
-        let length = chord.0.norm().hypot(chord.1);
+        let lambda = met.spot.p[1];
+        let length = problem.distance(met, last);
         if length > 0.0 {
+            let back = problem.way(met, last);
             let to = PathPoint {
-                tangent_u: chord.0 / length,
-                tangent_lambda: chord.1 / length,
-                u,
+                tangent_u: -back.0 / length,
+                tangent_lambda: -back.1 / length,
+                u: problem.unknowns(&met.spot),
                 lambda,
                 ..last.clone()
             };

@@ -37,7 +37,7 @@ pub(crate) struct CurvePoint {
     pub criticality: f64,
     /// Number of the mark that it was solved at.
     pub mark: Option<usize>,
-    /// Type of a grazing, where it was asked for.
+    /// Type of a grazing, where requested.
     pub grazing: Option<Grazing>,
     /// Whether the curve has a corner here, at a grazing.
     pub is_corner: bool,
@@ -84,7 +84,7 @@ pub(super) enum Way {
 }
 
 impl CurveOptions {
-    /// Settings of a path, after so many points of the curve.
+    /// Settings of a path; `points`: those that the curve has already.
     pub(super) fn of_path(&self, points: usize) -> ContinuationOptions {
         ContinuationOptions {
             range: (-self.margin, 1.0 + self.margin),

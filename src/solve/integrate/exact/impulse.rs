@@ -101,21 +101,18 @@ impl Impact {
         struck: &[StopPart],
         others: impl Iterator<Item = &'a StopPart> + Clone,
     ) -> Option<Impact> {
-        let with = |others: &mut dyn Iterator<Item = StopPart>| {
-            let set: Vec<StopPart> = struck.iter().copied().chain(others).collect();
+        let with = |keeps: fn(&StopPart) -> bool| {
+            let kept = others.clone().filter(|s| keeps(s));
+            let kept = kept.map(|s| StopPart {
+                is_held: true,
+                ..*s
+            });
+            let set: Vec<StopPart> = struck.iter().copied().chain(kept).collect();
             Impact::of(system, &set)
         };
-        let kept = |s: &StopPart| StopPart {
-            is_held: true,
-            ..*s
-        };
-        let held = others.clone().filter(|s| s.is_held).copied();
-        match struck.iter().any(|s| s.rate > STILL * s.speed) {
-            true => {
-                with(&mut others.filter(|s| s.rests()).map(kept)).or_else(|| with(&mut { held }))
-            }
-            false => with(&mut { held }),
-        }
+        let moves = struck.iter().any(|s| s.rate > STILL * s.speed);
+        let whole = if moves { with(StopPart::rests) } else { None };
+        whole.or_else(|| with(|s| s.is_held))
     }
 
     /// `None` where stops contradict each other.
