@@ -299,7 +299,7 @@ fn timed(
     let points = line.points();
     if let Some(k) = points.windows(2).position(|pair| pair[1].0 <= pair[0].0) {
         let message = format!(
-            "instant {} s stands twice: a measured motion does not jump",
+            "instant {} s appears twice: a measured motion does not jump",
             points[k].0
         );
         mistakes.add(Diagnostic::at(node, path, message));

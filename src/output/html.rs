@@ -6,6 +6,8 @@
 use std::fmt::Write as _;
 use std::io::Write;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
 use super::groups::kind_text;
@@ -18,7 +20,8 @@ use crate::report::{Column, Report, Table, Values, readable, shown};
 
 const STYLE: &str = include_str!("page.css");
 /// Each uses what those before it define.
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
+    include_str!("page_plotting.js"),
     include_str!("page_theme.js"),
     include_str!("page_axes.js"),
     include_str!("page_orbit.js"),
@@ -26,8 +29,9 @@ const SCRIPTS: [&str; 6] = [
     include_str!("page.js"),
     include_str!("page_events.js"),
 ];
-/// plotly.js, the bundle for plots in Cartesian coordinates, as the npm package `plotly.js-cartesian-dist-min` has it.
-const PLOTTING: &str = include_str!("plotting/plotly-cartesian.min.js");
+/// plotly.js, the bundle for plots in Cartesian coordinates, as the npm package `plotly.js-cartesian-dist-min` has it,
+/// packed by gzip: a third of the length in the page.
+const PLOTTING: &[u8] = include_bytes!("plotting/plotly-cartesian.min.js.gz");
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; \
                       style-src 'unsafe-inline'; img-src data: blob:";
 /// Rows of events shown; the file has them all.
@@ -41,7 +45,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Writes the page as one HTML document. The plotting script, nearly all of it, goes straight to the output.
+    /// Writes the page as one HTML document.
     ///
     /// # Errors
     ///
@@ -49,8 +53,8 @@ impl Page {
     pub fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
         out.write_all(self.text.as_bytes())?;
         if self.has_plots {
-            out.write_all(b"<script>")?;
-            out.write_all(PLOTTING.as_bytes())?;
+            out.write_all(b"<script type=\"text/plain\" id=\"plotting\">")?;
+            out.write_all(STANDARD.encode(PLOTTING).as_bytes())?;
             out.write_all(b"</script>\n")?;
             for script in SCRIPTS {
                 write!(out, "<script>\n{script}</script>\n")?;

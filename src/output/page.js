@@ -279,6 +279,7 @@
   }
 
   async function drawAll() {
+    await plotting;
     for (const plot of document.querySelectorAll(".plot")) {
       await draw(plot);
       await new Promise((next) => setTimeout(next, 0));

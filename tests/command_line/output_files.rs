@@ -164,9 +164,9 @@ fn the_page_holds_everything_and_user_text_is_escaped() {
     let mut reports = crate::synthetic::all();
     reports[0].figure.as_mut().unwrap().panels[0].x_label = "</script><!--".into();
     let page = page(&reports, &options());
-    // One data element a figure, the plotting script, our six scripts.
+    // One data element a figure, the plotting script, our seven scripts.
     let figures = reports.iter().filter(|r| r.figure.is_some()).count();
-    assert_eq!(page.matches("</script").count(), figures + 7);
+    assert_eq!(page.matches("</script").count(), figures + 8);
     assert!(!page.contains("<script>alert"));
     for part in [
         "<title>idler &lt;/script&gt;",
@@ -186,7 +186,7 @@ fn the_page_holds_everything_and_user_text_is_escaped() {
         assert!(page.contains(part), "{part}");
     }
     for start in ["src=\"http", "href=\"http", "MathJax-2", "@import"] {
-        let ours = page.rmatch_indices("<script>").nth(5).unwrap().0;
+        let ours = page.rmatch_indices("<script>").nth(6).unwrap().0;
         assert!(!page[ours..].contains(start), "{start}");
     }
 }
