@@ -360,7 +360,7 @@ fn mistakes_in_motions_are_named() {
         ),
         (
             wheel("{points: [[0 s, 0], [0 s, 1 rad/s]]}"),
-            "stands twice",
+            "appears twice",
         ),
         (
             wheel("{values: [800 rpm, 801 rpm]}") + "loads: {B: {mean: 3}}\n",
