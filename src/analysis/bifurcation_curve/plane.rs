@@ -1,13 +1,14 @@
 //! The two parameters of a curve, and the systems over them.
 
 use super::BifurcationCurve;
+use crate::analysis::columns::{float, frequency_label};
 use crate::analysis::parameter::{Parameter, Systems, joined};
 use crate::analysis::{Fault, Link, Setting};
 use crate::assembly::Assembly;
 use crate::error::{Diagnostic, SolveError};
 use crate::model::Model;
 use crate::quantity::Quantity;
-use crate::report::Words;
+use crate::report::{Table, Values, Words};
 use crate::solve::curve::Plane;
 use crate::system::System;
 
@@ -22,6 +23,8 @@ pub(in crate::analysis) struct CurveAxis {
     /// Unit of reported values, and the factor to them.
     pub unit: String,
     pub factor: f64,
+    /// Unit in which the user wrote the first end, and reported values over those in it.
+    users: (String, f64),
 }
 
 impl CurveAxis {
@@ -39,9 +42,23 @@ impl CurveAxis {
         (value - self.ends.0) / (self.ends.1 - self.ends.0)
     }
 
-    /// Text of an axis.
-    pub fn label(&self) -> String {
+    /// Text of an axis of reported values.
+    pub fn reported_label(&self) -> String {
         Words::of_number(&self.written, &self.unit)
+    }
+
+    /// Text of an axis in the user's unit.
+    pub fn label(&self, setting: &Setting<'_>) -> String {
+        let written = Words::of_number(&self.written, &self.users.0);
+        match (&self.parameter, self.users.0.as_str()) {
+            (Parameter::Frequency(_), "rpm") => frequency_label(setting, &written),
+            _ => written,
+        }
+    }
+
+    /// Whether values are reported in the user's unit.
+    fn is_users(&self) -> bool {
+        self.users.0 == self.unit
     }
 
     /// A native value in words.
@@ -72,14 +89,29 @@ impl CurveAxis {
         };
         let values = (value(0, ends.0)?, value(1, ends.1)?);
         let (unit, factor) = parameter.reported(setting, ends.0);
+        let both = [(ends.0, values.0 * factor), (ends.1, values.1 * factor)];
+        let users = both.into_iter().find_map(|(written, value)| users_unit(written, value));
+        let users = users.unwrap_or_else(|| (unit.clone(), 1.0));
         Ok(CurveAxis {
             parameter,
             written: written.into(),
             ends: values,
             unit,
             factor,
+            users,
         })
     }
+}
+
+/// Unit of a quantity as a user wrote it, and its reported value over the number in it.
+fn users_unit(written: &Quantity, reported: f64) -> Option<(String, f64)> {
+    written.dimension?;
+    let text = written.text.trim();
+    let end =
+        text.find(|c: char| c.is_whitespace() || c.is_alphabetic() && c != 'e' && c != 'E')?;
+    let number: f64 = text[..end].trim().parse().ok()?;
+    let is_usable = number != 0.0 && reported != 0.0;
+    is_usable.then(|| (text[end..].trim().to_string(), reported / number))
 }
 
 /// Both parameters.
@@ -175,6 +207,24 @@ impl Axes {
             Ok(list) if faults.is_empty() => Ok(Axes { list, at }),
             _ => Err(faults),
         }
+    }
+
+    /// Whether both axes are reported in the user's units.
+    pub fn are_users(&self) -> bool {
+        self.list.iter().all(CurveAxis::is_users)
+    }
+
+    /// Adds what a picture is drawn over, from the columns of the two parameters: `x` and `y` in the user's units.
+    pub fn drawn(&self, mut table: Table, columns: [&str; 2]) -> Table {
+        for ((axis, from), name) in self.list.iter().zip(columns).zip(["x", "y"]) {
+            let own = table.column(from).map(|column| column.values.clone());
+            if let Some(Values::Float(values)) = own {
+                let (unit, size) = &axis.users;
+                let values = values.iter().map(|v| v / size).collect();
+                table.columns.push(float(name, unit, values));
+            }
+        }
+        table
     }
 
     /// Errors in the plane: corners without a system, numbers without effect.

@@ -120,10 +120,15 @@ pub(super) fn tables(
     curves: &[TracedCurve],
 ) -> Vec<Table> {
     let pieces = numbered(curves);
-    vec![
+    let list = vec![
         points(setting, (axes, marks), &pieces),
         events(setting, axes, &pieces),
-    ]
+    ];
+    if axes.are_users() {
+        return list;
+    }
+    let drawn = |table| axes.drawn(table, ["parameter_1", "parameter_2"]);
+    list.into_iter().map(drawn).collect()
 }
 
 /// Reported value of a parameter at a share.
@@ -264,13 +269,18 @@ fn events(setting: &Setting<'_>, axes: &Axes, pieces: &[(usize, CurveKind, &Curv
     }
 }
 
-/// The second parameter against the first.
+/// The second parameter against the first, in the user's units.
 fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[TracedCurve]) -> Figure {
     let [first, second] = &axes.list;
+    let are_users = axes.are_users();
+    let [x, y] = match are_users {
+        true => ["parameter_1", "parameter_2"],
+        false => ["x", "y"],
+    };
     let line = |(k, kind, _): (usize, CurveKind, &CurvePiece)| Curve {
         table: String::new(),
-        x: "parameter_1".into(),
-        y: "parameter_2".into(),
+        x: x.into(),
+        y: y.into(),
         label: label(setting, kind),
         style: CurveStyle::Line,
         only: Some(("curve".into(), k.to_string())),
@@ -278,8 +288,8 @@ fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[TracedCurve]) -> Figure 
     let mut list: Vec<Curve> = numbered(curves).into_iter().map(line).collect();
     list.push(Curve {
         table: "events".into(),
-        x: "parameter_1".into(),
-        y: "parameter_2".into(),
+        x: x.into(),
+        y: y.into(),
         label: String::new(),
         style: CurveStyle::Events {
             kind: "kind".into(),
@@ -287,14 +297,16 @@ fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[TracedCurve]) -> Figure 
         only: None,
     });
     let x_frequency = match first.parameter {
-        Parameter::Frequency(_) => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
-        Parameter::Number(_) => None,
+        Parameter::Frequency(_) if are_users => {
+            frequency_axis(setting, FrequencyUnit::RadianPerSecond)
+        }
+        _ => None,
     };
     Figure {
         title: String::new(),
         panels: vec![Panel {
-            x_label: first.label(),
-            y_label: second.label(),
+            x_label: first.label(setting),
+            y_label: second.label(setting),
             x_frequency,
             curves: list,
             ..Panel::default()

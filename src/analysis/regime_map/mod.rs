@@ -9,7 +9,6 @@ mod report;
 use super::bifurcation_curve::{Axes, CurveAxis};
 use super::cost::{Cost, Period};
 use super::flow::{self, LabelKeys};
-use super::parameter::Parameter;
 use super::{Analysis, Fault, Link, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
@@ -196,7 +195,7 @@ impl Analysis for RegimeMap {
             (Ok(axes), Ok(wanted)) => {
                 let field = Field::new(self, setting, &axes, &wanted);
                 vec![
-                    report::main_table(self, (&axes, &wanted), &field),
+                    report::main_table((&axes, &wanted), &field),
                     report::orbits(setting, &field),
                 ]
             }
@@ -253,20 +252,4 @@ impl RegimeMap {
         }
         Axes::of(setting, list, self.at.as_ref(), faults)
     }
-}
-
-/// A number in the unit in which a user wrote it: the unit, and reported values over those in it.
-fn users_unit(axis: &CurveAxis, written: &Quantity) -> Option<(String, f64)> {
-    written.dimension?;
-    let text = written.text.trim();
-    let end =
-        text.find(|c: char| c.is_whitespace() || c.is_alphabetic() && c != 'e' && c != 'E')?;
-    let number: f64 = text[..end].trim().parse().ok()?;
-    let unit = text[end..].trim();
-    let native = match axis.parameter {
-        Parameter::Frequency(_) => axis.ends.0 * axis.factor,
-        Parameter::Number(_) => axis.ends.0,
-    };
-    let is_usable = number != 0.0 && native != 0.0;
-    is_usable.then(|| (unit.to_string(), native / number))
 }

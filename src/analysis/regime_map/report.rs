@@ -3,14 +3,12 @@
 use super::cells::{CellIndex, Field, MapCell};
 use super::measures::WantedColumns;
 use super::overlay::Overlay;
-use super::{RegimeMap, users_unit};
+use super::RegimeMap;
 use crate::analysis::Setting;
-use crate::analysis::bifurcation_curve::{Axes, CurveAxis};
-use crate::analysis::columns::{float, frequency_label, integer, text};
-use crate::analysis::parameter::Parameter;
+use crate::analysis::bifurcation_curve::Axes;
+use crate::analysis::columns::{float, integer, text};
 use crate::analysis::response::OrbitTable;
-use crate::quantity::Quantity;
-use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table, Values, Words};
+use crate::report::{Column, Curve, CurveStyle, Figure, Panel, Report, Table};
 use crate::solve::attractor::Label;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -25,7 +23,7 @@ pub(super) fn assemble(
     (axes, wanted): (&Axes, &WantedColumns),
     (field, (curves, list, reasons)): (&Field<'_>, Overlay),
 ) -> Report {
-    let main = main_table(keys, (axes, wanted), field);
+    let main = main_table((axes, wanted), field);
     let mut warnings: Vec<String> = reasons;
     let lost: Vec<(&CellIndex, &String)> = (field.cells.iter())
         .filter_map(|((_, place), cell)| Some((place, cell.failure.as_ref()?)))
@@ -40,15 +38,14 @@ pub(super) fn assemble(
     }
     let mut tables = vec![main, orbits(setting, field)];
     let has_curves = !list.is_empty();
-    let units = units(keys, axes);
     if has_curves {
-        tables.push(with_users_units(curves, &units));
+        tables.push(axes.drawn(curves, ["parameter_1", "parameter_2"]));
     }
     let is_interrupted = setting.control.is_interrupted();
     let mut report = Report {
         figure: Some(figure(
             (setting, keys),
-            (axes, &units),
+            axes,
             (wanted, longest(field)),
             &list,
         )),
@@ -67,18 +64,6 @@ pub(super) fn assemble(
         report.summary.insert(key.into(), value);
     }
     report
-}
-
-/// Unit and factor in which each axis is drawn.
-type AxisUnits = [(String, f64); 2];
-
-fn units(keys: &RegimeMap, axes: &Axes) -> AxisUnits {
-    let written: Vec<&Quantity> = keys.parameters.values().map(|v| &v.from).collect();
-    [0, 1].map(|k| {
-        let axis = &axes.list[k];
-        let own = users_unit(axis, written[k]);
-        own.unwrap_or_else(|| (axis.unit.clone(), 1.0))
-    })
 }
 
 /// Cells in the order of the main table.
@@ -101,7 +86,6 @@ pub(super) fn orbits(setting: &Setting<'_>, field: &Field<'_>) -> Table {
 
 /// `<path>, <path>, seed, label, <measures>`, then the speed and the values in the user's units.
 pub(super) fn main_table(
-    keys: &RegimeMap,
     (axes, wanted): (&Axes, &WantedColumns),
     field: &Field<'_>,
 ) -> Table {
@@ -144,37 +128,7 @@ pub(super) fn main_table(
         name: String::new(),
         columns,
     };
-    let units = units(keys, axes);
-    drawn(table, axes, &units)
-}
-
-/// Adds what the picture is drawn over: `x`, `y`.
-fn drawn(mut table: Table, axes: &Axes, units: &AxisUnits) -> Table {
-    for (k, name) in ["x", "y"].into_iter().enumerate() {
-        let own = table
-            .columns
-            .iter()
-            .find(|c| c.name == axes.list[k].written);
-        if let Some(Values::Float(values)) = own.map(|c| &c.values) {
-            let values = values.iter().map(|v| v / units[k].1).collect();
-            table.columns.push(float(name, &units[k].0, values));
-        }
-    }
-    table
-}
-
-/// The same for curves.
-fn with_users_units(mut table: Table, units: &AxisUnits) -> Table {
-    for (k, (from, name)) in [("parameter_1", "x"), ("parameter_2", "y")]
-        .into_iter()
-        .enumerate()
-    {
-        if let Some(Values::Float(values)) = table.column(from).map(|c| c.values.clone()) {
-            let values = values.iter().map(|v| v / units[k].1).collect();
-            table.columns.push(float(name, &units[k].0, values));
-        }
-    }
-    table
+    axes.drawn(table, [0, 1].map(|k| axes.list[k].written.as_str()))
 }
 
 /// The longest period among the labels.
@@ -203,17 +157,10 @@ fn kinds(longest: usize) -> Vec<(String, String)> {
 /// A panel per seed, or one of the drawn measure per seed, with the curves over it.
 fn figure(
     (setting, keys): (&Setting<'_>, &RegimeMap),
-    (axes, units): (&Axes, &AxisUnits),
+    axes: &Axes,
     (wanted, longest): (&WantedColumns, usize),
     curves: &[(String, String)],
 ) -> Figure {
-    let axis = |axis: &CurveAxis, unit: &str| {
-        let written = Words::of_number(&axis.written, unit);
-        match (&axis.parameter, unit) {
-            (Parameter::Frequency(_), "rpm") => frequency_label(setting, &written),
-            _ => written,
-        }
-    };
     let heading = |seed: usize| match keys.seeds.len() {
         1 => String::new(),
         _ => format!("seed {seed}"),
@@ -241,8 +188,8 @@ fn figure(
         only: Some(("curve".into(), number.clone())),
     };
     let panel = |seed: usize| Panel {
-        x_label: axis(&axes.list[0], &units[0].0),
-        y_label: axis(&axes.list[1], &units[1].0),
+        x_label: axes.list[0].label(setting),
+        y_label: axes.list[1].label(setting),
         heading: heading(seed),
         curves: std::iter::once(cells(seed))
             .chain(curves.iter().map(line))

@@ -176,7 +176,7 @@ fn figure(keys: &Torus, setting: &Setting<'_>, axis: &CurveAxis, rows: &[TorusRo
         only: None,
     };
     let panel = |y_label: String, curves: Vec<Curve>| Panel {
-        x_label: axis.label(),
+        x_label: axis.reported_label(),
         y_label,
         x_frequency,
         curves,
