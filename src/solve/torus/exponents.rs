@@ -42,26 +42,30 @@ impl TorusProblem<'_> {
 /// Logarithms of the growth of the leading transverse direction, iterate by iterate.
 fn growth(derivatives: &[f64], tangent: &[f64], (n, rotation): (usize, f64)) -> Vec<f64> {
     let count = tangent.len() / n;
-    let along = |theta: f64| {
-        let (weights, _) = ring::weights(count, theta);
-        let t = DVector::from_vec(ring::value(tangent, n, &weights)).normalize();
-        let a = DMatrix::from_vec(n, n, ring::value(derivatives, n * n, &weights));
-        (t, a)
+    let mut weights = Vec::with_capacity(count);
+    let mut along = |theta: f64, t: &mut DVector<f64>, a: &mut DMatrix<f64>| {
+        ring::value_weights(count, theta, &mut weights);
+        ring::value_into(tangent, &weights, t.as_mut_slice());
+        ring::value_into(derivatives, &weights, a.as_mut_slice());
+        t.normalize_mut();
     };
     let mut theta = 0.0_f64;
-    let (mut t, mut a) = along(theta);
+    let (mut t, mut a) = (DVector::zeros(n), DMatrix::zeros(n, n));
+    along(theta, &mut t, &mut a);
     // An uneven start: it has a part in every direction.
     let mut v = DVector::from_fn(n, |i, _| {
         1.0 + 0.618 * (i as f64 + 1.0).fract() + 0.1 * i as f64
     });
     v -= &t * t.dot(&v);
     v.normalize_mut();
+    let mut next = v.clone();
     let mut logs = Vec::with_capacity(ITERATES.0);
     for k in 0..ITERATES.0 + ITERATES.1 {
-        v = &a * v;
+        a.mul_to(&v, &mut next);
+        std::mem::swap(&mut v, &mut next);
         theta = (theta + rotation).rem_euclid(1.0);
-        (t, a) = along(theta);
-        v -= &t * t.dot(&v);
+        along(theta, &mut t, &mut a);
+        v.axpy(-t.dot(&v), &t, 1.0);
         let norm = v.norm();
         if k >= ITERATES.1 {
             logs.push(norm.ln());

@@ -315,10 +315,11 @@ impl TorusWalker<'_> {
     ) -> Result<f64, SolveError> {
         let (n, count) = (problem.shots.size(), problem.count);
         let mut largest = 0.0_f64;
+        let (mut here, mut there) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for j in 0..count {
             let theta = (j as f64 + 0.5) / count as f64;
-            let (here, _) = ring::weights(count, theta);
-            let (there, _) = ring::weights(count, theta + torus.rotation);
+            ring::value_weights(count, theta, &mut here);
+            ring::value_weights(count, theta + torus.rotation, &mut there);
             let mut state = ring::value(&torus.points, n, &here);
             let target = ring::value(&torus.points, n, &there);
             problem.image(&mut state, torus.lambda)?;

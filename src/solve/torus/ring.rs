@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 use num_complex::Complex;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Weights of the values at `count` points for the value, and for its derivative per turn, at a distance (in turns) from the first one.
 pub(super) fn weights(count: usize, turns: f64) -> (Vec<f64>, Vec<f64>) {
@@ -24,15 +24,49 @@ pub(super) fn weights(count: usize, turns: f64) -> (Vec<f64>, Vec<f64>) {
     (value, slope)
 }
 
+/// The weights for the value alone, from their closed form:
+///
+/// ```text
+/// w_k = (-1)^k / sin(pi x_k) over their sum,    x_k = turns - k / count
+/// ```
+///
+/// P. Henrici, "Barycentric formulas for interpolating trigonometric polynomials and their conjugates", Numer. Math. 33 (1979).
+pub(super) fn value_weights(count: usize, turns: f64, weights: &mut Vec<f64>) {
+    let (mut s, mut c) = (PI * turns.rem_euclid(1.0)).sin_cos();
+    let (step_s, step_c) = (PI / count as f64).sin_cos();
+    let (mut sign, mut sum) = (1.0, 0.0);
+    weights.clear();
+    for k in 0..count {
+        if s == 0.0 {
+            weights.clear();
+            weights.resize(count, 0.0);
+            weights[k] = 1.0;
+            return;
+        }
+        weights.push(sign / s);
+        sum += sign / s;
+        (s, c) = (s * step_c - c * step_s, c * step_c + s * step_s);
+        sign = -sign;
+    }
+    weights.iter_mut().for_each(|w| *w /= sum);
+}
+
 /// Value at a place, of functions with `size` components, point by point.
 pub(super) fn value(points: &[f64], size: usize, weights: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; size];
+    value_into(points, weights, &mut out);
+    out
+}
+
+/// The same into a buffer, which has as many components.
+pub(super) fn value_into(points: &[f64], weights: &[f64], out: &mut [f64]) {
+    let size = out.len();
+    out.fill(0.0);
     for (point, weight) in points.chunks_exact(size).zip(weights) {
         for (o, x) in out.iter_mut().zip(point) {
             *o += weight * x;
         }
     }
-    out
 }
 
 /// Derivative per turn at all points.
@@ -51,10 +85,11 @@ pub(super) fn derivative(points: &[f64], size: usize) -> Vec<f64> {
 /// The same function at another number of points.
 pub(super) fn resampled(points: &[f64], size: usize, count: usize) -> Vec<f64> {
     let old = points.len() / size;
+    let mut weights = Vec::with_capacity(old);
     (0..count)
         .flat_map(|j| {
-            let (value_at, _) = weights(old, j as f64 / count as f64);
-            value(points, size, &value_at)
+            value_weights(old, j as f64 / count as f64, &mut weights);
+            value(points, size, &weights)
         })
         .collect()
 }
@@ -88,6 +123,12 @@ mod tests {
         let (at, slope) = weights(9, 0.137);
         assert!((value(&points, 1, &at)[0] - f(0.137)).abs() < 1e-14);
         assert!((value(&points, 1, &slope)[0] - rise(0.137)).abs() < 1e-12);
+        let mut again = Vec::new();
+        for turns in [0.137, -3.7, 2.0 / 9.0, 2.0 / 9.0 + 1e-13, 0.0] {
+            value_weights(9, turns, &mut again);
+            let gap = value(&points, 1, &again)[0] - f(turns);
+            assert!(gap.abs() < 2e-14, "{turns}: {gap}");
+        }
         let slopes = derivative(&points, 1);
         let gaps = slopes
             .iter()
