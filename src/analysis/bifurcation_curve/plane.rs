@@ -90,7 +90,9 @@ impl CurveAxis {
         let values = (value(0, ends.0)?, value(1, ends.1)?);
         let (unit, factor) = parameter.reported(setting, ends.0);
         let both = [(ends.0, values.0 * factor), (ends.1, values.1 * factor)];
-        let users = both.into_iter().find_map(|(written, value)| users_unit(written, value));
+        let users = both
+            .into_iter()
+            .find_map(|(written, value)| users_unit(written, value));
         let users = users.unwrap_or_else(|| (unit.clone(), 1.0));
         Ok(CurveAxis {
             parameter,

@@ -26,6 +26,8 @@ pub(super) struct MapCell {
     pub values: Vec<f64>,
     /// Last state.
     pub end: Vec<f64>,
+    /// Whether the motion has gone on beside orbits of neighbours without being caught.
+    pub has_waited: bool,
     /// Reason of the missing result.
     pub failure: Option<String>,
     /// The periodic orbit, where it is kept.
@@ -246,6 +248,7 @@ impl<'a> Field<'a> {
                 label: Label::Undecided,
                 values: vec![f64::NAN; self.wanted.columns.len()],
                 end: Vec::new(),
+                has_waited: false,
                 failure: Some(reason),
                 orbit: None,
             })
@@ -291,6 +294,7 @@ impl<'a> Field<'a> {
             values: vec![f64::NAN; self.wanted.columns.len()],
             failure: None,
             end: state.clone(),
+            has_waited: false,
             orbit: None,
         };
         let keeps = matches!(found.label, Label::Period(_)) && self.keeps(place);

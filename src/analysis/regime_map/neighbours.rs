@@ -12,11 +12,20 @@ use rayon::prelude::*;
 const AROUND: [(isize, isize); 4] = [(-1, 0), (1, 0), (0, -1), (0, 1)];
 /// Periods after which a motion that is not caught by an orbit stays what it looked like.
 const PATIENCE: usize = 4000;
+/// Laps of the longest orbit for which a motion that has waited so long goes on when it is asked once more.
+const LAPS_MORE: usize = 8;
 /// Orbits of neighbours that are tried.
 const MOST: usize = 6;
 
 /// What is asked of a cell.
 type Question = ((usize, CellIndex), Vec<f64>);
+
+/// What becomes of a motion that waits.
+enum Waited {
+    Caught(Box<MapCell>),
+    /// It goes on from there.
+    GoesOn(Vec<f64>),
+}
 
 impl Field<'_> {
     /// Goes on with the motions of undecided cells beside which the others agree, for longer with every round.
@@ -61,15 +70,23 @@ impl Field<'_> {
         let open: Vec<Question> = open.map(|(key, cell)| (*key, cell.end.clone())).collect();
         let flag = interrupt::current();
         let one = |(key, end): Question| flag.scope(|| Some((key, self.caught(key, end)?)));
-        let found: Vec<((usize, CellIndex), MapCell)> =
-            open.into_par_iter().filter_map(one).collect();
-        let places = found.iter().map(|((_, place), _)| *place).collect();
-        self.cells.extend(found);
+        let found: Vec<_> = open.into_par_iter().filter_map(one).collect();
+        let mut places = Vec::new();
+        for (key, outcome) in found {
+            match (outcome, self.cells.get_mut(&key)) {
+                (Waited::Caught(cell), _) => {
+                    places.push(key.1);
+                    self.cells.insert(key, *cell);
+                }
+                (Waited::GoesOn(end), Some(cell)) => (cell.end, cell.has_waited) = (end, true),
+                (Waited::GoesOn(_), None) => {}
+            }
+        }
         places
     }
 
-    /// The cell of a motion that is caught by an orbit of a neighbour.
-    fn caught(&self, (seed, place): (usize, CellIndex), end: Vec<f64>) -> Option<MapCell> {
+    /// What becomes of a motion beside orbits of neighbours; `None` where none of them is there.
+    fn caught(&self, (seed, place): (usize, CellIndex), end: Vec<f64>) -> Option<Waited> {
         let orbits = self.orbits_around(place);
         if orbits.is_empty() {
             return None;
@@ -80,18 +97,31 @@ impl Field<'_> {
         let system = grounds.system(p).ok()?;
         let mut integrator = flow::integrator(setting, &system, keys.integrator).ok()?;
         let mut keep_going = |_: usize| !setting.control.is_interrupted();
-        for (period, guess) in orbits {
-            let mut map = Stroboscopic {
-                system: &system,
-                integrator: integrator.as_mut(),
-            };
-            let mut state = end.clone();
-            let orbit = (guess, period);
-            if let Some(found) = caught(&mut map, &mut state, orbit, PATIENCE, &mut keep_going) {
-                return Some(self.measured(&mut grounds, (seed, place), (system, &found, state)));
-            }
-        }
-        None
+        let mut map = Stroboscopic {
+            system: &system,
+            integrator: integrator.as_mut(),
+        };
+        let has_waited = self
+            .cells
+            .get(&(seed, place))
+            .is_some_and(|cell| cell.has_waited);
+        let longest = orbits.iter().map(|(period, _)| *period).max();
+        let periods = match has_waited {
+            // Where it has settled on an orbit by now, it is there at once.
+            true => LAPS_MORE * longest.unwrap_or(1),
+            false => PATIENCE,
+        };
+        let mut state = end.clone();
+        Some(
+            match caught(&mut map, &mut state, &orbits, periods, &mut keep_going) {
+                Some(found) => {
+                    let cell = self.measured(&mut grounds, (seed, place), (system, &found, state));
+                    Waited::Caught(Box::new(cell))
+                }
+                None if state == end => return None,
+                None => Waited::GoesOn(state),
+            },
+        )
     }
 
     /// Orbits, each with its period and a state, on which motions have settled in the same place or beside it, with any seed.

@@ -1,9 +1,9 @@
 //! Maps as tables and as pictures.
 
+use super::RegimeMap;
 use super::cells::{CellIndex, Field, MapCell};
 use super::measures::WantedColumns;
 use super::overlay::Overlay;
-use super::RegimeMap;
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::Axes;
 use crate::analysis::columns::{float, integer, text};
@@ -85,10 +85,7 @@ pub(super) fn orbits(setting: &Setting<'_>, field: &Field<'_>) -> Table {
 }
 
 /// `<path>, <path>, seed, label, <measures>`, then the speed and the values in the user's units.
-pub(super) fn main_table(
-    (axes, wanted): (&Axes, &WantedColumns),
-    field: &Field<'_>,
-) -> Table {
+pub(super) fn main_table((axes, wanted): (&Axes, &WantedColumns), field: &Field<'_>) -> Table {
     let rows = rows(field);
     let value = |k: usize, place: &CellIndex| {
         let place = if k == 0 { place.0 } else { place.1 };

@@ -49,6 +49,14 @@ impl Cycle {
         cycle
     }
 
+    /// Whether it goes through the first point of another one of the same period.
+    pub(super) fn is_near(&self, other: &Cycle, cloud: &Cloud<'_>) -> bool {
+        let first = &other.points[..cloud.size];
+        let mut points = self.points.chunks_exact(cloud.size);
+        self.period == other.period
+            && points.any(|point| distance(point, first, &cloud.scale) <= LEAST_SAME)
+    }
+
     /// Lyapunov exponents: those of the multipliers.
     pub(super) fn exponents(&self, duration: f64) -> Exponents {
         let span = self.period as f64 * duration;

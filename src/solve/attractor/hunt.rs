@@ -5,7 +5,7 @@ use super::cycle::{Cycle, OrbitSearch};
 use super::geometry::{self, Cloud};
 use super::lyapunov::Exponents;
 use super::map::{Map, Tori};
-use super::record::{Along, MapRecord, MapSize, RecordStop, Walk};
+use super::record::{Along, KEPT, MapRecord, MapSize, RecordStop, Walk};
 use super::{Attractor, Goal, LEAST_POINTS, Label, LabelOptions, curve, lurking, reach};
 
 /// Error of the prediction on an invariant curve that is evidence for it.
@@ -164,7 +164,7 @@ impl<'a> LabelHunt<'a> {
             let before = self.walk.state.to_vec();
             let begin = self.walk.period();
             let (stop, verdict) = match lurking.take() {
-                Some(cycle) => self.await_capture(cycle, limit - total),
+                Some(cycle) => self.await_capture(&[cycle], limit - total),
                 None => {
                     let more = total.min(limit - total);
                     let stop = self.walk.record(more, Along::Deviations);
@@ -195,36 +195,70 @@ impl<'a> LabelHunt<'a> {
         }
     }
 
-    /// Goes on, for a number of periods at most, until the motion arrives at the attracting orbit to which a guess leads; whether it has.
-    pub fn expect(&mut self, (guess, period): (&[f64], usize), periods: usize) -> bool {
+    /// Goes on, for a number of periods at most, until the motion arrives at one of the attracting orbits to which guesses lead, or has
+    /// settled on another one at the end; whether it has.
+    pub fn expect(&mut self, guesses: &[(usize, &[f64])], periods: usize) -> bool {
+        let begin = self.walk.state.to_vec();
         let stop = self.walk.record(SCALED, Along::Nothing);
         if stop.is_some() || !self.walk.map.has_variation() {
             self.found.record.stop = stop;
             return false;
         }
-        let map = &mut *self.walk.map;
-        let cloud = Cloud::new(&self.walk.stretch, map.size());
-        let budget = NEWTON_LAPS * period;
-        let mut search = OrbitSearch::new(map, &cloud, budget);
-        let found = search.attracting(guess, period);
-        let Some(cycle) = found.or_else(|| search.attracting_doubled(guess, period)) else {
+        let cycles = self.attracting(guesses);
+        if cycles.is_empty() {
+            self.walk.state.copy_from_slice(&begin);
             return false;
-        };
-        let (stop, verdict) = self.await_capture(cycle, periods);
+        }
+        let (mut stop, mut verdict) = self.await_capture(&cycles, periods);
+        if let (None, StretchVerdict::Open(_)) = (&stop, &verdict) {
+            (stop, verdict) = self.settled_elsewhere();
+        }
         let is_caught = matches!(verdict, StretchVerdict::Cycle(_));
         self.found.record.stop = stop;
         self.accept(verdict);
         is_caught
     }
 
-    /// Goes on until the motion arrives at an orbit, for a number of periods at most.
+    /// The attracting orbits to which guesses lead, each once.
+    fn attracting(&mut self, guesses: &[(usize, &[f64])]) -> Vec<Cycle> {
+        let map = &mut *self.walk.map;
+        let cloud = Cloud::new(&self.walk.stretch, map.size());
+        let mut cycles: Vec<Cycle> = Vec::new();
+        for (period, guess) in guesses {
+            let mut search = OrbitSearch::new(map, &cloud, NEWTON_LAPS * period);
+            let found = search.attracting(guess, *period);
+            let found = found.or_else(|| search.attracting_doubled(guess, *period));
+            cycles.extend(
+                found.filter(|cycle| cycles.iter().all(|known| !known.is_near(cycle, &cloud))),
+            );
+        }
+        cycles
+    }
+
+    /// The orbit on which a motion that none of the known ones has caught goes round nevertheless.
+    fn settled_elsewhere(&mut self) -> (Option<RecordStop>, StretchVerdict) {
+        if let Some(stop) = self.walk.record(KEPT, Along::Nothing) {
+            return (Some(stop), StretchVerdict::Open(None));
+        }
+        let cycle = match self.comes_close(SHORT) {
+            true => self.settled(SHORT),
+            false => None,
+        };
+        (
+            None,
+            cycle.map_or(StretchVerdict::Open(None), StretchVerdict::Cycle),
+        )
+    }
+
+    /// Goes on until the motion arrives at one of some orbits, for a number of periods at most.
     fn await_capture(
         &mut self,
-        cycle: Cycle,
+        cycles: &[Cycle],
         periods: usize,
     ) -> (Option<RecordStop>, StretchVerdict) {
         let error = self.walk.map.error();
-        let lap = LAPS_WATCHED * cycle.period + 1;
+        let longest = cycles.iter().map(|cycle| cycle.period).max().unwrap_or(1);
+        let lap = LAPS_WATCHED * longest + 1;
         let mut left = periods;
         while left > 0 {
             let stop = self.walk.record(lap.min(left), Along::Nothing);
@@ -233,7 +267,8 @@ impl<'a> LabelHunt<'a> {
             }
             left -= lap.min(left);
             let cloud = Cloud::new(&self.walk.stretch, self.walk.map.size());
-            if let Some(cycle) = arrival::captured(&cycle, &cloud, error) {
+            let arrived = |cycle| arrival::captured(cycle, &cloud, error);
+            if let Some(cycle) = cycles.iter().find_map(arrived) {
                 return (None, StretchVerdict::Cycle(cycle));
             }
         }

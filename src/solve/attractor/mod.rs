@@ -154,21 +154,22 @@ pub fn attractor_from(
     hunt.found
 }
 
-/// A motion that goes on from `state`, which ends as its last one, until it is caught by the attracting orbit to which a guess leads,
-/// for a number of periods at most. `None` where there is no such orbit, or it does not catch the motion.
+/// A motion that goes on from `state`, which ends as its last one, until it is caught by one of the attracting orbits to which guesses lead,
+/// for a number of periods at most, or has settled on another one by then. `None` where it has not, or where no guess leads to such an
+/// orbit: then it does not go on.
 ///
 /// For motions beside which others have settled: long chaotic transients look like attractors.
 pub(crate) fn caught(
     map: &mut dyn Map,
     state: &mut [f64],
-    guess: (&[f64], usize),
+    guesses: &[(usize, &[f64])],
     periods: usize,
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Option<Attractor> {
     let begin = (state, HeadStart::default());
     let walk = Walk::new(map, begin, Lengths::Ignored, keep_going);
     let mut hunt = LabelHunt::new(walk, LabelOptions::default());
-    hunt.expect(guess, periods).then_some(hunt.found)
+    hunt.expect(guesses, periods).then_some(hunt.found)
 }
 
 /// The invariant curve on which the points of a record lie, `size` values each; `None` where they show no rotation.
