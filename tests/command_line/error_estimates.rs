@@ -113,3 +113,30 @@ analyses:
         assert!(few.column("o/a.accuracy.csv", "error_multipliers")[judged] > 0.5 * error);
     }
 }
+
+/// Twice the harmonics do not see a contact shorter than their period: the series judges itself in many times the harmonics.
+#[test]
+fn estimates_of_the_series_alone_are_the_errors() {
+    let marks = [0.8, 0.9, 0.95, 1.0, 1.1];
+    let listed = format!("{marks:?}");
+    for (hardness, harmonics) in [(1e3, 12), (1e3, 20), (1e4, 40)] {
+        let keys =
+            format!("harmonics: {harmonics}, marks: {listed}, error_estimate: true, confirm: none");
+        let place = Place::with(&stiff_stop(hardness, &keys));
+        place.run(&["run", "m.yaml", "--out", "o"]).ends_with(0);
+        let flow = exact(hardness, &listed);
+        for omega in marks {
+            let (here, there) = (row(&place, "o/a.csv", omega), row(&flow, "o/a.csv", omega));
+            let judged = row(&place, "o/a.accuracy.csv", omega);
+            for name in ["rms.stop", "force_max.stop"] {
+                let value = place.column("o/a.csv", name)[here];
+                let error = (value - flow.column("o/a.csv", name)[there]).abs();
+                let estimate = place.column("o/a.accuracy.csv", &format!("error_{name}"))[judged];
+                assert!(
+                    (0.5..2.0).contains(&(estimate / error)),
+                    "{hardness}, {harmonics}, {omega}, {name}: {estimate:e}, true {error:e}"
+                );
+            }
+        }
+    }
+}

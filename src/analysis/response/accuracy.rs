@@ -21,6 +21,9 @@ use serde_json::{Value, json};
 /// R.m.s. values below this share of the largest one count as large as that.
 const HARDLY_MOVES: f64 = 1e-3;
 
+/// Samples with which a corrected orbit is measured: its highest harmonic needs two.
+const SAMPLES_PER_HARMONIC: usize = 8;
+
 /// Values and errors of one point, nondimensional, by connection.
 struct JudgedPoint {
     /// What judged: `flow`, whose orbits are exact, or `series`, with twice the harmonics.
@@ -66,6 +69,8 @@ pub(super) fn is_asked_for(settings: &BranchSettings) -> bool {
 struct Judge<'a> {
     swept: &'a Swept<'a>,
     meter: Meter,
+    /// Samples of the meter.
+    samples: usize,
     floquet: Floquet,
     has_multipliers: bool,
 }
@@ -111,6 +116,11 @@ impl Judge<'_> {
             f64::NAN,
         );
         if is_known {
+            let needed = SAMPLES_PER_HARMONIC * corrected.harmonics();
+            if needed > self.samples {
+                self.samples = needed.next_power_of_two();
+                self.meter = Meter::new(self.samples);
+            }
             let measures = self
                 .meter
                 .measure(system, &Orbit::Fourier(corrected.clone()));
@@ -150,9 +160,11 @@ impl Accuracies {
     ) -> Result<(), SolveError> {
         let subharmonic = delivered.subharmonic;
         let mut by_size: Option<(usize, Accuracy<F>)> = None;
+        let samples = 2 * settings.size_for(subharmonic).samples;
         let mut judge = Judge {
             swept,
-            meter: Meter::new(2 * settings.size_for(subharmonic).samples),
+            meter: Meter::new(samples),
+            samples,
             floquet: Floquet::default(),
             has_multipliers: settings.stability && swept.spectrum() == Spectrum::All,
         };
@@ -169,7 +181,11 @@ impl Accuracies {
                         harmonics,
                         doublings,
                     };
-                    let made = sizes.judge(size, subharmonic, settings.newton())?;
+                    let newton = settings.newton();
+                    let made = match settings.error_estimate {
+                        true => sizes.refined_judge(size, subharmonic, newton)?,
+                        false => sizes.judge(size, subharmonic, newton)?,
+                    };
                     &mut other.insert((harmonics, made)).1
                 }
             };
@@ -311,8 +327,15 @@ impl Accuracies {
             ),
             None => String::new(),
         };
+        let unknown = match self.0.len() - errors.len() {
+            0 => String::new(),
+            count => format!(
+                "; unknown at {count} of {} points, where the series is far from convergence: use more `harmonics`",
+                self.0.len()
+            ),
+        };
         format!(
-            "Estimated relative errors of the r.m.s. values ({harmonics}): {last:.1e} at most, at {}, {:.1e} in the median{check}.",
+            "Estimated relative errors of the r.m.s. values ({harmonics}): {last:.1e} at most, at {}, {:.1e} in the median{check}{unknown}.",
             swept.place(worst.lambda),
             errors[errors.len() / 2],
         )

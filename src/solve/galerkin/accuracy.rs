@@ -7,9 +7,12 @@
 //! J Du = -R(u, lambda),    error of a measure = measure(u + Du) - measure(u)
 //! ```
 //!
+//! One with many times the harmonics goes on from there where asked for ([`Accuracy::with_refinement`]).
+//!
 //! At a fold J is singular: there the nearest place of the branch counts, the smallest (Du, Dlambda) with J Du + dR/dlambda
 //! Dlambda = -R.
 
+use super::refinement::{Refinement, in_coefficients, widening};
 use super::{Galerkin, GalerkinOptions};
 use crate::error::SolveError;
 use crate::numeric::factors::Factors;
@@ -37,6 +40,9 @@ pub(crate) struct Rms {
     /// Rate of the deformation, d/d(omega_c t).
     pub velocity: f64,
 }
+
+/// Share of the error at the same parameter below which the error against the nearest place of the branch shows a fold nearby.
+const BESIDE_FOLD: f64 = 0.5;
 
 /// Error estimate of a solution from the larger problem.
 #[derive(Debug, Clone)]
@@ -81,6 +87,9 @@ pub struct Accuracy<F: Family> {
     work: Linearisation,
     factors: Factors,
     newton: Newton,
+    options: NewtonOptions,
+    /// Corrects further, in many times the harmonics.
+    refinement: Option<Refinement<F>>,
 }
 
 impl<F: Family> Accuracy<F> {
@@ -102,13 +111,38 @@ impl<F: Family> Accuracy<F> {
             work: Linearisation::new(&structure),
             factors: Factors::new(&structure),
             newton: Newton::new(&structure, newton),
+            options: newton,
+            refinement: None,
             fine,
         }
+    }
+
+    /// Size of the problem in which corrections go on, for solutions of a size; `None` where it would be too large.
+    pub fn wide_size(
+        &self,
+        judged: GalerkinOptions,
+        subharmonic: usize,
+    ) -> Option<GalerkinOptions> {
+        let harmonics = widening(&self.fine.structure())? * 2 * judged.harmonics;
+        let least = GalerkinOptions::default_samples(harmonics, subharmonic);
+        let samples = (FINER * judged.samples).max(least);
+        (samples <= MOST_SAMPLES).then_some(GalerkinOptions { harmonics, samples })
+    }
+
+    /// Solves in a larger problem after the correction: the estimate then covers the modes above twice the harmonics and
+    /// what is not linear in the correction.
+    pub fn with_refinement(mut self, wide: Galerkin<F>) -> Accuracy<F> {
+        let of = (&self.fine.structure(), self.fine.coefficients());
+        self.refinement = Some(Refinement::new(wide, of, self.options));
+        self
     }
 
     /// Judges orbits that repeat themselves in a number of equal parts of the period.
     pub(crate) fn restrict(&mut self, parts: usize) {
         self.fine.restrict(parts);
+        if let Some(refinement) = &mut self.refinement {
+            refinement.restrict(parts);
+        }
     }
 
     /// Errors of a solution.
@@ -134,19 +168,56 @@ impl<F: Family> Accuracy<F> {
             fixed.fill(f64::NAN);
             sampled.fill(f64::NAN);
         }
+        let along = self.along((&padded, lambda), &rms, (&fixed, &slope))?;
+        let sampling = self.along((&padded, lambda), &rms, (&sampled, &slope))?;
         let corrected = self.fine.fourier_orbit(&(&padded - &fixed), lambda)?;
         let system = self.fine.family.at(lambda)?;
         let errors = differences(&self::rms(system, &corrected), &rms);
-        let along = self.along((&padded, lambda), &rms, (&fixed, &slope))?;
-        let sampling = self.along((&padded, lambda), &rms, (&sampled, &slope))?;
-        Ok(Estimate {
+        let mut estimate = Estimate {
             rms,
             errors,
             corrected,
             along,
             sampling,
             truncation,
-        })
+        };
+        self.refine((&padded, lambda), (&fixed, &slope), &mut estimate)?;
+        Ok(estimate)
+    }
+
+    /// Replaces an estimate by that from the larger problem of the refinement. Its errors become unknown where that problem has no solution
+    /// nearby, except beside a fold: there it may have none, and the linear correction is what is known.
+    fn refine(
+        &mut self,
+        (padded, lambda): (&DVector<f64>, f64),
+        (fixed, slope): (&DVector<f64>, &DVector<f64>),
+        estimate: &mut Estimate,
+    ) -> Result<(), SolveError> {
+        let Some(refinement) = &mut self.refinement else {
+            return Ok(());
+        };
+        let (few, many) = (self.fine.coefficients(), refinement.coefficients());
+        let judged = in_coefficients(padded, few, many);
+        let guess = match fixed.iter().all(|x| x.is_finite()) {
+            true => &judged - in_coefficients(fixed, few, many),
+            false => judged.clone(),
+        };
+        match refinement.solve(&judged, guess, lambda)? {
+            Some(u) => {
+                // Of as many harmonics: a transmission error moves the connections in those beyond as well.
+                estimate.rms = self.rms(&judged, lambda)?;
+                estimate.corrected = self.fine.fourier_orbit(&u, lambda)?;
+                let system = self.fine.family.at(lambda)?;
+                estimate.errors = differences(&rms(system, &estimate.corrected), &estimate.rms);
+                let (fixed, slope) = (&judged - u, in_coefficients(slope, few, many));
+                estimate.along = self.along((&judged, lambda), &estimate.rms, (&fixed, &slope))?;
+            }
+            None if estimate.along < BESIDE_FOLD * estimate.largest() => {}
+            None => estimate.errors.iter_mut().for_each(|e| {
+                (e.displacement, e.velocity) = (f64::NAN, f64::NAN);
+            }),
+        }
+        Ok(())
     }
 
     /// The system at a parameter and the orbit of a solution.
@@ -211,17 +282,6 @@ impl<F: Family> Accuracy<F> {
         let orbit = self.fine.fourier_orbit(u, lambda)?;
         Ok(rms(self.fine.family.at(lambda)?, &orbit))
     }
-}
-
-/// The same motion, or a change of it, with another number of coefficients per coordinate: padded with zeros, or truncated.
-pub(crate) fn in_coefficients(u: &DVector<f64>, from: usize, to: usize) -> DVector<f64> {
-    let few = from.min(to);
-    let mut out = DVector::zeros(u.len() / from * to);
-    let blocks = out.as_mut_slice().chunks_exact_mut(to);
-    for (out, u) in blocks.zip(u.as_slice().chunks_exact(from)) {
-        out[..few].copy_from_slice(&u[..few]);
-    }
-    out
 }
 
 /// R.m.s. values of every connection.

@@ -1,6 +1,7 @@
 //! The Galerkin residual with as many harmonics as a tolerance asks for.
 
-use super::accuracy::{Accuracy, Estimate, MOST_SAMPLES, in_coefficients};
+use super::accuracy::{Accuracy, Estimate, MOST_SAMPLES};
+use super::refinement::in_coefficients;
 use super::{Galerkin, GalerkinOptions};
 use crate::error::SolveError;
 use crate::numeric::jacobian::JacobianStructure;
@@ -66,6 +67,23 @@ impl<F: Family> Sizes<'_, F> {
     ) -> Result<Accuracy<F>, SolveError> {
         let size = Accuracy::<F>::size(self.of(size), subharmonic);
         Ok(Accuracy::new((self.problem)(size)?, newton))
+    }
+
+    /// The same with corrections that go on in many times the harmonics, where memory allows.
+    ///
+    /// # Errors
+    /// The problem cannot be made.
+    pub fn refined_judge(
+        &self,
+        size: Size,
+        subharmonic: usize,
+        newton: NewtonOptions,
+    ) -> Result<Accuracy<F>, SolveError> {
+        let judge = self.judge(size, subharmonic, newton)?;
+        Ok(match judge.wide_size(self.of(size), subharmonic) {
+            Some(wide) => judge.with_refinement((self.problem)(wide)?),
+            None => judge,
+        })
     }
 
     fn of(&self, size: Size) -> GalerkinOptions {

@@ -19,6 +19,7 @@ pub mod jumps;
 mod loads;
 pub mod march;
 mod parts;
+mod refinement;
 mod refusal;
 mod switching;
 
