@@ -135,17 +135,20 @@ fn not_resolved(swept: &Swept<'_>, events: &[&BifurcationEvent]) -> Vec<String> 
         )];
     }
     let one = |event: &&BifurcationEvent| {
-        let (before, behind) = event.unstable.unwrap_or_default();
         let (low, high) = event.bracket;
         let (low, high) = (swept.place(low), swept.place(high));
-        match before == behind {
-            true => format!(
+        match event.unstable {
+            Some((before, behind)) if before == behind => format!(
                 "unresolved: the bifurcations found between {low} and {high} lead to another number of unstable multipliers than \
                  the {behind} there; {advice}"
             ),
-            false => format!(
+            Some((before, behind)) => format!(
                 "unresolved: the number of unstable multipliers goes from {before} to {behind} between {low} and {high}, and no \
                  bifurcation found there explains it; {advice}"
+            ),
+            None => format!(
+                "unresolved: the bifurcations found between {low} and {high} contradict each other in the number of unstable \
+                 multipliers, which is not known there; {advice}"
             ),
         }
     };
