@@ -5,7 +5,7 @@
 //! One period of the gear pair of `benches/problems/P13.yaml`, from a state on its attractor, with two changes of contact. What
 //! to look at: the error follows the tolerance, and more coefficients buy longer steps, not accuracy.
 
-use gearlash::solve::integrate::{Exact, Integrator, Observer, Segment, SeriesOptions};
+use gearlash::solve::integrate::{Exact, FlowObserver, Integrator, Segment, SeriesOptions};
 use gearlash::study::Study;
 use gearlash::system::System;
 use std::f64::consts::TAU;
@@ -20,7 +20,7 @@ const TRANSIENT: usize = 200;
 #[derive(Default)]
 struct Steps(usize);
 
-impl Observer for Steps {
+impl FlowObserver for Steps {
     fn segment(&mut self, _segment: &Segment<'_>) {
         self.0 += 1;
     }

@@ -9,7 +9,7 @@ mod words;
 pub use comparison::{Comparison, Difference, ReportChange};
 pub use description::{ArmNote, BodyNote, ConnectionNote, Description};
 pub use figure::{
-    Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, NamedFigure, Panel, Scale,
+    AxisScale, Curve, CurveStyle, Figure, FrequencyAxis, FrequencyUnit, NamedFigure, Panel,
 };
 pub use plot::{FigureSize, Measured, Plot};
 pub use words::{Words, readable};

@@ -5,7 +5,7 @@ mod sweep;
 use super::cost::{Cost, Period};
 use super::flow::{self, LabelKeys};
 use super::map_table::{MapRows, dots};
-use super::parameter::Parameter;
+use super::parameter::VariedParameter;
 use super::poincare_map::defaults;
 use super::{Analysis, Fault, Initial, Link, Setting, columns, limits};
 use crate::error::Error;
@@ -215,7 +215,7 @@ impl BifurcationDiagram {
     fn check_sweep(&self, setting: &Setting<'_>) -> Vec<Fault> {
         let mut faults = Vec::new();
         faults.extend(limits::check("points", self.points, 2, limits::POINTS));
-        let parameter = match Parameter::alone(setting, &self.parameter, &self.link) {
+        let parameter = match VariedParameter::alone(setting, &self.parameter, &self.link) {
             Ok(parameter) => parameter,
             Err(message) => {
                 faults.push(Fault::new("parameter", message));
@@ -223,21 +223,21 @@ impl BifurcationDiagram {
             }
         };
         match (&parameter, &self.at) {
-            (Parameter::Frequency(_), Some(_)) => {
+            (VariedParameter::Frequency(_), Some(_)) => {
                 let message = "the excitation frequency is the parameter; leave `at` out";
                 faults.push(Fault::new("at", message));
             }
-            (Parameter::Number(knob), None) => {
+            (VariedParameter::Number(knob), None) => {
                 let message = format!(
                     "missing: the excitation frequency at which {} is varied",
                     knob.name()
                 );
                 faults.push(Fault::new("at", message));
             }
-            (Parameter::Number(_), Some(at)) => {
+            (VariedParameter::Number(_), Some(at)) => {
                 faults.extend(flow::frequency(setting, "at", at).err());
             }
-            (Parameter::Frequency(_), None) => {}
+            (VariedParameter::Frequency(_), None) => {}
         }
         for (key, written) in [("from", &self.from), ("to", &self.to)] {
             let fault = parameter.check(setting, written).err();
@@ -287,7 +287,7 @@ impl BifurcationDiagram {
 
     fn plan(&self, setting: &Setting<'_>) -> Result<SweepPlan, Fault> {
         let fault = |key: &'static str| move |message: String| Fault::new(key, message);
-        let parameter = Parameter::alone(setting, &self.parameter, &self.link);
+        let parameter = VariedParameter::alone(setting, &self.parameter, &self.link);
         let parameter = parameter.map_err(fault("parameter"))?;
         let value = |written| parameter.value(setting, written);
         let from = value(&self.from).map_err(fault("from"))?;
@@ -385,11 +385,11 @@ impl BifurcationDiagram {
         let list = columns::coordinates(setting);
         let written = Words::of_number(&self.parameter, &plan.unit);
         let (x_label, x_frequency) = match plan.parameter {
-            Parameter::Frequency(_) => (
+            VariedParameter::Frequency(_) => (
                 columns::frequency_label(setting, &written),
                 columns::frequency_axis(setting, FrequencyUnit::RadianPerSecond),
             ),
-            Parameter::Number(_) => (written, None),
+            VariedParameter::Number(_) => (written, None),
         };
         let panel = |y_label: String, curves| Panel {
             x_label: x_label.clone(),

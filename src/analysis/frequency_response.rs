@@ -1,7 +1,7 @@
 //! Responses against the excitation frequency (figures 10 to 17).
 
 use super::cost::Cost;
-use super::parameter::{FREQUENCY, Parameter};
+use super::parameter::{FREQUENCY, VariedParameter};
 use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
 use super::{Analysis, Fault, Link, Setting, columns};
 use crate::error::Error;
@@ -51,7 +51,7 @@ impl Analysis for FrequencyResponse {
         if let Some(fault) = self.check_at(&settings) {
             return vec![fault];
         }
-        let parameter = match Parameter::alone(setting, FREQUENCY, &self.link) {
+        let parameter = match VariedParameter::alone(setting, FREQUENCY, &self.link) {
             Ok(parameter) => parameter,
             Err(message) => return vec![Fault::new("link", message)],
         };

@@ -15,44 +15,44 @@ pub(super) const FREQUENCY: &str = "frequency";
 
 /// The varied quantity.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Parameter {
+pub enum VariedParameter {
     /// The excitation frequency, with the numbers that follow it.
     Frequency(Vec<Follower>),
     /// A number of the model.
     Number(Box<Knob>),
 }
 
-impl Parameter {
+impl VariedParameter {
     /// The parameter that a user names: `frequency`, a dotted path as for `--set`, or a short form of one: some of its steps in
     /// their order, the last one included, such as `mesh_2.half_gap`.
     ///
     /// # Errors
     /// A name of no number of the model, or a short form of several.
-    pub fn find(setting: &Setting<'_>, written: &str) -> Result<Parameter, String> {
+    pub fn find(setting: &Setting<'_>, written: &str) -> Result<VariedParameter, String> {
         if written == FREQUENCY {
-            return Ok(Parameter::Frequency(Vec::new()));
+            return Ok(VariedParameter::Frequency(Vec::new()));
         }
         let knob = setting.model.resolve(written)?;
-        Ok(Parameter::Number(Box::new(knob)))
+        Ok(VariedParameter::Number(Box::new(knob)))
     }
 
     /// The same with the numbers that follow it; `all`: names of all parameters of the analysis.
     ///
     /// # Errors
-    /// As [`Parameter::find`]; what is wrong with the link.
+    /// As [`VariedParameter::find`]; what is wrong with the link.
     pub fn linked(
         setting: &Setting<'_>,
         written: &str,
         (link, all): (&Link, &[&str]),
-    ) -> Result<Parameter, String> {
-        match Parameter::find(setting, written)? {
-            Parameter::Number(knob) => {
+    ) -> Result<VariedParameter, String> {
+        match VariedParameter::find(setting, written)? {
+            VariedParameter::Number(knob) => {
                 let knob = link.attach(setting, *knob, all)?;
-                Ok(Parameter::Number(Box::new(knob)))
+                Ok(VariedParameter::Number(Box::new(knob)))
             }
-            Parameter::Frequency(_) => {
+            VariedParameter::Frequency(_) => {
                 let list = link.followers(setting, FREQUENCY, all)?;
-                Ok(Parameter::Frequency(list))
+                Ok(VariedParameter::Frequency(list))
             }
         }
     }
@@ -60,21 +60,25 @@ impl Parameter {
     /// The only parameter of an analysis.
     ///
     /// # Errors
-    /// As [`Parameter::linked`].
-    pub fn alone(setting: &Setting<'_>, written: &str, link: &Link) -> Result<Parameter, String> {
-        Parameter::linked(setting, written, (link, &[written]))
+    /// As [`VariedParameter::linked`].
+    pub fn alone(
+        setting: &Setting<'_>,
+        written: &str,
+        link: &Link,
+    ) -> Result<VariedParameter, String> {
+        VariedParameter::linked(setting, written, (link, &[written]))
     }
 
     /// Whether it is the excitation frequency.
     pub fn is_frequency(&self) -> bool {
-        matches!(self, Parameter::Frequency(_))
+        matches!(self, VariedParameter::Frequency(_))
     }
 
     /// `frequency`, or the full dotted path.
     pub fn name(&self) -> &str {
         match self {
-            Parameter::Frequency(_) => FREQUENCY,
-            Parameter::Number(knob) => knob.name(),
+            VariedParameter::Frequency(_) => FREQUENCY,
+            VariedParameter::Number(knob) => knob.name(),
         }
     }
 
@@ -84,19 +88,21 @@ impl Parameter {
     /// A frequency without or with a wrong unit.
     pub fn value(&self, setting: &Setting<'_>, written: &Quantity) -> Result<f64, String> {
         match self {
-            Parameter::Frequency(_) => setting.frequency(written),
-            Parameter::Number(_) => Ok(written.value),
+            VariedParameter::Frequency(_) => setting.frequency(written),
+            VariedParameter::Number(_) => Ok(written.value),
         }
     }
 
     /// Unit of the reported values, and the factor to them. `written`: one of the values in the model file.
     pub fn reported(&self, setting: &Setting<'_>, written: &Quantity) -> (String, f64) {
         match self {
-            Parameter::Frequency(_) if setting.is_si() => {
+            VariedParameter::Frequency(_) if setting.is_si() => {
                 ("rad/s".into(), setting.assembly.scales.frequency)
             }
-            Parameter::Frequency(_) => (String::new(), 1.0),
-            Parameter::Number(_) => (written.dimension.map_or(String::new(), |d| d.unit()), 1.0),
+            VariedParameter::Frequency(_) => (String::new(), 1.0),
+            VariedParameter::Number(_) => {
+                (written.dimension.map_or(String::new(), |d| d.unit()), 1.0)
+            }
         }
     }
 
@@ -107,13 +113,13 @@ impl Parameter {
     pub fn check(&self, setting: &Setting<'_>, written: &Quantity) -> Result<(), String> {
         let mut parts = Vec::new();
         match self {
-            Parameter::Frequency(followers) => {
+            VariedParameter::Frequency(followers) => {
                 let x = setting.frequency(written)? * setting.assembly.scales.frequency;
                 for Follower { knob, relation } in followers {
                     parts.extend(entries(knob, relation.value(x)));
                 }
             }
-            Parameter::Number(knob) => {
+            VariedParameter::Number(knob) => {
                 parts = entries(knob, written.value);
                 if written.dimension.is_some() {
                     parts[0].1 = Node::quoted(written.text.as_str());
@@ -190,7 +196,7 @@ impl<'a> Systems<'a> {
     /// The systems of a setting. `at`: excitation frequency over omega_c where it is none of the parameters.
     pub fn new(
         setting: &Setting<'a>,
-        parameters: &[Parameter],
+        parameters: &[VariedParameter],
         at: f64,
         subharmonic: usize,
     ) -> Systems<'a> {
@@ -198,7 +204,7 @@ impl<'a> Systems<'a> {
         let factor = setting.assembly.scales.frequency;
         for (k, parameter) in parameters.iter().enumerate() {
             match parameter {
-                Parameter::Frequency(followers) => {
+                VariedParameter::Frequency(followers) => {
                     frequency = Some(k);
                     for Follower { knob, relation } in followers {
                         knobs.push(knob.clone());
@@ -208,7 +214,7 @@ impl<'a> Systems<'a> {
                         });
                     }
                 }
-                Parameter::Number(knob) => {
+                VariedParameter::Number(knob) => {
                     knobs.push(knob.as_ref().clone());
                     numbers.push(Varied {
                         parameter: k,

@@ -1,7 +1,7 @@
 //! Responses at a fixed excitation frequency against any number of the model.
 
 use super::cost::Cost;
-use super::parameter::{Parameter, Variation, joined};
+use super::parameter::{Variation, VariedParameter, joined};
 use super::response::{self, BranchSettings, Swept, branch_settings, response_keys};
 use super::{Analysis, Fault, Link, Setting, columns};
 use crate::error::Error;
@@ -109,8 +109,8 @@ impl ParameterResponse {
     fn knob(&self, setting: &Setting<'_>) -> Result<Knob, Fault> {
         let fault = |message: String| Fault::new("parameter", message);
         let is_frequency = ["frequency", "at", "omega"].contains(&self.parameter.as_str());
-        match Parameter::alone(setting, &self.parameter, &self.link).map_err(fault) {
-            Ok(Parameter::Number(knob)) => Ok(*knob),
+        match VariedParameter::alone(setting, &self.parameter, &self.link).map_err(fault) {
+            Ok(VariedParameter::Number(knob)) => Ok(*knob),
             Err(fault) if !is_frequency => Err(fault),
             _ => {
                 let message = "the excitation frequency is what the type `frequency_response` varies: use that, and give the \
@@ -127,7 +127,7 @@ fn check_values(
     settings: &BranchSettings,
     knob: Knob,
 ) -> Result<System, Vec<Fault>> {
-    let parameter = Parameter::Number(Box::new(knob.clone()));
+    let parameter = VariedParameter::Number(Box::new(knob.clone()));
     let path = knob.name().to_owned();
     let value = |written: &Quantity| {
         parameter.check(setting, written)?;

@@ -1,6 +1,6 @@
 //! Points of other runs: their states and parameters, from the tables in a folder of results.
 
-use super::parameter::Parameter;
+use super::parameter::VariedParameter;
 use super::{Setting, columns};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -161,20 +161,20 @@ impl Saved {
     ///
     /// # Errors
     /// The results do not have it.
-    pub fn value(&self, setting: &Setting<'_>, parameter: &Parameter) -> Result<f64, String> {
+    pub fn value(&self, setting: &Setting<'_>, parameter: &VariedParameter) -> Result<f64, String> {
         let is_own = |name: &str| {
-            let found = Parameter::find(setting, name);
+            let found = VariedParameter::find(setting, name);
             found.is_ok_and(|found| found.name() == parameter.name())
         };
         let varied = self.varied.iter().find(|(_, name)| is_own(name));
         let varied = varied.and_then(|(column, _)| self.get(column));
         let value = match (parameter, varied) {
-            (Parameter::Frequency(_), Some(value)) if setting.is_si() => {
+            (VariedParameter::Frequency(_), Some(value)) if setting.is_si() => {
                 Some(value / setting.assembly.scales.frequency)
             }
             (_, Some(value)) => Some(value),
-            (Parameter::Frequency(_), None) => self.get("omega"),
-            (Parameter::Number(knob), None) => Some(setting.model.get(knob)),
+            (VariedParameter::Frequency(_), None) => self.get("omega"),
+            (VariedParameter::Number(knob), None) => Some(setting.model.get(knob)),
         };
         value.ok_or_else(|| format!("the results have no value of {}", parameter.name()))
     }

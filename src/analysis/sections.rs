@@ -30,13 +30,13 @@ fn transmission_errors(setting: &Setting<'_>) -> TransmissionErrors {
 }
 
 /// Values of one table among those of a point.
-struct Section {
+struct TableSection {
     table: ResponseTable,
     sheet: MeasureSheet,
 }
 
 /// All sections of a response.
-pub(super) struct Sections(Vec<Section>);
+pub(super) struct Sections(Vec<TableSection>);
 
 impl Sections {
     /// The sections of the tables of a response, in a fixed order. `orders`: of the reference whose amplitudes are reported.
@@ -71,7 +71,7 @@ impl Sections {
             let measures: Vec<Box<dyn Measure>> = vec![Box::new(EstimatedMultipliers { dof })];
             list.push((ResponseTable::MultiplierEstimates, measures));
         }
-        let section = |(table, measures)| Section {
+        let section = |(table, measures)| TableSection {
             table,
             sheet: MeasureSheet::new(measures),
         };
@@ -87,7 +87,7 @@ impl Sections {
 
     /// Headings of all values of a point, each with its table.
     pub fn headings(&self, units: &ReportedUnits<'_>) -> Vec<(ResponseTable, ColumnHeading)> {
-        let of = |s: &Section| {
+        let of = |s: &TableSection| {
             let headings = s.sheet.headings(units).into_iter();
             let table = s.table;
             headings.map(move |heading| (table, heading))

@@ -14,7 +14,7 @@ use crate::quantity::Quantity;
 use crate::report::{Report, Table};
 use crate::solve::attractor::RecordStop;
 use crate::solve::integrate::{
-    IntegrationEnd, IntegratorChoice, IntegratorOptions, Observer, Segment, Switch,
+    FlowObserver, IntegrationEnd, IntegratorChoice, IntegratorOptions, Segment, Switch,
 };
 use crate::system::System;
 use figure::figure;
@@ -406,7 +406,7 @@ impl<'a> HistoryRecord<'a> {
     }
 }
 
-impl Observer for HistoryRecord<'_> {
+impl FlowObserver for HistoryRecord<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let end = segment.tau + segment.width;
         while self.next < self.samples {

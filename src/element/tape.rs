@@ -3,7 +3,7 @@
 //! A law is followed once in each region between its breakpoints, at one place; the operations it goes through there are the
 //! same everywhere in the region. What is affine in displacement and velocity stays a number triple and needs no operation.
 
-use crate::numeric::taylor::{Function, Op, Output, Program, Register};
+use crate::numeric::taylor::{Function, Op, Program, ProgramOutput, Register};
 use std::cell::RefCell;
 use std::collections::HashMap;
 
@@ -18,12 +18,12 @@ pub struct Tape {
 
 impl Tape {
     /// The operations required for some numbers, without all others.
-    pub fn program(&self, outputs: &[Output]) -> Program {
+    pub fn program(&self, outputs: &[ProgramOutput]) -> Program {
         let ops = self.ops.borrow();
         let mut is_needed = vec![false; ops.len()];
-        let register = |output: &Output| match output {
-            Output::Register(register) => Some(*register),
-            Output::Affine(_) => None,
+        let register = |output: &ProgramOutput| match output {
+            ProgramOutput::Register(register) => Some(*register),
+            ProgramOutput::Affine(_) => None,
         };
         let mut waiting: Vec<Register> = outputs.iter().filter_map(register).collect();
         while let Some(register) = waiting.pop() {
@@ -38,8 +38,8 @@ impl Tape {
             next += usize::from(*needed);
         }
         let kept = ops.iter().zip(&is_needed).filter(|(_, needed)| **needed);
-        let form = |output: &Output| match output {
-            Output::Register(register) => Output::Register(places[*register]),
+        let form = |output: &ProgramOutput| match output {
+            ProgramOutput::Register(register) => ProgramOutput::Register(places[*register]),
             affine => *affine,
         };
         Program {

@@ -3,7 +3,7 @@
 use super::derivatives::Dual;
 use super::number::Number;
 use super::tape::Tape;
-use crate::numeric::taylor::{Affine, Function, Op, Output, Register};
+use crate::numeric::taylor::{Affine, Function, Op, ProgramOutput, Register};
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -15,7 +15,7 @@ pub type Symbol<'t> = Dual<Traced<'t>>;
 pub struct Traced<'t> {
     tape: Option<&'t Tape>,
     value: f64,
-    form: Output,
+    form: ProgramOutput,
 }
 
 impl Tape {
@@ -23,9 +23,17 @@ impl Tape {
     pub fn inputs(&self, q: f64, v: f64, phase: f64) -> [Symbol<'_>; 3] {
         let affine = |value, q, v| {
             let constant = 0.0;
-            Traced::new(self, value, Output::Affine(Affine { constant, q, v }))
+            Traced::new(
+                self,
+                value,
+                ProgramOutput::Affine(Affine { constant, q, v }),
+            )
         };
-        let phase = Traced::new(self, phase, Output::Register(self.register(Op::Phase)));
+        let phase = Traced::new(
+            self,
+            phase,
+            ProgramOutput::Register(self.register(Op::Phase)),
+        );
         [
             Dual::displacement(affine(q, 1.0, 0.0)),
             Dual::velocity(affine(v, 0.0, 1.0)),
@@ -47,13 +55,13 @@ impl Tape {
     }
 
     fn memory(&self, z: f64) -> Traced<'_> {
-        Traced::new(self, z, Output::Register(self.register(Op::Memory)))
+        Traced::new(self, z, ProgramOutput::Register(self.register(Op::Memory)))
     }
 }
 
 impl<'t> Traced<'t> {
     /// A number of a tape.
-    pub(super) fn new(tape: &'t Tape, value: f64, form: Output) -> Traced<'t> {
+    pub(super) fn new(tape: &'t Tape, value: f64, form: ProgramOutput) -> Traced<'t> {
         Traced {
             tape: Some(tape),
             value,
@@ -62,7 +70,7 @@ impl<'t> Traced<'t> {
     }
 
     /// Where it is.
-    pub fn form(&self) -> Output {
+    pub fn form(&self) -> ProgramOutput {
         self.form
     }
 
@@ -74,15 +82,15 @@ impl<'t> Traced<'t> {
         Traced {
             tape: None,
             value,
-            form: Output::Affine(constant),
+            form: ProgramOutput::Affine(constant),
         }
     }
 
     /// Coefficients of displacement and velocity, if it is affine in them.
     pub fn affine(&self) -> Option<Affine> {
         match self.form {
-            Output::Affine(affine) => Some(affine),
-            Output::Register(_) => None,
+            ProgramOutput::Affine(affine) => Some(affine),
+            ProgramOutput::Register(_) => None,
         }
     }
 
@@ -94,7 +102,7 @@ impl<'t> Traced<'t> {
     fn with_affine(self, value: f64, affine: Affine) -> Traced<'t> {
         Traced {
             value,
-            form: Output::Affine(affine),
+            form: ProgramOutput::Affine(affine),
             ..self
         }
     }
@@ -103,8 +111,8 @@ impl<'t> Traced<'t> {
     fn placed(&self) -> Option<(&'t Tape, Register)> {
         let tape = self.tape?;
         let register = match self.form {
-            Output::Register(register) => register,
-            Output::Affine(affine) => tape.register(Op::Affine(affine)),
+            ProgramOutput::Register(register) => register,
+            ProgramOutput::Affine(affine) => tape.register(Op::Affine(affine)),
         };
         Some((tape, register))
     }
@@ -121,7 +129,7 @@ impl<'t> Traced<'t> {
         }
         match self.placed() {
             None => Traced::constant(value),
-            Some((tape, x)) => Traced::new(tape, value, Output::Register(record(tape, x))),
+            Some((tape, x)) => Traced::new(tape, value, ProgramOutput::Register(record(tape, x))),
         }
     }
 
@@ -137,7 +145,11 @@ impl<'t> Traced<'t> {
         let [Some((tape, x)), Some((_, y))] = both else {
             return Traced::constant(value);
         };
-        Traced::new(tape, value, Output::Register(tape.register(op(x, y))))
+        Traced::new(
+            tape,
+            value,
+            ProgramOutput::Register(tape.register(op(x, y))),
+        )
     }
 
     fn scaled(self, factor: f64) -> Traced<'t> {
@@ -145,7 +157,7 @@ impl<'t> Traced<'t> {
         match (self.form, factor) {
             (_, 0.0) => Traced::constant(0.0),
             (_, 1.0) => self,
-            (Output::Affine(a), _) => {
+            (ProgramOutput::Affine(a), _) => {
                 let Affine { constant, q, v } = a;
                 let affine = Affine {
                     constant: factor * constant,

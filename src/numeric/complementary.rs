@@ -19,7 +19,7 @@ const UNCOUPLED: f64 = 1e-20;
 /// possible press. `None` where contacts contradict each other.
 pub(crate) fn solve(d: &DMatrix<f64>, b: &[f64]) -> Option<Vec<f64>> {
     let count = b.len();
-    let balance = Balance::of(d)?;
+    let balance = ContactScales::of(d)?;
     let u = balance.matrix(d);
     let c: Vec<f64> = b.iter().zip(&balance.left).map(|(b, l)| b * l).collect();
     let largest = c.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -166,14 +166,14 @@ impl Pressing {
 }
 
 /// Factors l and r with which l_i d_ij r_j is symmetric and 1 on its diagonal.
-struct Balance {
+struct ContactScales {
     left: Vec<f64>,
     right: Vec<f64>,
 }
 
-impl Balance {
+impl ContactScales {
     /// `None` where a contact moves nothing.
-    fn of(d: &DMatrix<f64>) -> Option<Balance> {
+    fn of(d: &DMatrix<f64>) -> Option<ContactScales> {
         let count = d.nrows();
         let mut weights = vec![0.0; count];
         for root in 0..count {
@@ -199,7 +199,7 @@ impl Balance {
         if !own.iter().all(|g| *g > 0.0) {
             return None;
         }
-        Some(Balance {
+        Some(ContactScales {
             left: own.iter().map(|g| 1.0 / g).collect(),
             right: own
                 .iter()
@@ -223,7 +223,7 @@ pub(crate) fn least(d: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if let Some(inverse) = inverse(d) {
         return Some(inverse);
     }
-    let balance = Balance::of(d)?;
+    let balance = ContactScales::of(d)?;
     let eigen = balance.matrix(d).symmetric_eigen();
     let kept = eigen
         .eigenvalues
@@ -267,7 +267,7 @@ pub(crate) fn share(d: &DMatrix<f64>, b: &[f64], f: Vec<f64>) -> Vec<f64> {
 
 /// Combinations of the rows of such a matrix that vanish, column by column: n^T D = 0.
 pub(crate) fn dependences(d: &DMatrix<f64>) -> DMatrix<f64> {
-    let Some(balance) = Balance::of(d) else {
+    let Some(balance) = ContactScales::of(d) else {
         return DMatrix::zeros(d.nrows(), 0);
     };
     let eigen = balance.matrix(d).symmetric_eigen();

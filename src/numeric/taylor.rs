@@ -129,7 +129,7 @@ impl Affine {
 
 /// Result of a program: a register, or a value that needs none.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Output {
+pub enum ProgramOutput {
     /// An affine function of the inputs.
     Affine(Affine),
     /// A register.
@@ -155,7 +155,7 @@ pub struct Program {
     /// The operations.
     pub(crate) ops: Vec<Op>,
     /// Result.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<ProgramOutput>,
 }
 
 impl Program {
@@ -177,8 +177,8 @@ impl Program {
         registers: &[Polynomial],
     ) -> f64 {
         match &self.outputs[index] {
-            Output::Affine(affine) => affine.coefficient(k, inputs),
-            Output::Register(place) => registers[*place][k],
+            ProgramOutput::Affine(affine) => affine.coefficient(k, inputs),
+            ProgramOutput::Register(place) => registers[*place][k],
         }
     }
 
@@ -344,7 +344,7 @@ mod tests {
         y[..2].copy_from_slice(&[0.7, -0.1]);
         let last = ops.len() - 1;
         let program = Program {
-            outputs: vec![Output::Register(last)],
+            outputs: vec![ProgramOutput::Register(last)],
             ops,
         };
         let inputs = Inputs {

@@ -1,6 +1,6 @@
 //! Axes: range from the data, ticks at round numbers, text of the ticks.
 
-use crate::report::Scale;
+use crate::report::AxisScale;
 use kuva::render::render_utils::generate_ticks;
 
 /// A range with its ticks.
@@ -11,7 +11,7 @@ pub(super) struct DrawnAxis {
     pub ticks: Vec<Tick>,
     /// Common power of ten of the tick texts, 0 when they are plain.
     pub exponent: i32,
-    pub scale: Scale,
+    pub scale: AxisScale,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +38,7 @@ impl DrawnAxis {
             high,
             ticks,
             exponent,
-            scale: Scale::Linear,
+            scale: AxisScale::Linear,
         }
     }
 
@@ -75,7 +75,7 @@ impl DrawnAxis {
             high,
             ticks: ticks.filter(|t| within(&t.value)).collect(),
             exponent: 0,
-            scale: Scale::Log,
+            scale: AxisScale::Log,
         }
     }
 
@@ -91,7 +91,7 @@ impl DrawnAxis {
             high: count.max(1) as f64 - 0.4,
             ticks: names.iter().enumerate().map(tick).collect(),
             exponent: 0,
-            scale: Scale::Linear,
+            scale: AxisScale::Linear,
         }
     }
 
@@ -125,8 +125,8 @@ impl DrawnAxis {
     /// stay small numbers.
     pub fn share(&self, value: f64) -> f64 {
         let share = match self.scale {
-            Scale::Linear => (value - self.low) / (self.high - self.low),
-            Scale::Log => (value / self.low).ln() / (self.high / self.low).ln(),
+            AxisScale::Linear => (value - self.low) / (self.high - self.low),
+            AxisScale::Log => (value / self.low).ln() / (self.high / self.low).ln(),
         };
         share.clamp(-10.0, 11.0)
     }

@@ -12,7 +12,7 @@ use super::series::{DrawnContent, DrawnSeries, StabilityRun, floats};
 use super::shown::{Shown, is_shared, shown};
 use super::sparse;
 use crate::error::Error;
-use crate::report::{Figure, FrequencyUnit, Report, Scale, readable};
+use crate::report::{AxisScale, Figure, FrequencyUnit, Report, readable};
 
 /// Columns shown when the pointer is over a point, where the table has them; the first ones lead to its orbit.
 const HOVER: [&str; 5] = ["branch", "point", "after_point", "omega", "parameter"];
@@ -47,7 +47,7 @@ pub(super) fn value(figure: &Figure, report: &Report) -> Result<Value, Error> {
             "y_label": panel.y_label,
             "x_range": [panel.x.low, panel.x.high],
             "y_range": [panel.y.low, panel.y.high],
-            "log": panel.y.scale == Scale::Log,
+            "log": panel.y.scale == AxisScale::Log,
             "frequency": frequency(panel),
             "bar": panel.bar.as_ref().map(|bar| &bar.label),
             "curves": curves,

@@ -6,7 +6,7 @@ use super::raster::edges;
 use super::series::{DrawnContent, DrawnSeries, resolve};
 use super::units::Scaled;
 use crate::error::{Diagnostic, Error};
-use crate::report::{CurveStyle, Figure, Panel, Report, Scale, Words};
+use crate::report::{AxisScale, CurveStyle, Figure, Panel, Report, Words};
 
 /// A panel with everything that is drawn.
 #[derive(Debug)]
@@ -180,7 +180,7 @@ type AxisRange = Option<(f64, f64)>;
 fn axes(
     list: &[DrawnSeries<'_>],
     (x_range, y_range): (AxisRange, AxisRange),
-    scale: Scale,
+    scale: AxisScale,
 ) -> (DrawnAxis, DrawnAxis) {
     if let Some((series, names)) = list.iter().find_map(|s| match &s.drawing {
         DrawnContent::Tornado(names) => Some((s, names)),
@@ -231,7 +231,7 @@ fn axes(
     let ys = list.iter().flat_map(|s| s.points().filter(inside));
     let ys = ys.map(|p| p.1);
     let y = match (scale, y_range) {
-        (Scale::Log, range) => DrawnAxis::logarithmic(range, ys),
+        (AxisScale::Log, range) => DrawnAxis::logarithmic(range, ys),
         (_, Some(range)) => DrawnAxis::exact(range, 6),
         _ if bars.is_some() => {
             let top = extent(ys).map_or(1.0, |(_, high)| high);

@@ -81,7 +81,7 @@ pub struct NamedFigure {
 /// Scale of an axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Scale {
+pub enum AxisScale {
     /// Linear.
     #[default]
     Linear,
@@ -156,7 +156,7 @@ pub struct Panel {
     /// Range of the ordinate; from the data when `None`.
     pub y_range: Option<(f64, f64)>,
     /// Scale of the ordinate.
-    pub y_scale: Scale,
+    pub y_scale: AxisScale,
     /// Unit of the abscissa other than the one in its label; empty: that one.
     pub x_unit: String,
     /// Set where the abscissa is a frequency of known scale: it can be shown in other units.

@@ -1,6 +1,6 @@
 //! What a user asks of a figure: the key `plot` of an analysis, `--plot` of the command line.
 
-use super::Scale;
+use super::AxisScale;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct Plot {
     pub x_unit: Option<String>,
     /// Scale of the ordinate.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub y_scale: Option<Scale>,
+    pub y_scale: Option<AxisScale>,
     /// Limits of the abscissa, in its unit in the figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x_range: Option<[f64; 2]>,

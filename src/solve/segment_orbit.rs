@@ -1,6 +1,6 @@
 //! A periodic orbit as stretches of polynomials between switching instants.
 
-use super::integrate::{Observer, Segment, Switch, SwitchKind};
+use super::integrate::{FlowObserver, Segment, Switch, SwitchKind};
 use crate::numeric::bernstein::{self, evaluate};
 use crate::numeric::periodic::Periodic;
 use crate::numeric::roots::newton_bracketed;
@@ -267,7 +267,7 @@ impl SegmentOrbit {
     }
 }
 
-impl Observer for SegmentOrbit {
+impl FlowObserver for SegmentOrbit {
     fn segment(&mut self, segment: &Segment<'_>) {
         self.stretches.push(Stretch {
             tau: segment.tau,

@@ -10,7 +10,9 @@
 
 use super::family::{Family, equal_parts, repetitions};
 use super::floquet;
-use super::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer, Strain, choose};
+use super::integrate::{
+    FlowObserver, IntegrationEnd, Integrator, IntegratorOptions, Strain, choose,
+};
 use super::jumps;
 use super::orbit::Orbit;
 use super::residual::{Extent, Linearisation, PeriodicResidual, Residual, Survey, slips};
@@ -126,7 +128,7 @@ impl<F: Family> Shooting<F> {
         u: &[f64],
         lambda: f64,
         to: f64,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> Result<IntegrationEnd, SolveError> {
         self.prepare(lambda)?;
         let system = self.family.at(lambda)?;
@@ -149,7 +151,7 @@ impl<F: Family> Shooting<F> {
         &mut self,
         u: &[f64],
         lambda: f64,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> Result<IntegrationEnd, SolveError> {
         self.prepare(lambda)?;
         self.state.copy_from_slice(u);
@@ -174,7 +176,7 @@ impl<F: Family> Shooting<F> {
         &mut self,
         u: &[f64],
         lambda: f64,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> Result<Option<Image<'_>>, SolveError> {
         let end = self.map_with_variation(u, lambda, observer)?;
         let is_whole = end == IntegrationEnd::Reached;

@@ -1,7 +1,7 @@
 //! Numbers of a model as parameters: written into the mechanics, they give what reading the whole model again gives.
 
 use gearlash::analysis::Setting;
-use gearlash::analysis::parameter::{Parameter, Systems};
+use gearlash::analysis::parameter::{Systems, VariedParameter};
 use gearlash::interrupt::Interrupt;
 use gearlash::model::Model;
 use gearlash::system::System;
@@ -86,8 +86,8 @@ fn compare(model: &Model) -> usize {
         };
         let mut other = model.clone();
         let whole = other.set(&knob, value).and_then(|()| other.assemble());
-        let frequency = Parameter::Frequency(Vec::new());
-        let parameters = [Parameter::Number(Box::new(knob)), frequency];
+        let frequency = VariedParameter::Frequency(Vec::new());
+        let parameters = [VariedParameter::Number(Box::new(knob)), frequency];
         let mut systems = Systems::new(&setting, &parameters, 1.0, 1);
         let found = systems.at(&[value, 0.7]);
         match (found, whole) {
@@ -127,7 +127,7 @@ fn several_parameters_move_at_once() {
         assembly: &assembly,
         control: &Interrupt::default(),
     };
-    let find = |name: &str| Parameter::find(&setting, name).unwrap();
+    let find = |name: &str| VariedParameter::find(&setting, name).unwrap();
     let parameters = [find("mesh.gap"), find("frequency"), find("A.inertia")];
     let mut systems = Systems::new(&setting, &parameters, 1.0, 2);
     let first = text(systems.at(&[60e-6, 0.8, 2e-3]).unwrap());

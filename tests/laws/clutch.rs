@@ -4,7 +4,7 @@ use gearlash::element::conformance::check;
 use gearlash::element::{Clutch, Element, Jenkins, Stage};
 use gearlash::numeric::periodic::Periodic;
 use gearlash::solve::galerkin;
-use gearlash::solve::integrate::{IntegratorChoice, Observer, Segment, choose};
+use gearlash::solve::integrate::{FlowObserver, IntegratorChoice, Segment, choose};
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -84,7 +84,7 @@ fn idle_knows_nothing_of_the_main_stage() {
 #[derive(Default)]
 struct Work(Vec<(f64, f64)>);
 
-impl Observer for Work {
+impl FlowObserver for Work {
     fn segment(&mut self, segment: &Segment<'_>) {
         for k in 0..8 {
             let mut state = vec![0.0; 5];

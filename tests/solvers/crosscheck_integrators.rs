@@ -4,7 +4,7 @@ use crate::common::{backlash, load};
 use gearlash::element::{OneSided, PiecewiseLinear, Side};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
-    Dopri5, Dopri5Options, Exact, IntegrationEnd, Integrator, Observer, Switch,
+    Dopri5, Dopri5Options, Exact, FlowObserver, IntegrationEnd, Integrator, Switch,
 };
 use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 #[derive(Default)]
 pub struct Switches(pub Vec<Switch>);
 
-impl Observer for Switches {
+impl FlowObserver for Switches {
     fn switch(&mut self, switch: &Switch) {
         self.0.push(*switch);
     }

@@ -2,7 +2,7 @@
 
 use gearlash::analysis::flow;
 use gearlash::solve::integrate::{
-    Dopri5, Dopri5Options, Exact, IntegrationEnd, Integrator, MAX_SWITCHES, Observer, Switch,
+    Dopri5, Dopri5Options, Exact, FlowObserver, IntegrationEnd, Integrator, MAX_SWITCHES, Switch,
 };
 use gearlash::study::Study;
 use gearlash::system::{Mount, System};
@@ -15,7 +15,7 @@ const FREQUENCIES: [f64; 4] = [0.31, 0.83, 1.27, 2.1];
 #[derive(Default)]
 struct Log(Vec<Switch>);
 
-impl Observer for Log {
+impl FlowObserver for Log {
     fn switch(&mut self, switch: &Switch) {
         self.0.push(*switch);
     }

@@ -5,7 +5,7 @@ use crate::memory_flow::{state, system};
 use gearlash::element::{Backlash, Clutch, Element, ImpactDampingLaw, Jenkins, Stage};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
-    IntegrationEnd, IntegratorChoice, Observer, Switch, SwitchKind, choose,
+    FlowObserver, IntegrationEnd, IntegratorChoice, Switch, SwitchKind, choose,
 };
 use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 #[derive(Default)]
 struct Log(Vec<Switch>);
 
-impl Observer for Log {
+impl FlowObserver for Log {
     fn switch(&mut self, switch: &Switch) {
         self.0.push(*switch);
     }

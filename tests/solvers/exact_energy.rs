@@ -2,7 +2,7 @@
 
 use crate::common::{self, floats, reference};
 use gearlash::numeric::quadrature::unit_nodes;
-use gearlash::solve::integrate::{Exact, IntegrationEnd, Integrator, Observer, Segment};
+use gearlash::solve::integrate::{Exact, FlowObserver, IntegrationEnd, Integrator, Segment};
 use gearlash::system::System;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ struct Works<'a> {
     damping: f64,
 }
 
-impl Observer for Works<'_> {
+impl FlowObserver for Works<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let (system, n) = (self.system, self.system.dof());
         let mut state = vec![0.0; 2 * n];

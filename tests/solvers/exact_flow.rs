@@ -4,7 +4,7 @@ use crate::common::{backlash, floats, load, matrix, reference};
 use gearlash::element::{Linear, OneSided, Side};
 use gearlash::numeric::periodic::Periodic;
 use gearlash::solve::integrate::{
-    Exact, IntegrationEnd, Integrator, IntegratorChoice, Observer, Segment, Switch, choose,
+    Exact, FlowObserver, IntegrationEnd, Integrator, IntegratorChoice, Segment, Switch, choose,
 };
 use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
@@ -19,7 +19,7 @@ struct Log {
     last: Option<Vec<f64>>,
 }
 
-impl Observer for Log {
+impl FlowObserver for Log {
     fn segment(&mut self, segment: &Segment<'_>) {
         let n = segment.coefficients.len() / segment.count;
         let mut state = vec![0.0; 2 * n];

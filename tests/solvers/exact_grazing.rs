@@ -2,7 +2,7 @@
 
 use crate::common::backlash;
 use gearlash::numeric::periodic::{Harmonic, Periodic};
-use gearlash::solve::integrate::{Exact, IntegrationEnd, Integrator, Observer, Switch};
+use gearlash::solve::integrate::{Exact, FlowObserver, IntegrationEnd, Integrator, Switch};
 use gearlash::system::{LoadKind, LoadSource, System};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex;
@@ -189,7 +189,7 @@ fn bisect(mut from: f64, mut to: f64, holds: impl Fn(f64) -> bool) -> f64 {
 #[derive(Default)]
 struct Log(Vec<Switch>);
 
-impl Observer for Log {
+impl FlowObserver for Log {
     fn switch(&mut self, switch: &Switch) {
         self.0.push(*switch);
     }

@@ -8,7 +8,7 @@ use gearlash::numeric::eigenvalues::eigenvalues;
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::integrate::{
-    IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, SwitchKind, choose,
+    FlowObserver, IntegrationEnd, Integrator, IntegratorChoice, Switch, SwitchKind, choose,
 };
 use gearlash::solve::newton::{Newton, NewtonOptions};
 use gearlash::solve::residual::{PeriodicResidual, Residual};
@@ -21,7 +21,7 @@ use std::f64::consts::{PI, TAU};
 #[derive(Default)]
 struct Log(Vec<Switch>);
 
-impl Observer for Log {
+impl FlowObserver for Log {
     fn switch(&mut self, switch: &Switch) {
         self.0.push(*switch);
     }

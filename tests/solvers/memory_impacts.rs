@@ -4,7 +4,7 @@ use crate::common::load;
 use gearlash::element::{Element, Jenkins, Linear, RigidStop, Side};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
-    IntegrationEnd, IntegratorChoice, Observer, Switch, SwitchKind, choose,
+    FlowObserver, IntegrationEnd, IntegratorChoice, Switch, SwitchKind, choose,
 };
 use gearlash::system::{Mount, System};
 use nalgebra::{DMatrix, DVector};
@@ -58,7 +58,7 @@ fn train() -> System {
 #[derive(Default)]
 struct Log(Vec<Switch>);
 
-impl Observer for Log {
+impl FlowObserver for Log {
     fn switch(&mut self, switch: &Switch) {
         self.0.push(*switch);
     }

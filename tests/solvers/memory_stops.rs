@@ -3,7 +3,7 @@
 use gearlash::element::{Element, Linear, Preloaded, RigidStop, Side};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
-    IntegrationEnd, Integrator, IntegratorChoice, Observer, Segment, choose,
+    FlowObserver, IntegrationEnd, Integrator, IntegratorChoice, Segment, choose,
 };
 use gearlash::system::{LoadKind, LoadSource, Mount, System};
 use nalgebra::{DMatrix, DVector};
@@ -183,7 +183,7 @@ impl Balance<'_> {
     }
 }
 
-impl Observer for Balance<'_> {
+impl FlowObserver for Balance<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let n = self.row.masses.len();
         let omega = self.row.system.omega();

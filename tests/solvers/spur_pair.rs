@@ -6,7 +6,7 @@ use crate::crosscheck_series::closely;
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::events::EventKind;
 use gearlash::solve::integrate::{
-    IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, choose,
+    FlowObserver, IntegrationEnd, Integrator, IntegratorChoice, Switch, choose,
 };
 use gearlash::system::{LoadKind, LoadSource, System};
 use nalgebra::{DMatrix, DVector};
@@ -75,7 +75,7 @@ fn pair(parameters: &Value) -> Pair {
 #[derive(Default)]
 struct Count(usize);
 
-impl Observer for Count {
+impl FlowObserver for Count {
     fn switch(&mut self, _: &Switch) {
         self.0 += 1;
     }

@@ -6,7 +6,7 @@ use crate::common::{backlash, floats, load};
 use gearlash::element::{Backlash, Cubic, ImpactDampingLaw};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::solve::integrate::{
-    Dopri5, Dopri5Options, IntegrationEnd, Integrator, Observer, Segment, Switch,
+    Dopri5, Dopri5Options, FlowObserver, IntegrationEnd, Integrator, Segment, Switch,
 };
 use gearlash::system::{Mount, System};
 use nalgebra::DMatrix;
@@ -29,7 +29,7 @@ impl Log {
     }
 }
 
-impl Observer for Log {
+impl FlowObserver for Log {
     fn segment(&mut self, s: &Segment<'_>) {
         self.segments
             .push((s.tau, s.width, s.coefficients.to_vec()));

@@ -2,7 +2,7 @@
 
 use super::BifurcationCurve;
 use crate::analysis::columns::{float, frequency_label};
-use crate::analysis::parameter::{Parameter, Systems, joined};
+use crate::analysis::parameter::{Systems, VariedParameter, joined};
 use crate::analysis::{Fault, Link, Setting};
 use crate::assembly::Assembly;
 use crate::error::{Diagnostic, SolveError};
@@ -15,7 +15,7 @@ use crate::system::System;
 /// One parameter.
 #[derive(Debug, Clone)]
 pub(in crate::analysis) struct CurveAxis {
-    pub parameter: Parameter,
+    pub parameter: VariedParameter,
     /// As the user wrote it.
     pub written: String,
     /// Native values at shares 0 and 1: omega/omega_c, or SI base units.
@@ -51,7 +51,7 @@ impl CurveAxis {
     pub fn label(&self, setting: &Setting<'_>) -> String {
         let written = Words::of_number(&self.written, &self.users.0);
         match (&self.parameter, self.users.0.as_str()) {
-            (Parameter::Frequency(_), "rpm") => frequency_label(setting, &written),
+            (VariedParameter::Frequency(_), "rpm") => frequency_label(setting, &written),
             _ => written,
         }
     }
@@ -80,7 +80,7 @@ impl CurveAxis {
         ends: (&Quantity, &Quantity),
         linked: (&Link, &[&str]),
     ) -> Result<CurveAxis, (Option<usize>, String)> {
-        let parameter = Parameter::linked(setting, written, linked);
+        let parameter = VariedParameter::linked(setting, written, linked);
         let parameter = parameter.map_err(|message| (None, message))?;
         let value = |k: usize, quantity: &Quantity| {
             let checked = parameter.check(setting, quantity);
@@ -246,7 +246,7 @@ impl Axes {
             moved[k] += NUDGE;
             let pair = (plane.system([inside; 2]), plane.system(moved));
             let is_idle = match (&pair, &self.list[k].parameter) {
-                (_, Parameter::Frequency(_)) => false,
+                (_, VariedParameter::Frequency(_)) => false,
                 ((Ok(a), Ok(b)), _) => a.is_alike(b),
                 _ => false,
             };
@@ -311,7 +311,8 @@ pub(in crate::analysis) struct Grounds<'a> {
 impl<'a> Grounds<'a> {
     /// Over these axes.
     pub fn new(setting: &'a Setting<'a>, axes: Axes, subharmonic: usize) -> Grounds<'a> {
-        let parameters: Vec<Parameter> = axes.list.iter().map(|a| a.parameter.clone()).collect();
+        let parameters: Vec<VariedParameter> =
+            axes.list.iter().map(|a| a.parameter.clone()).collect();
         Grounds {
             systems: Systems::new(setting, &parameters, axes.at, subharmonic),
             axes,

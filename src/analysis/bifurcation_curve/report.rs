@@ -5,7 +5,7 @@ use super::plane::{Axes, CurveAxis};
 use super::trace::{CurvePiece, TracedCurve};
 use crate::analysis::Setting;
 use crate::analysis::columns::{float, frequency_axis, integer, states, text};
-use crate::analysis::parameter::Parameter;
+use crate::analysis::parameter::VariedParameter;
 use crate::report::{Column, Curve, CurveStyle, Figure, FrequencyUnit, Panel, Report, Table};
 use crate::solve::curve::{Codimension, CurveEvent, CurveKind, CurvePoint, Grazing, OrbitsBeside};
 use serde_json::{Value, json};
@@ -297,7 +297,7 @@ fn figure(setting: &Setting<'_>, axes: &Axes, curves: &[TracedCurve]) -> Figure 
         only: None,
     });
     let x_frequency = match first.parameter {
-        Parameter::Frequency(_) if are_users => {
+        VariedParameter::Frequency(_) if are_users => {
             frequency_axis(setting, FrequencyUnit::RadianPerSecond)
         }
         _ => None,

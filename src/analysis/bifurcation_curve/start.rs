@@ -2,7 +2,7 @@
 
 use super::plane::{Axes, Grounds};
 use super::{BifurcationCurve, CurveEventKind, CurveStart};
-use crate::analysis::parameter::Parameter;
+use crate::analysis::parameter::VariedParameter;
 use crate::analysis::read::parts;
 use crate::analysis::saved::SavedReference;
 use crate::analysis::{Analysis, EventState, Fault, Setting, columns, flow};
@@ -81,7 +81,7 @@ fn guess(
     let mut shares = [f64::NAN; 2];
     for (name, written) in at {
         let fault = |message: String| Fault::new(format!("{key}.at.{name}"), message);
-        let parameter = Parameter::find(setting, name).map_err(fault)?;
+        let parameter = VariedParameter::find(setting, name).map_err(fault)?;
         let of = axes
             .list
             .iter()
@@ -274,11 +274,11 @@ fn nearest(
     let mut p = [f64::NAN; 2];
     for (share, axis) in p.iter_mut().zip(&axes.list) {
         let value = match (&axis.parameter, &event.number) {
-            (Parameter::Frequency(_), _) => Some(event.omega),
-            (Parameter::Number(knob), Some((varied, value))) if knob.name() == varied => {
+            (VariedParameter::Frequency(_), _) => Some(event.omega),
+            (VariedParameter::Number(knob), Some((varied, value))) if knob.name() == varied => {
                 Some(*value)
             }
-            (Parameter::Number(knob), _) => Some(setting.model.get(knob)),
+            (VariedParameter::Number(knob), _) => Some(setting.model.get(knob)),
         };
         let Some(value) = value else {
             return Err(format!(

@@ -3,7 +3,7 @@
 use super::{Seeds, StartBox};
 use crate::analysis::columns;
 use crate::analysis::flow::{self, LabelKeys};
-use crate::analysis::parameter::{Parameter, Systems, joined};
+use crate::analysis::parameter::{Systems, VariedParameter, joined};
 use crate::analysis::{Fault, Initial, Setting};
 use crate::interrupt;
 use crate::report::Column;
@@ -27,7 +27,7 @@ const SHOWN: usize = 4;
 
 /// What to run.
 pub(super) struct SweepPlan {
-    pub parameter: Parameter,
+    pub parameter: VariedParameter,
     /// Excitation frequency over omega_c, where it is not the parameter.
     pub at: f64,
     /// Values in the order of each sweep.

@@ -2,7 +2,7 @@
 
 use crate::analysis::bifurcation_curve::Axes;
 use crate::analysis::columns::{float, integer, text};
-use crate::analysis::parameter::Parameter;
+use crate::analysis::parameter::VariedParameter;
 use crate::analysis::read::parts;
 use crate::analysis::{Analysis, Setting};
 use crate::error::{Error, did_you_mean};
@@ -40,8 +40,8 @@ pub(super) fn check(
         .own
         .get("parameters")
         .and_then(|node| node.as_list("parameters").ok());
-    let written: Vec<Parameter> = (written.into_iter().flatten())
-        .filter_map(|node| Parameter::find(setting, node.as_text("parameters").ok()?).ok())
+    let written: Vec<VariedParameter> = (written.into_iter().flatten())
+        .filter_map(|node| VariedParameter::find(setting, node.as_text("parameters").ok()?).ok())
         .collect();
     let own = [0, 1].map(|k| axes.list[k].parameter.name());
     let is_swapped = match written.as_slice() {

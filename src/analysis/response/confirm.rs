@@ -207,15 +207,15 @@ impl<'de> Deserialize<'de> for Confirm {
             untagged,
             expecting = "`events`, `all`, `none`, or k for every k-th point (at least 1)"
         )]
-        enum Written {
+        enum WrittenConfirm {
             Word(ConfirmWord),
             Stride(NonZeroUsize),
         }
-        Ok(match Written::deserialize(deserializer)? {
-            Written::Word(ConfirmWord::None) => Confirm::None,
-            Written::Word(ConfirmWord::Events) => Confirm::Events,
-            Written::Word(ConfirmWord::All) => Confirm::All,
-            Written::Stride(stride) => Confirm::Every(stride.get()),
+        Ok(match WrittenConfirm::deserialize(deserializer)? {
+            WrittenConfirm::Word(ConfirmWord::None) => Confirm::None,
+            WrittenConfirm::Word(ConfirmWord::Events) => Confirm::Events,
+            WrittenConfirm::Word(ConfirmWord::All) => Confirm::All,
+            WrittenConfirm::Stride(stride) => Confirm::Every(stride.get()),
         })
     }
 }
@@ -247,14 +247,14 @@ impl<'de> Deserialize<'de> for Verify {
             untagged,
             expecting = "false, true, or k for every k-th point (at least 1)"
         )]
-        enum Written {
+        enum WrittenVerify {
             Flag(bool),
             Stride(NonZeroUsize),
         }
-        Ok(match Written::deserialize(deserializer)? {
-            Written::Flag(false) => Verify::None,
-            Written::Flag(true) => Verify::Every(1),
-            Written::Stride(stride) => Verify::Every(stride.get()),
+        Ok(match WrittenVerify::deserialize(deserializer)? {
+            WrittenVerify::Flag(false) => Verify::None,
+            WrittenVerify::Flag(true) => Verify::Every(1),
+            WrittenVerify::Stride(stride) => Verify::Every(stride.get()),
         })
     }
 }

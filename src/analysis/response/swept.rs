@@ -2,7 +2,7 @@
 
 use super::model_family::{ModelFamily, NumberTrack, Road, Ties};
 use super::{BranchSettings, ResponseTable, TableChoice};
-use crate::analysis::parameter::{FREQUENCY, Parameter, Variation, joined};
+use crate::analysis::parameter::{FREQUENCY, Variation, VariedParameter, joined};
 use crate::analysis::saved::SavedPoint;
 use crate::analysis::sections::Sections;
 use crate::analysis::{Fault, Link, Setting};
@@ -134,7 +134,7 @@ impl<'a> Swept<'a> {
             true => ("rad/s".into(), setting.assembly.scales.frequency),
             false => (String::new(), 1.0),
         };
-        let parameter = Parameter::alone(setting, FREQUENCY, link);
+        let parameter = VariedParameter::alone(setting, FREQUENCY, link);
         let parameter = parameter.map_err(|message| Fault::new("link", message))?;
         Ok(Swept {
             setting,
@@ -147,14 +147,16 @@ impl<'a> Swept<'a> {
             stability: settings.stability,
             subharmonic: settings.subharmonic,
             kind: match parameter {
-                Parameter::Frequency(followers) if !followers.is_empty() => SweptKind::Linked {
-                    factor,
-                    ties: Ties {
-                        followers,
-                        unit: setting.assembly.scales.frequency,
-                        range,
-                    },
-                },
+                VariedParameter::Frequency(followers) if !followers.is_empty() => {
+                    SweptKind::Linked {
+                        factor,
+                        ties: Ties {
+                            followers,
+                            unit: setting.assembly.scales.frequency,
+                            range,
+                        },
+                    }
+                }
                 _ => SweptKind::Frequency { factor },
             },
             headings: OnceLock::new(),
@@ -319,10 +321,10 @@ impl<'a> Swept<'a> {
         let row = point.read()?;
         let lambda = match &self.kind {
             SweptKind::Frequency { .. } | SweptKind::Linked { .. } => {
-                row.value(self.setting, &Parameter::Frequency(Vec::new()))?
+                row.value(self.setting, &VariedParameter::Frequency(Vec::new()))?
             }
             SweptKind::Number(track) => {
-                let parameter = Parameter::Number(Box::new(track.knob.clone()));
+                let parameter = VariedParameter::Number(Box::new(track.knob.clone()));
                 let value = row.value(self.setting, &parameter)?;
                 (value - track.ends.0) / (track.ends.1 - track.ends.0)
             }

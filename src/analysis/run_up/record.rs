@@ -6,7 +6,7 @@ use crate::analysis::Setting;
 use crate::numeric::bernstein::{SIZE, hull, sign_changes};
 use crate::numeric::fourier::Fourier;
 use crate::postprocess::contacts::effective_mass;
-use crate::solve::integrate::{Observer, Segment, Switch, SwitchKind};
+use crate::solve::integrate::{FlowObserver, Segment, Switch, SwitchKind};
 use crate::system::{Course, Scratch, System};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -370,7 +370,7 @@ impl Revolution {
     }
 }
 
-impl Observer for RunUpRecord<'_> {
+impl FlowObserver for RunUpRecord<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let end = segment.tau + segment.width;
         let last = self.layout.revolutions.1;

@@ -7,7 +7,7 @@ mod trace;
 
 use super::bifurcation_curve::CurveAxis;
 use super::cost::{Cost, Period};
-use super::parameter::Parameter;
+use super::parameter::VariedParameter;
 use super::{Analysis, Fault, Link, Setting, columns, limits};
 use crate::error::Error;
 use crate::quantity::Quantity;
@@ -169,8 +169,8 @@ impl Analysis for Torus {
             return Cost::default();
         };
         let slowest = match axis.parameter {
-            Parameter::Frequency(_) => axis.ends.0.min(axis.ends.1),
-            Parameter::Number(_) => at,
+            VariedParameter::Frequency(_) => axis.ends.0.min(axis.ends.1),
+            VariedParameter::Number(_) => at,
         };
         let period = Period::of(setting, slowest);
         let unknowns = (self.most_points * 2 * setting.assembly.system.dof()) as f64;
@@ -222,16 +222,16 @@ impl Torus {
             return Err(Fault::new("to", message));
         }
         let at = match (&axis.parameter, &self.at) {
-            (Parameter::Frequency(_), None) => 1.0,
-            (Parameter::Frequency(_), Some(_)) => {
+            (VariedParameter::Frequency(_), None) => 1.0,
+            (VariedParameter::Frequency(_), Some(_)) => {
                 let message = "the excitation frequency is the parameter; leave `at` out";
                 return Err(Fault::new("at", message));
             }
-            (Parameter::Number(_), Some(at)) => {
+            (VariedParameter::Number(_), Some(at)) => {
                 let value = setting.frequency(at);
                 value.map_err(|message| Fault::new("at", message))?
             }
-            (Parameter::Number(knob), None) => {
+            (VariedParameter::Number(knob), None) => {
                 let path = knob.name();
                 let message =
                     format!("missing: the excitation frequency at which {path} is varied");

@@ -5,7 +5,7 @@ use super::trace::{TorusRow, TracedTorus};
 use crate::analysis::Setting;
 use crate::analysis::bifurcation_curve::CurveAxis;
 use crate::analysis::columns::{coordinates, float, frequency_axis, integer};
-use crate::analysis::parameter::Parameter;
+use crate::analysis::parameter::VariedParameter;
 use crate::measure::ColumnHeading;
 use crate::report::{Curve, CurveStyle, Figure, FrequencyUnit, Panel, Report, Table};
 use crate::solve::torus::{TorusEnd, TorusPoint};
@@ -161,8 +161,8 @@ fn curves(setting: &Setting<'_>, rows: &[TorusRow]) -> Table {
 /// Rotation, r.m.s. deformations and exponent against the parameter; the curves where they are kept.
 fn figure(keys: &Torus, setting: &Setting<'_>, axis: &CurveAxis, rows: &[TorusRow]) -> Figure {
     let x_frequency = match axis.parameter {
-        Parameter::Frequency(_) => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
-        Parameter::Number(_) => None,
+        VariedParameter::Frequency(_) => frequency_axis(setting, FrequencyUnit::RadianPerSecond),
+        VariedParameter::Number(_) => None,
     };
     let line = |y: String, label: String| Curve {
         table: String::new(),

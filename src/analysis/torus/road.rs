@@ -1,7 +1,7 @@
 //! The systems along one number of the model, as shares of its range.
 
 use crate::analysis::bifurcation_curve::CurveAxis;
-use crate::analysis::parameter::{Parameter, Systems, joined};
+use crate::analysis::parameter::{Systems, VariedParameter, joined};
 use crate::analysis::{Fault, Setting};
 use crate::error::SolveError;
 use crate::solve::curve::Plane;
@@ -68,8 +68,8 @@ impl Plane for TorusRoad<'_> {
 
     fn reference_frequency(&self, p: [f64; 2]) -> f64 {
         match self.axis.parameter {
-            Parameter::Frequency(_) => self.axis.value(p[0]),
-            Parameter::Number(_) => self.at,
+            VariedParameter::Frequency(_) => self.axis.value(p[0]),
+            VariedParameter::Number(_) => self.at,
         }
     }
 }

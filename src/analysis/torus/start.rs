@@ -3,7 +3,7 @@
 use super::road::TorusRoad;
 use super::{Torus, TorusStart};
 use crate::analysis::bifurcation_curve::{CurveAxis, other};
-use crate::analysis::parameter::Parameter;
+use crate::analysis::parameter::VariedParameter;
 use crate::analysis::{EventState, Fault, Setting, columns, flow};
 use crate::error::Error;
 use crate::quantity::Quantity;
@@ -91,8 +91,10 @@ fn from_event<'a>(
     let analysis = other(setting, name).map_err(refused)?;
     let events = analysis.event_states(setting)?.unwrap_or_default();
     let own = |event: &EventState| match (&axis.parameter, &event.number) {
-        (Parameter::Frequency(_), None) => Some(event.omega),
-        (Parameter::Number(knob), Some((varied, value))) if knob.name() == varied => Some(*value),
+        (VariedParameter::Frequency(_), None) => Some(event.omega),
+        (VariedParameter::Number(knob), Some((varied, value))) if knob.name() == varied => {
+            Some(*value)
+        }
         _ => None,
     };
     let near = keys.start.near.as_ref();

@@ -10,7 +10,7 @@ use crate::numeric::broken_line::BrokenLine;
 use crate::numeric::fraction;
 use crate::quantity::Quantity;
 use crate::report::Report;
-use crate::solve::integrate::{IntegratorOptions, Observer, Segment, Switch};
+use crate::solve::integrate::{FlowObserver, IntegratorOptions, Segment, Switch};
 use crate::system::System;
 use serde_json::json;
 
@@ -259,7 +259,7 @@ struct TransientRecord<'a> {
     reached: f64,
 }
 
-impl Observer for TransientRecord<'_> {
+impl FlowObserver for TransientRecord<'_> {
     fn segment(&mut self, segment: &Segment<'_>) {
         let end = segment.tau + segment.width;
         while let Some(time) = self.times.get(self.next).filter(|t| **t <= end) {

@@ -17,7 +17,7 @@ use super::{Fault, Initial, Setting, columns, flow};
 use crate::model::Structure;
 use crate::numeric::broken_line::BrokenLine;
 use crate::solve::attractor::RecordStop;
-use crate::solve::integrate::{IntegrationEnd, Integrator, IntegratorOptions, Observer};
+use crate::solve::integrate::{FlowObserver, IntegrationEnd, Integrator, IntegratorOptions};
 use crate::system::{Course, LoadKind, LoadSource, Mount, System};
 
 /// How the reference turns.
@@ -81,7 +81,7 @@ impl Transient {
         &mut self,
         setting: &Setting<'_>,
         (begin, end): (f64, f64),
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> Option<RecordStop> {
         let Transient {
             system,

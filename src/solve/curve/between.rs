@@ -3,7 +3,7 @@
 use super::codimension::CurveEvent;
 use super::defining::Defining;
 use super::nature::Codimension;
-use super::walker::{CurveWalker, Item, point};
+use super::walker::{CurveItem, CurveWalker, point};
 use crate::error::SolveError;
 use crate::numeric::roots;
 use crate::solve::continuation::{Continuation, PathPoint};
@@ -24,20 +24,24 @@ impl CurveWalker<'_> {
         problem: &mut Defining<'_>,
         path: &mut Continuation,
         events: Vec<CurveEvent>,
-    ) -> Result<Vec<Item>, SolveError> {
+    ) -> Result<Vec<CurveItem>, SolveError> {
         let mut turns: Vec<f64> = (events.iter())
             .filter(|e| matches!(e.kind, Codimension::TurningSecond | Codimension::Cusp))
             .map(|e| e.fraction)
             .collect();
         turns.insert(0, 0.0);
         turns.push(1.0);
-        let mut items: Vec<(f64, Item)> = Vec::new();
+        let mut items: Vec<(f64, CurveItem)> = Vec::new();
         for arc in turns.windows(2) {
             self.marks_in(problem, path, (arc[0], arc[1]), &mut items)?;
         }
         self.first_borders(problem, path, &mut items)?;
         self.bends(problem, path, &mut items)?;
-        items.extend(events.into_iter().map(|e| (e.fraction, Item::Event(e))));
+        items.extend(
+            events
+                .into_iter()
+                .map(|e| (e.fraction, CurveItem::Event(e))),
+        );
         items.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(items.into_iter().map(|(_, item)| item).collect())
     }
@@ -47,7 +51,7 @@ impl CurveWalker<'_> {
         &self,
         problem: &mut Defining<'_>,
         path: &mut Continuation,
-        items: &mut Vec<(f64, Item)>,
+        items: &mut Vec<(f64, CurveItem)>,
     ) -> Result<(), SolveError> {
         let place = problem.first_parameter();
         let in_plane = |x: f64| {
@@ -82,7 +86,7 @@ impl CurveWalker<'_> {
         problem: &mut Defining<'_>,
         path: &mut Continuation,
         (low, high): (f64, f64),
-        items: &mut Vec<(f64, Item)>,
+        items: &mut Vec<(f64, CurveItem)>,
     ) -> Result<(), SolveError> {
         let mut end = |x: f64| match x {
             0.0 => Ok(Some(path.origin().lambda)),
@@ -98,8 +102,8 @@ impl CurveWalker<'_> {
         for (target, mark) in marks.chain(borders) {
             let is_passed = (a - target) * (b - target) < 0.0;
             let is_new = items.iter().all(|(_, item)| match item {
-                Item::Point(p) => p.spot.p[1] != target,
-                Item::Event(_) => true,
+                CurveItem::Point(p) => p.spot.p[1] != target,
+                CurveItem::Event(_) => true,
             });
             if !is_passed || (mark.is_none() && !is_new) {
                 continue;
@@ -116,7 +120,7 @@ impl CurveWalker<'_> {
         &self,
         problem: &mut Defining<'_>,
         path: &mut Continuation,
-        items: &mut Vec<(f64, Item)>,
+        items: &mut Vec<(f64, CurveItem)>,
     ) -> Result<(), SolveError> {
         let place = problem.first_parameter();
         for border in [0.0, 1.0] {
@@ -150,10 +154,10 @@ fn add(
     problem: &mut Defining<'_>,
     (fraction, found): (f64, &PathPoint),
     mark: Option<usize>,
-    items: &mut Vec<(f64, Item)>,
+    items: &mut Vec<(f64, CurveItem)>,
 ) -> Result<(), SolveError> {
     let spot = problem.spot(&found.u, found.lambda);
     let nature = problem.nature(&spot)?;
-    items.extend(nature.map(|nature| (fraction, Item::Point(point(&spot, &nature, mark)))));
+    items.extend(nature.map(|nature| (fraction, CurveItem::Point(point(&spot, &nature, mark)))));
     Ok(())
 }

@@ -233,13 +233,13 @@ impl StepRoot {
     }
 }
 
-type Value<'v> = &'v dyn Fn(&mut Defining<'_>, &PathPoint) -> Result<f64, SolveError>;
+type TestFunction<'v> = &'v dyn Fn(&mut Defining<'_>, &PathPoint) -> Result<f64, SolveError>;
 
 fn locate(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
     (a, b): ((f64, f64), (f64, f64)),
-    value: Value<'_>,
+    value: TestFunction<'_>,
 ) -> Result<Option<StepRoot>, SolveError> {
     let mut at = |x: f64| -> Result<f64, Option<SolveError>> {
         let point = path.at_fraction(problem, x).map_err(Some)?.ok_or(None)?;

@@ -4,7 +4,7 @@ use crate::element::PiecewiseLinear;
 use crate::error::SolveError;
 use crate::solve::family::equal_parts;
 use crate::solve::integrate::{
-    IntegrationEnd, Integrator, IntegratorChoice, Observer, Switch, choose,
+    FlowObserver, IntegrationEnd, Integrator, IntegratorChoice, Switch, choose,
 };
 use crate::solve::{floquet, jumps, uninterrupted};
 use crate::system::System;
@@ -69,7 +69,7 @@ struct Counting<'a> {
     found: &'a mut Passages,
 }
 
-impl Observer for Counting<'_> {
+impl FlowObserver for Counting<'_> {
     fn wants_segments(&self) -> bool {
         false
     }
@@ -192,7 +192,7 @@ impl<'a> Shots<'a> {
         p: [f64; 2],
         span: (f64, f64),
         (state, phi): (&mut [f64], Option<&mut DMatrix<f64>>),
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> Result<bool, SolveError> {
         let slot = self.slot(p)?;
         let (motion, period) = (self.motion, self.period);

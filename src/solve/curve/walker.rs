@@ -70,7 +70,7 @@ const AGAIN: f64 = 1e-7;
 const LAST: usize = 24;
 
 /// What a step brings, with its fraction.
-pub(super) enum Item {
+pub(super) enum CurveItem {
     Point(CurvePoint),
     Event(CurveEvent),
 }
@@ -127,14 +127,14 @@ pub(super) struct CurveWalker<'a> {
 
 impl CurveWalker<'_> {
     /// Notes points and events; the event that is the last one.
-    pub(super) fn note(&mut self, kind: CurveKind, items: Vec<Item>) -> Option<CurveEnd> {
+    pub(super) fn note(&mut self, kind: CurveKind, items: Vec<CurveItem>) -> Option<CurveEnd> {
         for item in items {
             let event = match item {
-                Item::Point(point) => {
+                CurveItem::Point(point) => {
                     self.arm.points.push(point);
                     continue;
                 }
-                Item::Event(event) => event,
+                CurveItem::Event(event) => event,
             };
             let number = self.arm.points.len();
             let resonance = resonance(kind, event.kind);

@@ -10,7 +10,7 @@ mod pieces;
 mod regions;
 mod stepper;
 
-use super::{IntegrationEnd, Observer, Segment};
+use super::{FlowObserver, IntegrationEnd, Segment};
 use crate::interrupt::Watch;
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -123,7 +123,7 @@ impl Dopri5 {
         &mut self,
         system: &System,
         tau: (f64, f64),
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd {
         let om = system.omega();
         let (mut t, end) = (tau.0 / om, tau.1 / om);
@@ -204,7 +204,7 @@ impl Dopri5 {
     }
 
     /// Rates after a change of region or stretch, which may bring on further changes.
-    fn refresh(&mut self, system: &System, tau: f64, observer: &mut dyn Observer) {
+    fn refresh(&mut self, system: &System, tau: f64, observer: &mut dyn FlowObserver) {
         let Dopri5 {
             stepper,
             regions,
@@ -225,7 +225,7 @@ impl Dopri5 {
         system: &System,
         tau: f64,
         mut landed: Option<StepPassage>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) {
         let Dopri5 {
             stepper,
@@ -363,7 +363,7 @@ impl Dopri5 {
         system: &System,
         (begin, end): (f64, f64),
         passage: Option<StepPassage>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) {
         let om = system.omega();
         if end > begin {
@@ -409,7 +409,7 @@ impl Dopri5 {
         tau: (f64, f64),
         state: &mut [f64],
         phi: Option<&mut DMatrix<f64>>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd {
         self.stepper.load(state, phi.as_deref());
         let end = self.integrate(system, tau, observer);

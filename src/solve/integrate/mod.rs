@@ -195,7 +195,7 @@ pub struct ShortSteps {
 }
 
 /// Observer of an integration.
-pub trait Observer {
+pub trait FlowObserver {
     /// A stretch has been accepted.
     fn segment(&mut self, _segment: &Segment<'_>) {}
     /// Whether `segment` is to be called at all.
@@ -207,7 +207,7 @@ pub trait Observer {
 }
 
 /// Nobody watches.
-impl Observer for () {
+impl FlowObserver for () {
     fn wants_segments(&self) -> bool {
         false
     }
@@ -223,7 +223,7 @@ pub trait Integrator {
     fn name(&self) -> &'static str;
 
     /// Reports the contacts made at the start of a motion: by connections on a breakpoint that move from there into contact.
-    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer);
+    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn FlowObserver);
 
     /// Order of magnitude of the relative error of a period.
     fn error(&self) -> f64;
@@ -252,7 +252,7 @@ pub trait Integrator {
         system: &System,
         tau: (f64, f64),
         state: &mut [f64],
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd;
 
     /// The same, and `phi` <- Phi phi with the state-transition matrix Phi in (q, v, z). Rook & Singh (1995), eq. (18).
@@ -262,7 +262,7 @@ pub trait Integrator {
         tau: (f64, f64),
         state: &mut [f64],
         phi: &mut DMatrix<f64>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd;
 }
 

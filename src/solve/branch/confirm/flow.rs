@@ -12,7 +12,7 @@ use crate::numeric::jacobian::JacobianStructure;
 use crate::solve::events::is_outside;
 use crate::solve::family::Family;
 use crate::solve::floquet;
-use crate::solve::integrate::{Observer, Switch};
+use crate::solve::integrate::{FlowObserver, Switch};
 use crate::solve::newton::{Newton, NewtonOptions};
 use crate::solve::orbit::Orbit;
 use crate::solve::residual::{Linearisation, PeriodicResidual, Residual};
@@ -260,7 +260,7 @@ pub(super) fn dot(weight: f64, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
 #[derive(Debug, Default)]
 struct Passed(Vec<usize>);
 
-impl Observer for Passed {
+impl FlowObserver for Passed {
     fn wants_segments(&self) -> bool {
         false
     }

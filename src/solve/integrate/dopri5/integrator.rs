@@ -1,7 +1,7 @@
 //! Dormand and Prince's method as an integrator.
 
 use super::Dopri5;
-use crate::solve::integrate::{IntegrationEnd, Integrator, Observer};
+use crate::solve::integrate::{FlowObserver, IntegrationEnd, Integrator};
 use crate::solve::jumps;
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -11,7 +11,7 @@ impl Integrator for Dopri5 {
         "dopri5"
     }
 
-    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer) {
+    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn FlowObserver) {
         self.stepper.load(state, None);
         self.begin(system, tau);
         self.regions
@@ -35,7 +35,7 @@ impl Integrator for Dopri5 {
         system: &System,
         tau: (f64, f64),
         state: &mut [f64],
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd {
         self.run(system, tau, state, None, observer)
     }
@@ -46,7 +46,7 @@ impl Integrator for Dopri5 {
         tau: (f64, f64),
         state: &mut [f64],
         phi: &mut DMatrix<f64>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd {
         if jumps::refuse_hidden(system).is_err() {
             phi.fill(f64::NAN);

@@ -9,7 +9,7 @@ use crate::element::Response;
 use crate::element::automaton::{Automaton, Guard, MemoryRate, RegionForce, Surface};
 use crate::element::evolving::Evolution;
 use crate::numeric::bernstein::first_passage;
-use crate::solve::integrate::{Observer, Switch, SwitchKind};
+use crate::solve::integrate::{FlowObserver, Switch, SwitchKind};
 use crate::system::{Scratch, System};
 
 /// Rounding of a distance in units of what it is made of.
@@ -213,7 +213,7 @@ impl Memories {
         system: &System,
         at: &StepInstant<'_>,
         landed: Option<StepPassage>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> bool {
         let size = at.state.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let dof = system.dof();

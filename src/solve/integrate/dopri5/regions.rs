@@ -3,7 +3,7 @@
 use super::pieces::Pieces;
 use crate::numeric::bernstein::{Direction, first_passage};
 use crate::numeric::periodic::Periodic;
-use crate::solve::integrate::{Observer, Switch, SwitchKind};
+use crate::solve::integrate::{FlowObserver, Switch, SwitchKind};
 use crate::solve::jumps;
 use crate::system::{Scratch, System};
 
@@ -206,7 +206,7 @@ impl SteppedRegions {
         pieces: &Pieces,
         at: &StepInstant<'_>,
         landed: Option<StepPassage>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> bool {
         let before = self.switches;
         for k in 0..self.levels.len() {
@@ -293,7 +293,7 @@ impl SteppedRegions {
         &self,
         system: &System,
         at: &StepInstant<'_>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) {
         for k in 0..self.levels.len() {
             let element = &system.mounts()[k].element;
@@ -325,7 +325,7 @@ impl SteppedRegions {
         at: &StepInstant<'_>,
         k: usize,
         direction: Direction,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) {
         let element = &system.mounts()[k].element;
         let level = match direction {

@@ -4,7 +4,7 @@ use super::Dopri5Options;
 use super::memories::Memories;
 use super::pieces::Pieces;
 use super::regions::{COUNT, StepInstant, StepPassage, SteppedRegions, add_deformation};
-use crate::solve::integrate::Observer;
+use crate::solve::integrate::FlowObserver;
 use crate::solve::jumps;
 use crate::system::{Scratch, System};
 use nalgebra::DMatrix;
@@ -341,7 +341,7 @@ impl Stepper {
         system: &System,
         tau: f64,
         landed: Option<StepPassage>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> bool {
         let at = StepInstant {
             tau,

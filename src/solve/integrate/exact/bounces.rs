@@ -25,7 +25,7 @@ pub(super) struct Excursion {
 
 /// Counts passages, and keeps what was averaged.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Counter {
+pub(super) struct BounceCounter {
     passages: usize,
     /// Response periods in the call.
     turns: f64,
@@ -34,7 +34,7 @@ pub(super) struct Counter {
     hardest: Option<Bounces>,
 }
 
-impl Counter {
+impl BounceCounter {
     pub(super) fn open(&mut self, turns: usize) {
         (self.passages, self.turns) = (0, turns as f64);
         self.longest = None;

@@ -5,7 +5,7 @@ use super::{Exact, MovedState};
 use crate::numeric::bernstein::evaluate;
 use crate::numeric::periodic::Periodic;
 use crate::solve::integrate::{
-    Flight, IntegrationEnd, Integrator, Observer, Singularity, Strain, Switch, SwitchKind,
+    Flight, FlowObserver, IntegrationEnd, Integrator, Singularity, Strain, Switch, SwitchKind,
 };
 use crate::system::System;
 use nalgebra::DMatrix;
@@ -64,7 +64,7 @@ impl Integrator for Exact {
         self.name
     }
 
-    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn Observer) {
+    fn start(&mut self, system: &System, tau: f64, state: &[f64], observer: &mut dyn FlowObserver) {
         self.prepare(system);
         let (state, memory) = state.split_at(2 * system.dof());
         let mut memory = memory.to_vec();
@@ -134,7 +134,7 @@ impl Integrator for Exact {
         system: &System,
         tau: (f64, f64),
         state: &mut [f64],
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd {
         let motion = MovedState {
             system,
@@ -150,7 +150,7 @@ impl Integrator for Exact {
         tau: (f64, f64),
         state: &mut [f64],
         phi: &mut DMatrix<f64>,
-        observer: &mut dyn Observer,
+        observer: &mut dyn FlowObserver,
     ) -> IntegrationEnd {
         let motion = MovedState {
             system,

@@ -39,7 +39,7 @@ mod strain;
 mod tables;
 mod variation;
 
-use super::{IntegrationEnd, Observer, Segment};
+use super::{FlowObserver, IntegrationEnd, Segment};
 use crate::error::SolveError;
 use crate::interrupt::Watch;
 use crate::numeric::periodic::Periodic;
@@ -72,7 +72,7 @@ pub struct Exact {
     switches: usize,
     allowance: usize,
     labour: Labour,
-    bounces: bounces::Counter,
+    bounces: bounces::BounceCounter,
     slope: Vec<f64>,
     offset: Vec<f64>,
     /// Phases of the response where an excitation or a law has a corner, in [0, 2 pi), ascending.
@@ -101,7 +101,7 @@ const SAME_INSTANT: f64 = 1e-13;
 struct MovedState<'a> {
     system: &'a System,
     phi: Option<&'a mut DMatrix<f64>>,
-    observer: &'a mut dyn Observer,
+    observer: &'a mut dyn FlowObserver,
 }
 
 impl Exact {
@@ -148,7 +148,7 @@ impl Exact {
             switches: 0,
             allowance: usize::MAX,
             labour: Labour::default(),
-            bounces: bounces::Counter::default(),
+            bounces: bounces::BounceCounter::default(),
             slope: vec![0.0; e],
             offset: vec![0.0; e],
             segment: vec![[0.0; COUNT]; n + m],
@@ -205,7 +205,7 @@ impl Exact {
         let most = most.min(self.allowance);
         (self.effort, self.switches) = (0, 0);
         // Switches have a limit of their own.
-        let bounces = bounces::Counter::most().saturating_mul(turns);
+        let bounces = bounces::BounceCounter::most().saturating_mul(turns);
         for _ in 0..allowed.saturating_add(most).saturating_add(bounces) {
             if watch.is_requested() {
                 return IntegrationEnd::Interrupted;
@@ -400,7 +400,7 @@ impl Exact {
     }
 
     /// Hands the step to the observer, in powers of its own length.
-    fn report(&mut self, tau: f64, width: f64, theta: f64, observer: &mut dyn Observer) {
+    fn report(&mut self, tau: f64, width: f64, theta: f64, observer: &mut dyn FlowObserver) {
         if width <= 0.0 || !observer.wants_segments() {
             return;
         }

@@ -22,7 +22,7 @@ pub struct LaneTables<const N: usize> {
     pub orders: Vec<TableOrder<N>>,
     pub lines: Vec<Line>,
     /// By the regions of all connections.
-    pub variants: Vec<Variant<N>>,
+    pub variants: Vec<RegionTable<N>>,
 }
 
 /// A harmonic of the loads.
@@ -49,7 +49,7 @@ pub struct Line {
 
 /// The equation with every connection in a region.
 #[derive(Debug, Clone)]
-pub(crate) struct Variant<const N: usize> {
+pub(crate) struct RegionTable<const N: usize> {
     /// h^2 kappa diag(slope) W.
     pub coupled: [[f64; N]; N],
     /// -h^2 kappa offset.
@@ -85,7 +85,7 @@ impl Exact {
         if count > MOST_VARIANTS {
             return None;
         }
-        let variants: Option<Vec<Variant<N>>> = (0..count)
+        let variants: Option<Vec<RegionTable<N>>> = (0..count)
             .map(|number| self.variant(system, &lines, number))
             .collect();
         let variants = variants?;
@@ -119,13 +119,13 @@ impl Exact {
         system: &System,
         lines: &[Line],
         number: usize,
-    ) -> Option<Variant<N>> {
+    ) -> Option<RegionTable<N>> {
         for (part, line) in lines.iter().enumerate() {
             let region = number / line.stride % (line.breakpoints.len() + 1);
             self.regions.enter(part, region);
         }
         self.stiffen(system, 0.0).ok()?;
-        Some(Variant {
+        Some(RegionTable {
             coupled: dense(&self.series.coupled),
             constant: *self.series.constant.first_chunk()?,
             pace: self.series.pace(),
