@@ -11,6 +11,7 @@ mod closed_pipes;
 mod compared;
 mod confirm;
 mod costs;
+mod curve_units;
 mod drawn_again;
 mod ends_of_runs;
 mod error_estimates;
