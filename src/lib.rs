@@ -36,7 +36,7 @@
 //!
 //! Models are values. They are built as above, or read from a text ([`Model::from_yaml`]), a file ([`Model::load`]) or a tree of values
 //! ([`Model::from_tree`]). Every number has a name: [`Model::knob`], [`Model::get`], [`Model::set`], [`Model::numbers`]. Analyses run on a
-//! model in memory and return columns with units; [`analysis::FlowObserver`] reports progress and stops them. Errors are the enum [`Error`].
+//! model in memory and return columns with units; [`analysis::Observer`] reports progress and stops them. Errors are the enum [`Error`].
 //! [`system::System`] and the solvers in [`solve`] are usable without a model.
 //!
 //! See [`conventions`] for units, signs and scales.
