@@ -14,7 +14,6 @@ use super::Galerkin;
 use crate::error::SolveError;
 use crate::numeric::factors::Factors;
 use crate::numeric::jacobian::{Jacobian, JacobianStructure};
-use crate::numeric::pattern::Pattern;
 use crate::solve::family::Family;
 use crate::solve::newton::{Newton, NewtonOptions};
 use crate::solve::residual::{Linearisation, PeriodicResidual, Residual};
@@ -179,8 +178,7 @@ impl<F: Family> Refinement<F> {
         let mut step = self.beyond()?;
         let mut felt = DVector::zeros(step.len());
         self.work.dr_du.multiply(&step, &mut felt);
-        let rest = in_coefficients(&(&self.work.r - felt), many, few);
-        let mut low = rest;
+        let mut low = in_coefficients(&(&self.work.r - felt), many, few);
         if !self.factors.solve(&self.low, &mut low) {
             return None;
         }
@@ -211,19 +209,16 @@ impl<F: Family> Refinement<F> {
 
 /// The blocks that are stored.
 fn blocks(structure: &JacobianStructure, size: usize) -> Vec<(usize, usize)> {
-    let of = |pattern: &Pattern| {
-        let columns = (0..pattern.blocks()).map(|j| (j, pattern.column(j).to_vec()));
-        columns
-            .flat_map(|(j, rows)| rows.into_iter().map(move |i| (i, j)))
-            .collect()
-    };
     match structure {
         JacobianStructure::Dense(dim) => {
             let n = dim / size;
             (0..n * n).map(|k| (k / n, k % n)).collect()
         }
         JacobianStructure::Block(pattern) | JacobianStructure::BorderedBlock(pattern) => {
-            of(pattern)
+            let columns = 0..pattern.blocks();
+            columns
+                .flat_map(|j| pattern.column(j).iter().map(move |i| (*i, j)))
+                .collect()
         }
     }
 }
