@@ -27,3 +27,4 @@ pub mod roots;
 pub mod symmetric;
 pub mod taylor;
 pub mod trigonometric;
+pub mod turning;

@@ -11,6 +11,7 @@ mod analytic_linear;
 mod base_order;
 mod block_elimination;
 mod branch_events;
+mod branch_ledger;
 mod branch_switching;
 mod condensation;
 mod continuation;

@@ -122,35 +122,63 @@ impl Work<'_> {
     }
 }
 
+/// What to do where the events found do not explain the number of unstable multipliers.
+const ADVICE: &str = "reduce `max_step`, or use more harmonics or the method `shooting`";
+
 /// Changes of stability without an event that explains them: each in a sentence of its own, or all in one where they are many.
 fn not_resolved(swept: &Swept<'_>, events: &[&BifurcationEvent]) -> Vec<String> {
-    let advice = "reduce `max_step`, or use more harmonics or the method `shooting`";
     if events.len() > FEW {
         let ends = events.iter().flat_map(|e| [e.bracket.0, e.bracket.1]);
         return vec![format!(
             "unresolved: at {} places {} the number of unstable multipliers changes, and no bifurcation found there \
-             explains it (events of kind unresolved); {advice}",
+             explains it (events of kind unresolved); {ADVICE}",
             events.len(),
             swept.between(ends),
         )];
     }
     let one = |event: &&BifurcationEvent| {
         let (low, high) = event.bracket;
-        let (low, high) = (swept.place(low), swept.place(high));
-        match event.unstable {
-            Some((before, behind)) if before == behind => format!(
-                "unresolved: the bifurcations found between {low} and {high} lead to another number of unstable multipliers than \
-                 the {behind} there; {advice}"
-            ),
-            Some((before, behind)) => format!(
-                "unresolved: the number of unstable multipliers goes from {before} to {behind} between {low} and {high}, and no \
-                 bifurcation found there explains it; {advice}"
-            ),
-            None => format!(
-                "unresolved: the bifurcations found between {low} and {high} contradict each other in the number of unstable \
-                 multipliers, which is not known there; {advice}"
-            ),
-        }
+        open_change((swept.place(low), swept.place(high)), event.unstable)
     };
     events.iter().map(one).collect()
+}
+
+/// What contradicts what between two places, by the unstable multipliers before and behind; without these where they are not known.
+fn open_change((low, high): (String, String), unstable: Option<(usize, usize)>) -> String {
+    match unstable {
+        Some((before, behind)) if before == behind => format!(
+            "unresolved: the bifurcations found between {low} and {high} lead to another number of unstable multipliers than \
+             the {behind} there; {ADVICE}"
+        ),
+        Some((before, behind)) => format!(
+            "unresolved: the number of unstable multipliers goes from {before} to {behind} between {low} and {high}, and no \
+             bifurcation found there explains it; {ADVICE}"
+        ),
+        None => format!(
+            "unresolved: the bifurcations found between {low} and {high} contradict each other in the number of unstable \
+             multipliers, which is not known there; {ADVICE}"
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_open_change_names_the_counts_that_are_known_and_no_others() {
+        let sentence = |unstable| open_change(("1.25".into(), "1.5".into()), unstable);
+        let (changed, kept, unknown) = (
+            sentence(Some((7, 9))),
+            sentence(Some((9, 9))),
+            sentence(None),
+        );
+        assert!(changed.contains("from 7 to 9 between 1.25 and 1.5"));
+        assert!(kept.contains("than the 9 there"));
+        for text in [&changed, &kept, &unknown] {
+            assert!(text.starts_with("unresolved: ") && text.ends_with(ADVICE));
+        }
+        let digits = unknown.replace("1.25", "").replace("1.5", "");
+        assert!(!digits.contains(|c: char| c.is_ascii_digit()), "{unknown}");
+    }
 }

@@ -1,6 +1,6 @@
 //! Cubic Hermite interpolant of the last step: places of the path good to the fourth order of its length, without a correction.
 
-use super::Continuation;
+use super::{Continuation, PathPoint};
 use nalgebra::DVector;
 
 impl Continuation {
@@ -24,6 +24,18 @@ impl Continuation {
     pub(crate) fn lambda_slope(&self, x: f64) -> f64 {
         let [c0, c1, c2] = self.lambda_slope_coefficients();
         c0 + x * (c1 + x * c2)
+    }
+
+    /// Derivative of the parameter with respect to the fraction on the corrected path, up to its sign where the path turns by more than a
+    /// right angle in the step.
+    pub(crate) fn slope_at(&self, x: f64, point: &PathPoint) -> f64 {
+        let (a, b) = (&self.origin, &self.point);
+        let along = |u: &DVector<f64>, lambda| self.dot(&a.tangent_u, a.tangent_lambda, u, lambda);
+        let (chord, length) = (&b.u - &a.u, self.chord());
+        let advance = 6.0 * x * (1.0 - x) * along(&chord, b.lambda - a.lambda)
+            + length * (1.0 - x) * (1.0 - 3.0 * x)
+            + length * x * (3.0 * x - 2.0) * along(&b.tangent_u, b.tangent_lambda);
+        point.tangent_lambda * advance / along(&point.tangent_u, point.tangent_lambda)
     }
 
     /// Fractions inside the last step at which the parameter turns, ascending.

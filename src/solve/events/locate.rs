@@ -9,7 +9,7 @@ use crate::solve::residual::{Extent, Survey};
 /// Width of a located bracket in the parameter, relative to its size.
 const WIDTH: f64 = 2e-9;
 /// Widest bracket as a fraction of the step: near a fold the parameter hardly moves.
-const WIDEST: f64 = 1e-7;
+pub(super) const WIDEST: f64 = 1e-7;
 /// Narrowest bracket as a fraction of the step.
 const NARROWEST: f64 = 1e-12;
 

@@ -1,13 +1,16 @@
 //! Where a path turns in the parameter, and where the sign of its determinant tells that another one crosses it.
 
-use super::locate::{Root, RootTarget, SearchResult};
+use super::locate::{Root, RootTarget, SearchResult, WIDEST};
 use super::{BifurcationEvent, EventKind, Probe, Step};
 use crate::error::SolveError;
-use crate::numeric::roots;
+use crate::numeric::turning::{self, Sloped};
 use crate::solve::continuation::PathPoint;
 
 /// Where a step that leaves a crossing is looked at first: nearer to it the parameter hardly moves.
 const BEHIND_CROSSING: f64 = 0.5;
+
+/// Halvings of the way to an end beyond a fold after which a ripple counts as too short to be seen.
+const HALVINGS: usize = 30;
 
 /// What turns at a fold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +29,7 @@ impl Step<'_> {
         if a.point.tangent_lambda * begin.tangent_lambda < 0.0 {
             // The path turned at a corner before it left.
             let ends = (a.point.lambda, b.point.lambda);
-            self.report(EventKind::Fold, ends, 0.0, corner(&a.point));
+            self.report(EventKind::Fold, ends, 0.0, turn(0.0, a.point.clone()));
         }
         if begin.orientation != 0 {
             return self.turnings_between((0.0, &begin), (1.0, &b.point));
@@ -107,73 +110,104 @@ impl Step<'_> {
         (y, b): (f64, &PathPoint),
         (guess, turning): (f64, StepTurning),
     ) -> Result<BifurcationEvent, SolveError> {
-        let slope = |p: &PathPoint| match p.orientation * a.orientation < 0 {
-            true if turning == StepTurning::Single => -p.tangent_lambda,
-            _ => p.tangent_lambda,
-        };
-        let target = RootTarget {
-            limits: (x, y),
-            guess,
-            slope: (slope(b) - slope(a)) / (y - x),
-            extent: None,
-            values: None,
-        };
-        let mut found = self.locate(&target, |_, p, _| slope(p))?;
         let side = a.tangent_lambda.signum();
-        let farthest = (side * a.lambda).max(side * b.lambda);
-        if matches!(&found, SearchResult::Root(root) if side * root.point.lambda < farthest) {
-            found = self.farthest((x, y), side)?;
+        let slope = |p: &PathPoint| match p.orientation * a.orientation < 0 {
+            true if turning == StepTurning::Single => -p.tangent_lambda.signum(),
+            _ => p.tangent_lambda.signum(),
+        };
+        let ends = [(x, a), (y, b)].map(|(x, p)| self.sloped(x, p, slope(p)));
+        let mut found = self.top((ends[0], ends[1]), guess, &slope)?;
+        if let SearchResult::Root(root) = &found {
+            let near = self.sloped(root.fraction, &root.point, 0.0);
+            if let Some((low, high)) = self.farther(near, ends, (side, &slope))? {
+                let middle = 0.5 * (low.x + high.x);
+                let farther = self.top((low, high), middle, &slope)?;
+                if matches!(farther, SearchResult::Root(_)) {
+                    found = farther;
+                }
+            }
         }
         Ok(self.event(EventKind::Fold, (a.lambda, b.lambda), guess, &found))
     }
 
-    /// The largest (`side` 1) or smallest (-1) parameter between two fractions, for a path that ripples at its fold, as that
-    /// of a sampled force may: its tangent turns more than once there, and not where the fold is.
-    fn farthest(&mut self, ends: (f64, f64), side: f64) -> Result<SearchResult, SolveError> {
-        let mut failure = None;
-        let mut best: Option<(f64, PathPoint)> = None;
-        roots::maximum(
-            |fraction| match self.path.at_fraction(self.problem, fraction) {
-                Ok(Some(point)) => {
-                    let value = side * point.lambda;
-                    if best.as_ref().is_none_or(|b| value > side * b.1.lambda) {
-                        best = Some((fraction, point));
-                    }
-                    value
-                }
-                Ok(None) => f64::NEG_INFINITY,
-                Err(error) => {
-                    failure = Some(error);
-                    f64::NEG_INFINITY
-                }
-            },
-            ends,
-        );
-        if let Some(error) = failure {
-            return Err(error);
+    /// A point of the path as one of the parameter over the fraction; `sign`: of its slope.
+    fn sloped(&self, x: f64, point: &PathPoint, sign: f64) -> Sloped {
+        Sloped {
+            x,
+            value: point.lambda,
+            slope: self.path.slope_at(x, point).abs() * sign,
         }
-        let root = best.map(|(fraction, point)| Root {
-            bracket: (point.lambda, point.lambda),
-            value: point.tangent_lambda,
-            values: (0.0, 0.0),
-            survey: None,
-            fraction,
-            point,
-        });
-        Ok(root.map_or(SearchResult::Lost, |root| {
-            SearchResult::Root(Box::new(root))
-        }))
+    }
+
+    /// Where the path turns between two places at which its slopes have different signs.
+    fn top(
+        &mut self,
+        (low, high): (Sloped, Sloped),
+        guess: f64,
+        sign: &dyn Fn(&PathPoint) -> f64,
+    ) -> Result<SearchResult, SolveError> {
+        if low.slope * high.slope > 0.0 {
+            return Ok(SearchResult::Nothing);
+        }
+        let mut seen: Vec<(f64, PathPoint)> = Vec::new();
+        let value = |x: f64| {
+            let point = self.path.at_fraction(self.problem, x).map_err(Some)?;
+            let point = point.ok_or(None)?;
+            let here = self.sloped(x, &point, sign(&point));
+            seen.push((x, point));
+            Ok::<_, Option<SolveError>>((here.value, here.slope))
+        };
+        let root = match turning::turning(value, (low, high), guess, WIDEST) {
+            Err(Some(error)) => return Err(error),
+            Err(None) => return Ok(SearchResult::Lost),
+            Ok(found) => found.root,
+        };
+        let found = seen.into_iter().find(|(x, _)| *x == root);
+        Ok(found.map_or(SearchResult::Nothing, |(x, point)| turn(x, point)))
+    }
+
+    /// Two places between which a path that ripples turns farther away than at `near`, as that of a sampled force may where the step's end
+    /// lies beyond its first turn: on the way there the path turns back and once more. `None` where no end lies beyond.
+    fn farther(
+        &mut self,
+        near: Sloped,
+        ends: [Sloped; 2],
+        (side, sign): (f64, &dyn Fn(&PathPoint) -> f64),
+    ) -> Result<Option<(Sloped, Sloped)>, SolveError> {
+        let height = |place: &Sloped| side * place.value;
+        let is_right = height(&ends[1]) > height(&ends[0]);
+        let mut far = ends[usize::from(is_right)];
+        if height(&far) <= height(&near) {
+            return Ok(None);
+        }
+        // Slopes towards the far end.
+        let onward = if is_right { side } else { -side };
+        let mut near = near;
+        for _ in 0..HALVINGS {
+            let x = 0.5 * (near.x + far.x);
+            let Some(point) = self.path.at_fraction(self.problem, x)? else {
+                return Ok(None);
+            };
+            let here = self.sloped(x, &point, sign(&point));
+            match () {
+                _ if here.slope * onward > 0.0 && is_right => return Ok(Some((here, far))),
+                _ if here.slope * onward > 0.0 => return Ok(Some((far, here))),
+                _ if height(&here) < height(&far) => near = here,
+                _ => far = here,
+            }
+        }
+        Ok(None)
     }
 }
 
 /// A fold at a point that is known.
-fn corner(point: &PathPoint) -> SearchResult {
+fn turn(fraction: f64, point: PathPoint) -> SearchResult {
     SearchResult::Root(Box::new(Root {
-        fraction: 0.0,
-        point: point.clone(),
+        fraction,
+        bracket: (point.lambda, point.lambda),
         survey: None,
         value: 0.0,
         values: (0.0, 0.0),
-        bracket: (point.lambda, point.lambda),
+        point,
     }))
 }
