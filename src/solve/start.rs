@@ -1,6 +1,8 @@
 //! The first periodic solution of a branch.
 
-use super::continuation::{Advance, Continuation, ContinuationOptions, PathEnd, Started};
+use super::continuation::{
+    Advance, Continuation, ContinuationOptions, Crossings, PathEnd, Started,
+};
 use super::equilibrium::{NoEquilibrium, equilibrium};
 use super::family::{ExcitationFamily, Family, FrequencyFamily};
 use super::galerkin::{Galerkin, GalerkinOptions};
@@ -210,6 +212,7 @@ fn homotopy(
         max_points: 500,
         weight: 1.0 / mean.norm_squared().max(1e-6),
         newton,
+        crossings: Crossings::Expected,
     };
     let mut path = match Continuation::start(&mut problem, mean.clone(), options)? {
         Started::Path(path) => path,

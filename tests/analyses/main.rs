@@ -19,6 +19,7 @@ mod costs;
 mod crosscheck_methods;
 mod curve_corners;
 mod curve_ends;
+mod curve_jumps;
 mod curve_meetings;
 mod effective_frequencies;
 mod events_of_both_methods;

@@ -6,7 +6,9 @@ use gearlash::numeric::block::BlockLu;
 use gearlash::numeric::factors::Factors;
 use gearlash::numeric::jacobian::{Jacobian, JacobianStructure};
 use gearlash::numeric::pattern::Pattern;
-use gearlash::solve::continuation::{Advance, Continuation, ContinuationOptions, Started};
+use gearlash::solve::continuation::{
+    Advance, Continuation, ContinuationOptions, Crossings, Started,
+};
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions, stored_blocks};
 use gearlash::solve::newton::{Newton, NewtonOptions};
@@ -235,6 +237,7 @@ fn the_same_path_through_folds() {
         max_points: 200,
         weight: 0.1,
         newton: NewtonOptions::default(),
+        crossings: Crossings::Expected,
     };
     let mut block = galerkin(system.clone(), from);
     assert!(is_block(&block.structure()));

@@ -2,7 +2,7 @@
 
 use gearlash::error::SolveError;
 use gearlash::solve::continuation::{
-    Advance, Continuation, ContinuationOptions, PathEnd, PathPoint, Started,
+    Advance, Continuation, ContinuationOptions, Crossings, PathEnd, PathPoint, Started,
 };
 use gearlash::solve::newton::{NewtonOptions, NewtonStatus};
 use gearlash::solve::residual::{Linearisation, Residual};
@@ -42,6 +42,7 @@ fn options(from: f64, to: f64) -> ContinuationOptions {
         max_points: 2000,
         weight: 1.0,
         newton: NewtonOptions::default(),
+        crossings: Crossings::Expected,
     }
 }
 
@@ -302,4 +303,24 @@ fn points_tell_where_the_path_leads_if_tangents_are_poor() {
     for p in &points {
         assert!((p.u[0] - 0.3 * p.lambda.sin()).abs() < 1e-12);
     }
+}
+
+/// u lambda = 1e-5: two branches that face each other across a gap, far narrower than a step.
+#[test]
+fn a_path_stays_on_its_own_side_of_a_gap() {
+    let hyperbola = |u: f64, lambda: f64| [u * lambda - 1e-5, lambda, u];
+    let along = |crossings: Crossings| {
+        let settings = ContinuationOptions {
+            max_points: 60,
+            crossings,
+            ..options(0.5, -1.0)
+        };
+        follow(&mut Scalar(hyperbola), 2e-5, settings).0
+    };
+    let own = along(Crossings::Exceptional);
+    assert!(own.iter().all(|p| p.lambda > 0.0 && p.u[0] > 0.0));
+    assert!(own.last().unwrap().u[0] > 0.5, "{own:?}");
+    // Where crossings are expected, the gap is taken for one.
+    let across = along(Crossings::Expected);
+    assert!(across.iter().any(|p| p.lambda < 0.0));
 }

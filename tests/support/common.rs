@@ -6,7 +6,7 @@ use gearlash::element::{Backlash, ImpactDampingLaw};
 use gearlash::numeric::periodic::{Harmonic, Periodic};
 use gearlash::postprocess::measures::Meter;
 use gearlash::solve::branch::{self, Begin, Branch, Recorder, TraceOptions};
-use gearlash::solve::continuation::ContinuationOptions;
+use gearlash::solve::continuation::{ContinuationOptions, Crossings};
 use gearlash::solve::events::Resolution;
 use gearlash::solve::family::FrequencyFamily;
 use gearlash::solve::galerkin::{Galerkin, GalerkinOptions};
@@ -221,6 +221,7 @@ pub fn trace_options(
         max_points: 100_000,
         weight: 0.5 / system.dof() as f64,
         newton: NewtonOptions::default(),
+        crossings: Crossings::Expected,
     };
     TraceOptions {
         continuation,

@@ -164,7 +164,7 @@ fn confirm(
             .iter()
             .enumerate()
             .step_by(stride)
-            .filter(|(_, p)| !p.is_corner)
+            .filter(|(_, p)| !p.is_singular)
         {
             if !keep_going(count) {
                 return Ok(());

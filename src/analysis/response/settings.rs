@@ -7,7 +7,7 @@ use crate::error::SolveError;
 use crate::quantity::Quantity;
 use crate::solve::attractor::{Lengths, MapSize};
 use crate::solve::closed_form::ClosedForm;
-use crate::solve::continuation::ContinuationOptions;
+use crate::solve::continuation::{ContinuationOptions, Crossings};
 use crate::solve::family::{Family, FrequencyFamily};
 use crate::solve::galerkin::{self, Galerkin};
 use crate::solve::integrate::IntegratorOptions;
@@ -149,6 +149,7 @@ impl BranchSettings {
             max_points: self.max_points,
             weight,
             newton: self.newton(),
+            crossings: Crossings::Expected,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Step control: where the next point is expected, whether it is the right one, how long the step after it is.
 
-use super::{Continuation, PathPoint};
+use super::{Continuation, Crossings, PathPoint};
 use crate::numeric::interpolation;
 use crate::solve::newton::SETTLED;
 use nalgebra::DVector;
@@ -104,7 +104,11 @@ impl Continuation {
         }
         // Where the path turns sharply, a change of orientation says that it lies the wrong way round.
         let is_kept = base.orientation == 0 || base.orientation == next.orientation;
-        if !is_kept && turn > MAX_TURN_CROSSING {
+        let is_crossing = match self.options.crossings {
+            Crossings::Expected => turn <= MAX_TURN_CROSSING,
+            Crossings::Exceptional => false,
+        };
+        if !is_kept && !is_crossing {
             return false;
         }
         let is_near = turn < MAX_TURN && self.shift(base, next, self.step) < MAX_SHIFT;

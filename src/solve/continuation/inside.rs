@@ -19,15 +19,29 @@ impl Continuation {
         side: CrossingSide,
         options: ContinuationOptions,
     ) -> Result<Started, SolveError> {
-        options.validate()?;
         let sign = match side {
-            CrossingSide::Forward => 1.0,
-            CrossingSide::Backward => -1.0,
+            CrossingSide::Forward => options.direction(),
+            CrossingSide::Backward => -options.direction(),
         };
         // With du = 0 and dlambda = +-1 as tangent the arclength equation keeps lambda where it is.
+        let direction = (DVector::zeros(u.len()), sign);
+        Continuation::start_across(problem, (u, lambda), direction, options)
+    }
+
+    /// The same in the plane across a unit direction (du, dlambda), along which the path leads on.
+    ///
+    /// # Errors
+    /// Contradictory options, or errors of the problem.
+    pub(crate) fn start_across(
+        problem: &mut dyn Residual,
+        (u, lambda): (DVector<f64>, f64),
+        (tangent_u, tangent_lambda): (DVector<f64>, f64),
+        options: ContinuationOptions,
+    ) -> Result<Started, SolveError> {
+        options.validate()?;
         let origin = PathPoint {
-            tangent_u: DVector::zeros(problem.dim()),
-            tangent_lambda: sign * options.direction(),
+            tangent_u,
+            tangent_lambda,
             lambda,
             u,
             orientation: 0,

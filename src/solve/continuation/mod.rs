@@ -19,7 +19,7 @@ mod uncertainty;
 
 pub use crossing::{CrossingSide, Heading};
 pub use section::Section;
-pub use types::{ContinuationOptions, PathEnd, PathPoint};
+pub use types::{ContinuationOptions, Crossings, PathEnd, PathPoint};
 
 use super::newton::{Newton, NewtonOutcome};
 use super::residual::{Linearisation, Residual};

@@ -21,6 +21,18 @@ pub struct ContinuationOptions {
     pub weight: f64,
     /// Corrector.
     pub newton: NewtonOptions,
+    /// Whether paths cross each other.
+    pub crossings: Crossings,
+}
+
+/// Whether paths of a problem cross each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Crossings {
+    /// They do: where the orientation changes on the way straight on, another path was crossed.
+    Expected,
+    /// They do not, but for special numbers: where the orientation changes in a step that is not tiny, the corrector has jumped to
+    /// another path that comes near, facing the own one across a gap.
+    Exceptional,
 }
 
 impl ContinuationOptions {

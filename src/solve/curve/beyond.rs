@@ -11,8 +11,9 @@
 //! sides. Where the derivative jumps or grows without bound there may be nothing behind.
 
 use super::defining::Spot;
-use super::meeting::{Meeting, PATH};
+use super::meeting::Meeting;
 use super::passing::Counts;
+use super::walker::PATH;
 use super::{CurveKind, Defining};
 use crate::error::SolveError;
 use crate::solve::continuation::{PathPoint, Section};
@@ -99,7 +100,8 @@ impl Defining<'_> {
                     let Some((point, far)) = found else { continue };
                     let half = self.landed((met, side, clear), (0.5 * way * reach, choice));
                     let half = self.or_none(half)?;
-                    if half.is_some_and(|(_, near)| near < NEARER * far) {
+                    let is_nearer = half.is_some_and(|(_, near)| near < NEARER * far);
+                    if is_nearer && self.leads_back(met, &point)? {
                         self.borders = borders;
                         return Ok(Some(self.leading_away((met, side), point)));
                     }

@@ -33,6 +33,8 @@ const PLAIN: f64 = 1e-3;
 const STILL: f64 = 1e-7;
 /// Share of the way to the ends of a step at which a parameter is compared with that of its turning point.
 const BESIDE: f64 = 0.3;
+/// Change of a parameter, in ranges, that is no error of the corrector.
+const RESOLVED: f64 = 1e-9;
 /// Distance in steps within which turning points belong to a cusp.
 const AT_CUSP: f64 = 1e-3;
 
@@ -46,16 +48,23 @@ pub(super) fn in_step(
 ) -> Result<Vec<CurveEvent>, SolveError> {
     let mut list = passing::in_step(problem, path, ends)?;
     let samples = samples(problem, path, ends, expected)?;
-    smooth(problem, path, &samples, &mut list)?;
+    let [a, b] = [path.origin(), path.point()].map(|point| slopes(problem, point));
+    let brackets = [0, 1].map(|k| match is_opposite(a[k], b[k]) {
+        true => vec![((0.0, a[k]), (1.0, b[k]))],
+        false => Vec::new(),
+    });
+    smooth(problem, path, (&samples, &brackets), &mut list)?;
     Ok(list)
 }
 
-/// The same in a step to or from a corner, where nothing is known but its ends, and passages come or go at the corner alone.
+/// The same in a step with a corner at one of its ends, where nothing is known but these: passages come or go at the corner alone, and the
+/// tangent there is that of the other side, or of the chord.
 pub(super) fn beside_corner(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
+    corner: f64,
 ) -> Result<Vec<CurveEvent>, SolveError> {
-    let mut samples: Samples = Vec::new();
+    let (mut samples, mut points): (Samples, Vec<(f64, PathPoint)>) = (Vec::new(), Vec::new());
     for x in std::iter::once(0.0).chain(INSIDE).chain([1.0]) {
         let point = match x {
             0.0 => Some(path.origin().clone()),
@@ -66,19 +75,68 @@ pub(super) fn beside_corner(
         let spot = problem.spot(&point.u, point.lambda);
         let nature = problem.nature(&spot)?;
         samples.extend(nature.map(|n| (x, n.tests)));
+        points.push((x, point));
     }
     let mut list = Vec::new();
     if samples.len() > 1 {
-        smooth(problem, path, &samples, &mut list)?;
+        let brackets = brackets_up_to(problem, &points, corner);
+        smooth(problem, path, (&samples, &brackets), &mut list)?;
     }
     Ok(list)
+}
+
+/// Brackets of turning points between points of a step with a corner, with the slopes at their ends: where a parameter has an extremum among
+/// the points, and where its slope changes the sign beside the end that is no corner. Next to the corner slopes deceive, because differences
+/// reach across it.
+fn brackets_up_to(
+    problem: &Defining<'_>,
+    points: &[(f64, PathPoint)],
+    corner: f64,
+) -> [Vec<Bracket>; 2] {
+    let place = problem.first_parameter();
+    [0, 1].map(|parameter| {
+        let value = |k: usize| [points[k].1.u[place], points[k].1.lambda][parameter];
+        let slope = |k: usize| slopes(problem, &points[k].1)[parameter];
+        let chord = |k: usize| (value(k + 1) - value(k)) / (points[k + 1].0 - points[k].0);
+        let mut list = Vec::new();
+        for k in 1..points.len() - 1 {
+            let (before, behind) = (chord(k - 1), chord(k));
+            if !is_opposite(before, behind) {
+                continue;
+            }
+            list.push(match is_opposite(slope(k), behind) {
+                true => ((points[k].0, slope(k)), (points[k + 1].0, behind)),
+                false => ((points[k - 1].0, before), (points[k].0, slope(k))),
+            });
+        }
+        let (a, b) = match corner {
+            0.0 => (points.len() - 2, points.len() - 1),
+            _ => (0, 1),
+        };
+        let is_known = |list: &[Bracket]| list.iter().any(|l| l.0.0 == points[a].0);
+        if is_opposite(slope(a), slope(b)) && !is_known(&list) {
+            list.push(((points[a].0, slope(a)), (points[b].0, slope(b))));
+        }
+        list
+    })
+}
+
+/// Two fractions of a step between which a slope vanishes, with its values there.
+type Bracket = ((f64, f64), (f64, f64));
+
+/// Slopes of both parameters.
+fn slopes(problem: &Defining<'_>, point: &PathPoint) -> [f64; 2] {
+    [
+        point.tangent_u[problem.first_parameter()],
+        point.tangent_lambda,
+    ]
 }
 
 /// Locates roots of the tests between samples, and turning points, and puts all events into the order of the path.
 fn smooth(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
-    samples: &Samples,
+    (samples, brackets): (&Samples, &[Vec<Bracket>; 2]),
     list: &mut Vec<CurveEvent>,
 ) -> Result<(), SolveError> {
     let kinds: Vec<Codimension> = samples[0].1.iter().map(|(kind, _)| *kind).collect();
@@ -95,7 +153,7 @@ fn smooth(
             list.extend(found.filter(StepRoot::is_plain).map(|e| e.into(kind)));
         }
     }
-    list.extend(turnings(problem, path, list)?);
+    list.extend(turnings(problem, path, brackets, list)?);
     list.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
     Ok(())
 }
@@ -134,29 +192,26 @@ fn samples(
 fn turnings(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
+    brackets: &[Vec<Bracket>; 2],
     known: &[CurveEvent],
 ) -> Result<Vec<CurveEvent>, SolveError> {
-    let place = problem.first_parameter();
-    let first = move |point: &PathPoint| point.tangent_u[place];
-    let second = |point: &PathPoint| point.tangent_lambda;
-    let slopes: [(Codimension, Slope<'_>); 2] = [
-        (Codimension::TurningFirst, &first),
-        (Codimension::TurningSecond, &second),
-    ];
+    let kinds = [Codimension::TurningFirst, Codimension::TurningSecond];
     let mut list: Vec<CurveEvent> = Vec::new();
-    for (kind, slope) in slopes {
-        let (a, b) = (slope(path.origin()), slope(path.point()));
-        if !is_opposite(a, b) || a.abs().max(b.abs()) < STILL {
-            continue;
-        }
-        let value = |_: &mut Defining<'_>, point: &PathPoint| Ok(slope(point));
-        let found = locate(problem, path, ((0.0, a), (1.0, b)), &value)?;
-        let Some(found) = found.filter(StepRoot::is_plain) else {
-            continue;
-        };
-        let parameter = usize::from(kind == Codimension::TurningSecond);
-        if turns(problem, path, &found, parameter)? {
-            list.push(found.into(kind));
+    for (parameter, kind) in kinds.into_iter().enumerate() {
+        for (a, b) in brackets[parameter].iter().copied() {
+            if a.1.abs().max(b.1.abs()) < STILL {
+                continue;
+            }
+            let value = |problem: &mut Defining<'_>, point: &PathPoint| {
+                Ok(slopes(problem, point)[parameter])
+            };
+            let found = locate(problem, path, (a, b), &value)?;
+            let Some(found) = found.filter(StepRoot::is_plain) else {
+                continue;
+            };
+            if turns(problem, path, &found, parameter)? {
+                list.push(found.into(kind));
+            }
         }
     }
     let is_fold = problem.kind == CurveKind::Fold;
@@ -197,11 +252,9 @@ fn turns(
         let spot = problem.spot(&point.u, point.lambda);
         *rise = spot.p[parameter] - found.spot.p[parameter];
     }
-    Ok(rises[0] * rises[1] > 0.0)
+    let is_told = rises.iter().all(|rise| rise.abs() > RESOLVED);
+    Ok(!is_told || rises[0] * rises[1] > 0.0)
 }
-
-/// A component of the tangent.
-type Slope<'s> = &'s dyn Fn(&PathPoint) -> f64;
 
 /// Whether two known numbers have opposite signs.
 fn is_opposite(a: f64, b: f64) -> bool {

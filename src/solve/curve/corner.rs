@@ -63,6 +63,8 @@ impl CurveWalker<'_> {
             return self.go_round(problem, last, corner).map(Some);
         }
         let over = self.go_to(problem, last, &met)?;
+        // The other arm may come from the other side: it ends here, too.
+        self.arm.corners.push(met.spot);
         Ok(Some(Way::Over(over.unwrap_or(end))))
     }
 
@@ -191,9 +193,9 @@ impl CurveWalker<'_> {
         let settings = self.options.of_path(self.arm.points.len());
         let first = self.first.clone();
         let mut path = Continuation::from_step(problem, (from, to), first, settings);
-        let events = codimension::beside_corner(problem, &mut path)?;
+        let events = codimension::beside_corner(problem, &mut path, 0.0)?;
         let items = self.within(problem, &mut path, events)?;
-        Ok(match self.note(problem.kind, items) {
+        Ok(match self.note(problem, items)? {
             Some(end) => Way::Over(end),
             None => Way::On(Box::new(path)),
         })
@@ -220,9 +222,9 @@ impl CurveWalker<'_> {
             let settings = self.options.of_path(self.arm.points.len());
             let ends = (last.clone(), to);
             let mut path = Continuation::from_step(problem, ends, last.clone(), settings);
-            let events = codimension::beside_corner(problem, &mut path)?;
+            let events = codimension::beside_corner(problem, &mut path, 1.0)?;
             let items = self.within(problem, &mut path, events)?;
-            if let Some(end) = self.note(problem.kind, items) {
+            if let Some(end) = self.note(problem, items)? {
                 return Ok(Some(end));
             }
         }
@@ -243,7 +245,7 @@ impl CurveWalker<'_> {
         if let Some(nature) = problem.nature(&met.spot)? {
             self.arm.points.push(CurvePoint {
                 criticality: f64::NAN,
-                is_corner: true,
+                is_singular: true,
                 ..point(&met.spot, &nature, self.mark(lambda))
             });
         }

@@ -12,6 +12,7 @@ use crate::error::SolveError;
 use crate::solve::continuation::{
     Advance, Continuation, CrossingSide, PathEnd, PathPoint, Started,
 };
+use nalgebra::DVector;
 
 /// Distance of an extremum from a breakpoint, in sizes of the state, at which a curve that has ended ends there.
 const TOUCHED: f64 = 1e-3;
@@ -31,10 +32,8 @@ pub(crate) fn follow(
     keep_going: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Option<Arm>, SolveError> {
     problem.follow_borders(start)?;
-    let begin = (problem.unknowns(start), start.p[1]);
-    let mut path = match Continuation::start_at(problem, begin, side, options.of_path(0))? {
-        Started::Path(path) => path,
-        Started::Failed(_) => return Ok(None),
+    let Some(mut path) = begun(problem, start, side, options)? else {
+        return Ok(None);
     };
     let mut walker = CurveWalker {
         options,
@@ -62,6 +61,31 @@ pub(crate) fn follow(
     walker.arm.end = end;
     walker.arm.forget_first_mark();
     Ok(Some(walker.arm))
+}
+
+/// A path at a first point, at its second parameter or, where the curve leads straight across that, at its first one.
+fn begun(
+    problem: &mut Defining<'_>,
+    start: &Spot,
+    side: CrossingSide,
+    options: &CurveOptions,
+) -> Result<Option<Box<Continuation>>, SolveError> {
+    let (begin, settings) = ((problem.unknowns(start), start.p[1]), options.of_path(0));
+    let started = Continuation::start_at(problem, begin.clone(), side, settings)?;
+    if let Started::Path(path) = started {
+        return Ok(Some(path));
+    }
+    let mut along = DVector::zeros(begin.0.len());
+    along[problem.first_parameter()] = match side {
+        CrossingSide::Forward => 1.0,
+        CrossingSide::Backward => -1.0,
+    };
+    Ok(
+        match Continuation::start_across(problem, begin, (along, 0.0), settings)? {
+            Started::Path(path) => Some(path),
+            Started::Failed(_) => None,
+        },
+    )
 }
 
 impl CurveWalker<'_> {
@@ -164,7 +188,7 @@ impl CurveWalker<'_> {
         (nature, spot): (&Nature, &Spot),
     ) -> Result<Option<CurveEnd>, SolveError> {
         let items = self.within(problem, path, events)?;
-        if let Some(end) = self.note(problem.kind, items) {
+        if let Some(end) = self.note(problem, items)? {
             return Ok(Some(end));
         }
         let last = self.arm.points.last().map(|p| p.spot.p);

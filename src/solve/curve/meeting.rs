@@ -5,12 +5,10 @@
 
 use super::defining::Spot;
 use super::seek::gaps;
-use super::walker::NEWTON;
+use super::walker::PATH;
 use super::{CurveKind, Defining};
 use crate::error::SolveError;
-use crate::solve::continuation::{
-    Continuation, ContinuationOptions, CrossingSide, PathPoint, Section, Started,
-};
+use crate::solve::continuation::{Continuation, CrossingSide, PathPoint, Section, Started};
 use crate::solve::floquet;
 
 /// First step along the grazing curve, in ranges and sizes.
@@ -26,17 +24,6 @@ const EXTREMA: usize = 2;
 /// Largest distance of the orbit at the place from that of the last point, in sizes, over the square root of the gap that is left there: on
 /// the touched side the curve comes to the grazing curve along its tangent, so that its distance is as that square root.
 const REACH: f64 = 10.0;
-/// Settings of the path along the grazing curve, of which only the planes across it are used.
-pub(super) const PATH: ContinuationOptions = ContinuationOptions {
-    range: (-2.0, 3.0),
-    step: FIRST,
-    min_step: FIRST,
-    max_step: SECANTS.1,
-    max_points: 2,
-    weight: 1.0,
-    newton: NEWTON,
-};
-
 /// A place on a grazing curve with its point of the path, and the test there.
 type Tested = ((Spot, PathPoint), f64);
 

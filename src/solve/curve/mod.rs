@@ -9,12 +9,14 @@
 //!
 //! g comes from bordered systems, which are smooth where eigenvalues are not; the borders follow along the curve.
 
+mod back;
 mod between;
 mod beyond;
 mod chord;
 mod codimension;
 mod conditions;
 mod corner;
+mod correction;
 mod defining;
 mod end;
 mod follow;
@@ -30,13 +32,13 @@ mod touching;
 mod walker;
 
 pub(crate) use codimension::CurveEvent;
+pub(crate) use correction::corrected;
 pub(crate) use defining::{Defining, Spot};
 pub(crate) use end::CurveEnd;
 pub(crate) use follow::follow;
 pub(crate) use grazing::{Grazing, OrbitsBeside};
 pub(crate) use nature::Codimension;
 pub use seek::Guess;
-pub(crate) use seek::corrected;
 pub(crate) use seek::{Guesses, NoStart, seek};
 pub(crate) use shots::{Plane, Shots};
 pub use walker::Arm;

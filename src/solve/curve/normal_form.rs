@@ -162,9 +162,10 @@ impl Defining<'_> {
             &along_x.second * &y + &along_y.second * &y,
         );
         let one = DMatrix::identity(x.len(), x.len());
+        let own = p.map(|z| z.conj()).dotc(&square);
         let (Some(first), Some(second)) = (
             (&one - &a).lu().solve(&mixed),
-            (&one * (mu * mu) - &a).lu().solve(&square),
+            without((&one * (mu * mu) - &a, &square), (&p, &q)),
         ) else {
             return Ok(f64::NAN);
         };
@@ -174,7 +175,7 @@ impl Defining<'_> {
             re.zip_map(im, |re, im| Complex::new(re, 0.0) + i * (sign * im))
         };
         let sum = cubic + along(1.0) * first * Complex::new(2.0, 0.0) + along(-1.0) * second;
-        Ok(0.5 * (mu.conj() * p.dotc(&sum)).re)
+        Ok(0.5 * ((mu.conj() * p.dotc(&sum)).re - 0.5 * own.norm_sqr()))
     }
 
     /// Left and right singular vector, oriented as the borders.
@@ -243,6 +244,20 @@ fn eigenvectors(a: &DMatrix<Complex<f64>>, mu: Complex<f64>) -> Option<(Vector, 
     let (p, q) = sharpened(&shifted, &left, &right)?;
     let product = p.dotc(&q);
     (product.norm() > 1e-12).then(|| (p / product.conj(), q))
+}
+
+/// w without its part along q*, where m w = r and m q* = (e^(2 i theta) - e^(-i theta)) q*: the part that grows without bound towards the
+/// resonance 1:3. In d its share has the real part -1/2 |<p*, r>|^2 for every theta.
+fn without((m, r): (DMatrix<Complex<f64>>, &Vector), (p, q): (&Vector, &Vector)) -> Option<Vector> {
+    let n = m.nrows();
+    let (left, right) = (p.map(|z| z.conj()), q.map(|z| z.conj()));
+    let mut bordered = DMatrix::zeros(n + 1, n + 1);
+    bordered.view_mut((0, 0), (n, n)).copy_from(&m);
+    bordered.view_mut((0, n), (n, 1)).copy_from(&right);
+    (bordered.view_mut((n, 0), (1, n))).copy_from(&left.adjoint());
+    let mut rhs = Vector::zeros(n + 1);
+    rhs.rows_mut(0, n).copy_from(r);
+    Some(bordered.lu().solve(&rhs)?.rows(0, n).into_owned())
 }
 
 impl Passages {

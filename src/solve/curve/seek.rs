@@ -1,9 +1,9 @@
 //! The first point of a curve from a place near it.
 
 use super::CurveKind;
+use super::correction::corrected_at;
 use super::defining::{Defining, Spot};
 use super::shots::{Plane, Shots};
-use super::walker::NEWTON;
 use crate::error::SolveError;
 use crate::solve::attractor::scatter;
 use crate::solve::floquet;
@@ -48,7 +48,7 @@ pub(crate) enum NoStart {
     },
 }
 
-/// Distance from the guess, in ranges of the first parameter, within which an event is the one that is meant.
+/// Distance from the guess, in ranges, within which an event is the one that is meant.
 const NEAR: f64 = 0.02;
 /// Distance below which no better one is looked for.
 const EXACT: f64 = 1e-8;
@@ -131,7 +131,7 @@ pub(crate) fn seek<'a>(
     let mut shots = Shots::new(plane, p, choice)?;
     let mut orbits: Vec<Vec<f64>> = Vec::new();
     let (mut best, mut nearest): (Option<(CurveKind, Spot)>, Option<[f64; 2]>) = (None, None);
-    let gap = |spot: &Spot| (spot.p[0] - p[0]).abs();
+    let gap = |spot: &Spot| apart(spot.p, p);
     let mut tries = 0;
     for state in StateSpread::new(guesses) {
         tries += 1;
@@ -151,7 +151,7 @@ pub(crate) fn seek<'a>(
             let (back, found) = beside_corner(shots, kind, &spot, is_given)?;
             shots = back;
             let Some(found) = found else { continue };
-            if nearest.is_none_or(|q: [f64; 2]| gap(&found) < (q[0] - p[0]).abs()) {
+            if nearest.is_none_or(|q: [f64; 2]| gap(&found) < apart(q, p)) {
                 nearest = Some(found.p);
             }
             let is_better = best.as_ref().is_none_or(|(_, b)| gap(&found) < gap(b));
@@ -174,15 +174,20 @@ pub(crate) fn seek<'a>(
     })
 }
 
+/// Distance of two places, in ranges.
+fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).abs().max((a[1] - b[1]).abs())
+}
+
 /// The event to which the corrector leads from a spot. At the end of a curve, where it touches, differences of the flow reach across the
-/// touching: the curve begins a little aside, at another value of the second parameter.
+/// touching: the curve begins a little aside, at another value of the second parameter, or of the first.
 fn beside_corner<'a>(
     mut shots: Shots<'a>,
     kind: CurveKind,
     spot: &Spot,
     is_given: bool,
 ) -> Result<(Shots<'a>, Option<Spot>), SolveError> {
-    let (back, found) = corrected(shots, kind, spot)?;
+    let (back, found) = corrected_at(shots, kind, spot, &[1, 0])?;
     shots = back;
     let is_grazing = matches!(kind, CurveKind::Grazing { .. });
     let nearest = match &found {
@@ -197,12 +202,15 @@ fn beside_corner<'a>(
     if is_grazing || !(is_corner || found.is_none() && is_given) {
         return Ok((shots, found));
     }
-    for aside in ASIDE {
+    let places = [1, 0]
+        .into_iter()
+        .flat_map(|k| ASIDE.map(|aside| (k, aside)));
+    for (parameter, aside) in places {
         let mut moved = found.clone().unwrap_or_else(|| spot.clone());
-        moved.p[1] += aside;
-        let (back, beside) = corrected(shots, kind, &moved)?;
+        moved.p[parameter] += aside;
+        let (back, beside) = corrected_at(shots, kind, &moved, &[parameter])?;
         shots = back;
-        let is_near = |other: &Spot| (other.p[0] - spot.p[0]).abs() < NEAR;
+        let is_near = |other: &Spot| apart(other.p, spot.p) < NEAR;
         if let Some(beside) = beside.filter(is_near) {
             let clear = gaps(&mut shots, None, (beside.p, &beside.u))?
                 .into_iter()
@@ -378,27 +386,6 @@ impl Defining<'_> {
             _ => None,
         }))
     }
-}
-
-/// The event to which the corrector leads from a spot at a fixed second parameter, and the flow back.
-///
-/// # Errors
-/// An interruption, or errors of the flow.
-pub(crate) fn corrected<'a>(
-    shots: Shots<'a>,
-    kind: CurveKind,
-    spot: &Spot,
-) -> Result<(Shots<'a>, Option<Spot>), SolveError> {
-    let mut problem = Defining::new(shots, kind, spot)?;
-    let mut newton = Newton::new(&problem.structure(), NEWTON);
-    let mut x = problem.unknowns(spot);
-    let found = match newton.solve(&mut problem, &mut x, spot.p[1]) {
-        Ok(outcome) => outcome.is_converged().then(|| problem.spot(&x, spot.p[1])),
-        Err(SolveError::NoSystem { .. }) => None,
-        Err(error) => return Err(error),
-    };
-    let is_pair = |found: &Spot| kind != CurveKind::NeimarkSacker || found.extra.abs() < 1.0;
-    Ok((problem.into_shots(), found.filter(is_pair)))
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {

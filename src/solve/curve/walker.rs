@@ -2,11 +2,12 @@
 
 use super::CurveKind;
 use super::codimension::CurveEvent;
-use super::defining::Spot;
+use super::defining::{Defining, Spot};
 use super::end::CurveEnd;
 use super::grazing::Grazing;
 use super::nature::{Codimension, Nature};
-use crate::solve::continuation::{Continuation, ContinuationOptions, PathPoint};
+use crate::error::SolveError;
+use crate::solve::continuation::{Continuation, ContinuationOptions, Crossings, PathPoint};
 use crate::solve::newton::NewtonOptions;
 
 /// Settings.
@@ -39,8 +40,8 @@ pub(crate) struct CurvePoint {
     pub mark: Option<usize>,
     /// Type of a grazing, where requested.
     pub grazing: Option<Grazing>,
-    /// Whether the curve has a corner here, at a grazing.
-    pub is_corner: bool,
+    /// Whether a branch in one parameter does not locate it: the curve has a corner here, at a grazing, or ends at a resonance.
+    pub is_singular: bool,
 }
 
 /// A part of a curve, one way from its start, points and events in the order of the path.
@@ -50,7 +51,7 @@ pub struct Arm {
     pub(crate) points: Vec<CurvePoint>,
     /// Events, each with the number of points before it.
     pub(crate) events: Vec<(usize, CurveEvent)>,
-    /// Corners that were passed.
+    /// Corners that were passed, and the one at which the curve ended.
     pub(crate) corners: Vec<Spot>,
     /// Reason of the end.
     pub(crate) end: CurveEnd,
@@ -62,6 +63,17 @@ pub(super) const NEWTON: NewtonOptions = NewtonOptions {
     step_tolerance: 1e-10,
     max_iterations: 16,
     min_damping: 1.0 / 64.0,
+};
+/// Settings of paths of which only the planes across them are used.
+pub(super) const PATH: ContinuationOptions = ContinuationOptions {
+    range: (-2.0, 3.0),
+    step: 1e-5,
+    min_step: 1e-5,
+    max_step: 1.0,
+    max_points: 2,
+    weight: 1.0,
+    newton: NEWTON,
+    crossings: Crossings::Exceptional,
 };
 /// Distance, in ranges, from a border within which a point lies on it.
 const ON_BORDER: f64 = 1e-9;
@@ -94,6 +106,7 @@ impl CurveOptions {
             max_points: self.max_points.saturating_sub(points).max(2),
             weight: 1.0,
             newton: NEWTON,
+            crossings: Crossings::Exceptional,
         }
     }
 }
@@ -121,13 +134,17 @@ pub(super) struct CurveWalker<'a> {
     pub arm: Arm,
     /// First point of the path.
     pub first: PathPoint,
-    /// Corners that the other arm has passed.
+    /// Corners of the other arm.
     pub known: &'a [Spot],
 }
 
 impl CurveWalker<'_> {
-    /// Notes points and events; the event that is the last one.
-    pub(super) fn note(&mut self, kind: CurveKind, items: Vec<CurveItem>) -> Option<CurveEnd> {
+    /// Notes points and events; the event that is the last one, which is a point too.
+    pub(super) fn note(
+        &mut self,
+        problem: &mut Defining<'_>,
+        items: Vec<CurveItem>,
+    ) -> Result<Option<CurveEnd>, SolveError> {
         for item in items {
             let event = match item {
                 CurveItem::Point(point) => {
@@ -137,17 +154,19 @@ impl CurveWalker<'_> {
                 CurveItem::Event(event) => event,
             };
             let number = self.arm.points.len();
-            let resonance = resonance(kind, event.kind);
-            let (is_stated, own) = (self.ends_at(&event), event.kind);
-            self.arm.events.push((number, event));
-            if let Some(n) = resonance {
-                return Some(CurveEnd::Resonance(n));
+            let end = match resonance(problem.kind, event.kind) {
+                Some(n) => Some(CurveEnd::Resonance(n)),
+                None => self.ends_at(&event).then_some(CurveEnd::Stated(event.kind)),
+            };
+            if end.is_some() {
+                self.arm.points.extend(last(problem, &event)?);
             }
-            if is_stated {
-                return Some(CurveEnd::Stated(own));
+            self.arm.events.push((number, event));
+            if end.is_some() {
+                return Ok(end);
             }
         }
-        None
+        Ok(None)
     }
 
     /// Whether the curve is to end at an event inside the ranges.
@@ -168,8 +187,24 @@ pub(super) fn point(spot: &Spot, nature: &Nature, mark: Option<usize>) -> CurveP
         criticality: nature.criticality,
         mark,
         grazing: None,
-        is_corner: false,
+        is_singular: false,
     }
+}
+
+/// The point at the event that ends a curve. At a resonance there is no normal form of the curve's own kind.
+fn last(problem: &mut Defining<'_>, event: &CurveEvent) -> Result<Option<CurvePoint>, SolveError> {
+    let nature = problem.nature(&event.spot)?;
+    let point = nature.map(|nature| point(&event.spot, &nature, None));
+    Ok(
+        point.map(|point| match resonance(problem.kind, event.kind) {
+            None => point,
+            Some(_) => CurvePoint {
+                criticality: f64::NAN,
+                is_singular: true,
+                ..point
+            },
+        }),
+    )
 }
 
 /// The resonance at which a Neimark-Sacker curve ends.

@@ -3,7 +3,8 @@
 use super::{CurveOfTorus, Locked, TorusPoint, TorusProblem, ring};
 use crate::error::SolveError;
 use crate::solve::continuation::{
-    Advance, Continuation, ContinuationOptions, CrossingSide, PathEnd, PathPoint, Started,
+    Advance, Continuation, ContinuationOptions, CrossingSide, Crossings, PathEnd, PathPoint,
+    Started,
 };
 use crate::solve::newton::NewtonOptions;
 
@@ -128,6 +129,7 @@ pub(super) fn path_options(options: &TorusOptions, count: usize) -> Continuation
         max_points: options.max_points.max(2),
         weight: 1.0 / count as f64,
         newton: NEWTON,
+        crossings: Crossings::Expected,
     }
 }
 

@@ -6,7 +6,7 @@ use super::flow::{FlowPoint, dot};
 use super::{Confirmer, Station};
 use crate::error::SolveError;
 use crate::solve::branch::{Begin, Branch, BranchPoint, Recorder, TraceOptions, trace};
-use crate::solve::continuation::{ContinuationOptions, CrossingSide};
+use crate::solve::continuation::{ContinuationOptions, CrossingSide, Crossings};
 use crate::solve::events::{BESIDE_CROSSING, BifurcationEvent, Verdict};
 use crate::solve::family::Family;
 use crate::solve::orbit::Orbit;
@@ -254,6 +254,7 @@ impl<F: Family> Confirmer<'_, F> {
                 max_points,
                 weight: self.options.weight,
                 newton: self.options.newton,
+                crossings: Crossings::Expected,
             },
             marks: Vec::new(),
             stability: true,
