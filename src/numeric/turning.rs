@@ -164,18 +164,28 @@ fn secant(a: &Sloped, b: &Sloped) -> f64 {
 /// Where the cubic with the values and slopes of two places turns, these slopes being of opposite sign.
 fn top_of_cubic(a: &Sloped, b: &Sloped) -> Option<f64> {
     let length = b.x - a.x;
-    let (from, to, rise) = (length * a.slope, length * b.slope, b.value - a.value);
-    let (c1, c2) = (
-        6.0 * rise - 4.0 * from - 2.0 * to,
-        3.0 * (from + to) - 6.0 * rise,
-    );
-    let root = (c1 * c1 - 4.0 * from * c2).sqrt();
-    // The form without cancellation.
-    let q = -0.5 * (c1 + root.copysign(c1));
-    let inside = [q / c2, from / q]
+    let slope = slope_of_cubic((length * a.slope, length * b.slope), b.value - a.value);
+    let inside = turns_of_cubic(slope)
         .into_iter()
         .find(|x| *x > -OUTSIDE && *x < 1.0 + OUTSIDE);
     inside.map(|x| a.x + length * x)
+}
+
+/// Coefficients of 1, x, x^2 of the slope of the cubic over 0..1 with these slopes at its ends and this rise between them.
+pub(crate) fn slope_of_cubic((from, to): (f64, f64), rise: f64) -> [f64; 3] {
+    [
+        from,
+        6.0 * rise - 4.0 * from - 2.0 * to,
+        3.0 * (from + to) - 6.0 * rise,
+    ]
+}
+
+/// Where a slope with these coefficients of 1, x, x^2 vanishes; not a number where it does not.
+pub(crate) fn turns_of_cubic([c0, c1, c2]: [f64; 3]) -> [f64; 2] {
+    let root = (c1 * c1 - 4.0 * c0 * c2).sqrt();
+    // The form without cancellation.
+    let q = -0.5 * (c1 + root.copysign(c1));
+    [q / c2, c0 / q]
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Cubic Hermite interpolant of the last step: places of the path good to the fourth order of its length, without a correction.
 
 use super::{Continuation, PathPoint};
+use crate::numeric::turning;
 use nalgebra::DVector;
 
 impl Continuation {
@@ -40,11 +41,7 @@ impl Continuation {
 
     /// Fractions inside the last step at which the parameter turns, ascending.
     pub fn turns(&self) -> Vec<f64> {
-        let [c0, c1, c2] = self.lambda_slope_coefficients();
-        let root = (c1 * c1 - 4.0 * c0 * c2).sqrt();
-        // The form without cancellation; a root that does not exist is not a number.
-        let q = -0.5 * (c1 + root.copysign(c1));
-        let mut list: Vec<f64> = [q / c2, c0 / q]
+        let mut list: Vec<f64> = turning::turns_of_cubic(self.lambda_slope_coefficients())
             .into_iter()
             .filter(|x| *x > 0.0 && *x < 1.0)
             .collect();
@@ -65,11 +62,6 @@ impl Continuation {
         let (a, b) = (&self.origin, &self.point);
         let length = self.chord();
         let (ta, tb) = (length * a.tangent_lambda, length * b.tangent_lambda);
-        let rise = b.lambda - a.lambda;
-        [
-            ta,
-            6.0 * rise - 4.0 * ta - 2.0 * tb,
-            3.0 * (ta + tb) - 6.0 * rise,
-        ]
+        turning::slope_of_cubic((ta, tb), b.lambda - a.lambda)
     }
 }

@@ -170,7 +170,7 @@ impl Step<'_> {
     /// lies beyond its first turn: on the way there the path turns back and once more. `None` where no end lies beyond.
     fn farther(
         &mut self,
-        near: Sloped,
+        mut near: Sloped,
         ends: [Sloped; 2],
         (side, sign): (f64, &dyn Fn(&PathPoint) -> f64),
     ) -> Result<Option<(Sloped, Sloped)>, SolveError> {
@@ -182,7 +182,6 @@ impl Step<'_> {
         }
         // Slopes towards the far end.
         let onward = if is_right { side } else { -side };
-        let mut near = near;
         for _ in 0..HALVINGS {
             let x = 0.5 * (near.x + far.x);
             let Some(point) = self.path.at_fraction(self.problem, x)? else {
