@@ -10,7 +10,7 @@ use pulp::Simd;
 /// Coefficients in Bernstein form.
 const HEAD: usize = 12;
 
-/// SHARE[j][k] = C(j, k) / C(HEAD - 1, k).
+/// SHARE[k][j] = C(j, k) / C(HEAD - 1, k).
 static SHARE: [[f64; HEAD]; HEAD] = {
     let (binomial, reciprocal) = (binomial(), reciprocal());
     let mut table = [[0.0; HEAD]; HEAD];
@@ -18,7 +18,7 @@ static SHARE: [[f64; HEAD]; HEAD] = {
     while k < HEAD {
         let mut j = k;
         while j < HEAD {
-            table[j][k] = binomial[k][j] * reciprocal[HEAD - 1][k];
+            table[k][j] = binomial[k][j] * reciprocal[HEAD - 1][k];
             j += 1;
         }
         k += 1;
@@ -60,15 +60,15 @@ impl<const L: usize> Outline<L> {
     #[inline(always)]
     pub fn new<const N: usize>(coefficients: &[[f64; L]; N]) -> Outline<L> {
         let mut head = [coefficients[0]; HEAD];
-        for (j, b) in head.iter_mut().enumerate().skip(1) {
-            let mut sum = coefficients[0];
-            for k in 1..=j {
-                let share = SHARE[j][k];
+        for k in 1..HEAD {
+            // Of one polynomial, zeros below the diagonal keep the length of the loop fixed.
+            let first = if L == 1 { 0 } else { k };
+            for j in first..HEAD {
+                let share = SHARE[k][j];
                 for l in 0..L {
-                    sum[l] += share * coefficients[k][l];
+                    head[j][l] += share * coefficients[k][l];
                 }
             }
-            *b = sum;
         }
         let (mut end, mut rest) = (head[HEAD - 1], [[0.0; L]; 3]);
         let n = (HEAD - 1) as f64;

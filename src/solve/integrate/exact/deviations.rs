@@ -88,7 +88,7 @@ impl Deviations {
             row: i,
             column,
             value,
-        } in &series.damping
+        } in series.damping.entries()
         {
             add(
                 &mut next[out(*i)],
@@ -100,7 +100,7 @@ impl Deviations {
             row: i,
             column,
             value,
-        } in &series.coupled
+        } in series.coupled.entries()
         {
             add(&mut next[out(*i)], -value, &known[row(k, *column)]);
         }

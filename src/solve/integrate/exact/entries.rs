@@ -23,13 +23,51 @@ pub fn entries(matrix: &DMatrix<f64>, factor: f64) -> Vec<MatrixEntry> {
     .collect()
 }
 
-/// The same matrix in an array.
-pub fn dense<const N: usize>(entries: &[MatrixEntry]) -> [[f64; N]; N] {
-    let mut matrix = [[0.0; N]; N];
-    entries
-        .iter()
-        .for_each(|e| matrix[e.row][e.column] = e.value);
-    matrix
+/// Rows up to which a matrix is kept in full, too.
+const SMALL: usize = 4;
+
+/// A square matrix by its nonzero entries; a small one also in full, which is quicker to read.
+#[derive(Debug, Clone)]
+pub struct SquareMatrix {
+    size: usize,
+    entries: Vec<MatrixEntry>,
+    /// Row after row, where there are few.
+    full: [f64; SMALL * SMALL],
+}
+
+impl SquareMatrix {
+    /// Of a number of rows.
+    pub fn new(size: usize, entries: Vec<MatrixEntry>) -> SquareMatrix {
+        let mut matrix = SquareMatrix {
+            size,
+            entries,
+            full: [0.0; SMALL * SMALL],
+        };
+        matrix.change(|_| {});
+        matrix
+    }
+
+    /// The entries.
+    pub fn entries(&self) -> &[MatrixEntry] {
+        &self.entries
+    }
+
+    /// Gives the entries other values.
+    pub fn change(&mut self, write: impl FnOnce(&mut [MatrixEntry])) {
+        write(&mut self.entries);
+        if self.size <= SMALL {
+            for e in &self.entries {
+                self.full[e.row * self.size + e.column] = e.value;
+            }
+        }
+    }
+
+    /// The matrix of N rows, N up to [`SMALL`], in an array.
+    #[inline(always)]
+    pub fn rows<const N: usize>(&self) -> [[f64; N]; N] {
+        const { assert!(N <= SMALL) };
+        std::array::from_fn(|i| std::array::from_fn(|j| self.full[i * N + j]))
+    }
 }
 
 /// Entries of kappa W and what each connection adds to them.

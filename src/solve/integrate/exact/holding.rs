@@ -4,7 +4,7 @@
 //! q'' = a - kappa_A f,   f = (W_A kappa_A)^-1 (W_A a - e_A''),   a: without these forces
 //! ```
 
-use super::entries::{MatrixEntry, entries};
+use super::entries::{MatrixEntry, SquareMatrix, entries};
 use crate::numeric::complementary::{dependences, inverse, least};
 use crate::numeric::taylor::{COUNT, Polynomial};
 use crate::system::System;
@@ -26,7 +26,7 @@ pub struct Holding {
     /// Columns of W_A kappa.
     drive: DMatrix<f64>,
     /// The damping and the coupling without holding.
-    pub free: (Vec<MatrixEntry>, Vec<MatrixEntry>),
+    pub free: (SquareMatrix, SquareMatrix),
     /// W_A Q - e'' of the step, then the forces.
     forces: Vec<Polynomial>,
 }
@@ -34,7 +34,8 @@ pub struct Holding {
 impl Holding {
     /// Connections whose levels follow from those of others share the forces; `None` where these levels contradict each other.
     pub fn new(system: &System, connections: &[usize]) -> Option<Holding> {
-        let (n, count) = (system.dof(), connections.len());
+        let count = connections.len();
+        let none = SquareMatrix::new(system.dof(), Vec::new());
         let rows = system.element_map().select_rows(connections);
         let kappa = system.stiffness().select_columns(connections);
         let mobility = &rows * &kappa;
@@ -58,20 +59,20 @@ impl Holding {
             inverse,
             pull,
             drive,
-            free: (Vec::with_capacity(n), Vec::with_capacity(n)),
+            free: (none.clone(), none),
             forces: vec![[0.0; COUNT]; count],
         })
     }
 
     /// The matrix of these entries without what would move the deformations that are held.
-    pub fn project(&self, list: &[MatrixEntry]) -> Vec<MatrixEntry> {
+    pub fn project(&self, list: &SquareMatrix) -> SquareMatrix {
         let n = self.pull.nrows();
         let mut matrix = DMatrix::zeros(n, n);
-        for entry in list {
+        for entry in list.entries() {
             matrix[(entry.row, entry.column)] += entry.value;
         }
         let moved = &self.rows * &matrix;
-        entries(&(matrix - &self.pull * moved), 1.0)
+        SquareMatrix::new(n, entries(&(matrix - &self.pull * moved), 1.0))
     }
 
     /// The same of what memories add.
@@ -124,7 +125,7 @@ impl Holding {
         unit: f64,
         acting: impl Iterator<Item = (usize, &'a Polynomial)>,
     ) {
-        for d in &self.free.0 {
+        for d in self.free.0.entries() {
             for (a, force) in self.forces.iter_mut().enumerate() {
                 let factor = self.rows[(a, d.row)] * d.value;
                 if factor == 0.0 {
@@ -135,7 +136,7 @@ impl Holding {
                 }
             }
         }
-        for c in &self.free.1 {
+        for c in self.free.1.entries() {
             for (a, force) in self.forces.iter_mut().enumerate() {
                 let factor = self.rows[(a, c.row)] * c.value;
                 if factor == 0.0 {

@@ -2,7 +2,6 @@
 
 use super::acting::Acting;
 use super::decay::DecayEnd;
-use super::entries::dense;
 use super::regions::Regions;
 use super::series::{MotionSeries, Span, add};
 use crate::numeric::taylor::{COUNT, Polynomial};
@@ -71,8 +70,8 @@ impl MotionSeries {
 
     /// The recursion for N coordinates in arrays that the compiler can unroll.
     fn recur_small<const N: usize>(&mut self, state: &[f64]) {
-        let damping = dense::<N>(&self.damping);
-        let stiffness = dense::<N>(&self.coupled);
+        let damping: [[f64; N]; N] = self.damping.rows();
+        let stiffness: [[f64; N]; N] = self.coupled.rows();
         let load: &[Polynomial; N] = self.load.first_chunk().expect("one per coordinate");
         let q: &mut [Polynomial; N] = self.q.first_chunk_mut().expect("one per coordinate");
         // q_k and (k + 1) q_{k+1}
@@ -114,10 +113,10 @@ impl MotionSeries {
             for (q, load) in q.iter_mut().zip(&self.load) {
                 q[k + 2] = load[k];
             }
-            for d in &self.damping {
+            for d in self.damping.entries() {
                 q[d.row][k + 2] -= d.value * order * q[d.column][k + 1];
             }
-            for c in &self.coupled {
+            for c in self.coupled.entries() {
                 q[c.row][k + 2] -= c.value * q[c.column][k];
             }
             for q in q.iter_mut() {
@@ -152,10 +151,10 @@ impl MotionSeries {
             for (q, load) in self.q.iter_mut().zip(&self.load) {
                 q[k + 2] = load[k];
             }
-            for d in &self.damping {
+            for d in self.damping.entries() {
                 self.q[d.row][k + 2] -= d.value * order * self.q[d.column][k + 1];
             }
-            for c in &self.coupled {
+            for c in self.coupled.entries() {
                 self.q[c.row][k + 2] -= c.value * self.q[c.column][k];
             }
             for place in 0..acting.list.len() {

@@ -3,7 +3,7 @@
 use super::SeriesOptions;
 use super::acting::Acting;
 use super::decay::{SeriesControl, reach_of_closed_form, reach_within};
-use super::entries::{MatrixEntry, couple, entries};
+use super::entries::{MatrixEntry, SquareMatrix, couple, entries};
 use super::forcing::{CoursePosition, Instant, Sources};
 use super::frequencies::frequency_bound;
 use super::holding::Holding;
@@ -20,7 +20,7 @@ pub struct MotionSeries {
     /// Unit of time h in omega_c t: theta = T / h.
     pub unit: f64,
     /// h Gam.
-    pub damping: Vec<MatrixEntry>,
+    pub damping: SquareMatrix,
     /// h^2 kappa.
     pub(super) stiffness: Vec<MatrixEntry>,
     pub(super) map: Vec<MatrixEntry>,
@@ -36,7 +36,7 @@ pub struct MotionSeries {
     /// Coefficients of the deformations, where they are not the coordinates.
     pub(super) deformation: Vec<Polynomial>,
     /// h^2 kappa diag(slope) W of the current regions.
-    pub coupled: Vec<MatrixEntry>,
+    pub coupled: SquareMatrix,
     /// What each product kappa_ie W_ej adds: target in `coupled`, connection e, value.
     links: Vec<MatrixEntry>,
     /// -h^2 kappa offset of the current regions.
@@ -120,10 +120,10 @@ impl MotionSeries {
             holding: None,
             memories: Vec::new(),
             unit,
-            damping: entries(system.damping(), unit),
+            damping: SquareMatrix::new(n, entries(system.damping(), unit)),
             stiffness,
             map,
-            coupled,
+            coupled: SquareMatrix::new(n, coupled),
             links,
             constant: vec![0.0; n],
             slope: vec![0.0; e],
@@ -171,16 +171,19 @@ impl MotionSeries {
         if let Some(holding) = self.holding.take() {
             (self.damping, self.coupled) = holding.free;
         }
-        self.coupled.iter_mut().for_each(|c| c.value = 0.0);
-        for link in &self.links {
-            self.coupled[link.row].value += link.value * slope[link.column];
-        }
+        let links = &self.links;
+        self.coupled.change(|coupled| {
+            coupled.iter_mut().for_each(|c| c.value = 0.0);
+            for link in links {
+                coupled[link.row].value += link.value * slope[link.column];
+            }
+        });
         self.constant.fill(0.0);
         self.slope.copy_from_slice(slope);
         for s in &self.stiffness {
             self.constant[s.row] -= s.value * offset[s.column];
         }
-        self.pace.read(&self.coupled);
+        self.pace.read(self.coupled.entries());
     }
 
     /// Adds what a memory does to a coordinate.

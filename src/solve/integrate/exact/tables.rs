@@ -2,7 +2,6 @@
 
 use super::Exact;
 use super::ROUNDING;
-use super::entries::dense;
 use crate::numeric::taylor::Polynomial;
 use crate::system::System;
 use std::f64::consts::TAU;
@@ -105,7 +104,7 @@ impl Exact {
             per_theta: system.omega() * unit,
             period: TAU / system.subharmonic() as f64,
             turns: system.subharmonic() as f64,
-            damping: dense(&self.series.damping),
+            damping: self.series.damping.rows(),
             mean: *mean.first_chunk()?,
             orders: orders.collect::<Option<_>>()?,
             lines,
@@ -126,7 +125,7 @@ impl Exact {
         }
         self.stiffen(system, 0.0).ok()?;
         Some(RegionTable {
-            coupled: dense(&self.series.coupled),
+            coupled: self.series.coupled.rows(),
             constant: *self.series.constant.first_chunk()?,
             pace: self.series.pace(),
         })

@@ -1,6 +1,5 @@
 //! Small deviations from the motion: the recursion without loads, for every column of the transition matrix at once.
 
-use super::entries::dense;
 use super::series::MotionSeries;
 use crate::numeric::taylor::COUNT;
 use nalgebra::DMatrix;
@@ -126,8 +125,8 @@ impl VariationWorkspace {
             let factor = -theta / (k + 1) as f64;
             self.next.fill(0.0);
             let parts = [(&series.damping, &self.rate), (&series.coupled, &self.now)];
-            for (entries, terms) in parts {
-                for entry in entries {
+            for (matrix, terms) in parts {
+                for entry in matrix.entries() {
                     let part = &terms[row(entry.column)];
                     add_terms::<M>(&mut self.next[row(entry.row)], factor * entry.value, part);
                 }
@@ -256,8 +255,8 @@ fn small<const N: usize, const M: usize>(
     phi: &mut DMatrix<f64>,
     theta: f64,
 ) {
-    let damping = dense::<N>(&series.damping);
-    let stiffness = dense::<N>(&series.coupled);
+    let damping: [[f64; N]; N] = series.damping.rows();
+    let stiffness: [[f64; N]; N] = series.coupled.rows();
     let mut now: [[f64; M]; N] = std::array::from_fn(|i| std::array::from_fn(|j| phi[(i, j)]));
     let mut rate: [[f64; M]; N] =
         std::array::from_fn(|i| std::array::from_fn(|j| phi[(N + i, j)] * series.unit));
