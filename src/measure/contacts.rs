@@ -11,49 +11,66 @@ pub(crate) struct ContactMetrics;
 impl Measure for ContactMetrics {
     fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let one = |(e, c): (usize, &String)| {
-            [
-                ColumnHeading::number(format!("contact_ratio.{c}")),
-                ColumnHeading::number(format!("contact_loss.{c}")),
-                ColumnHeading::number(format!("contact_front.{c}")),
-                ColumnHeading::number(format!("contact_back.{c}")),
-                ColumnHeading::number(format!("impacts.{c}")),
-                ColumnHeading::number(format!("impacts_front.{c}")),
-                ColumnHeading::number(format!("impacts_back.{c}")),
-                units.rate(format!("impact_velocity_max.{c}"), e),
-                units.rate(format!("impact_velocity_mean.{c}"), e),
-                units.energy(format!("impact_energy_max.{c}"), e),
-                units.energy(format!("impact_energy.{c}"), e),
-                ColumnHeading::code(format!("regime.{c}")),
+            let forces = [
                 units.force(format!("force_mean.{c}"), e),
                 units.force(format!("force_std.{c}"), e),
                 units.force(format!("force_min.{c}"), e),
                 units.force(format!("force_peak.{c}"), e),
                 ColumnHeading::number(format!("force_peak_factor.{c}")),
-            ]
+            ];
+            contact_headings(units, (e, c)).into_iter().chain(forces)
         };
-        units
-            .connections()
-            .iter()
-            .enumerate()
-            .flat_map(one)
-            .collect()
+        let connections = units.connections().iter().enumerate();
+        connections.flat_map(one).collect()
     }
 
     fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
-        for (e, (m, stiffening)) in at.connections.iter().zip(at.stiffening).enumerate() {
-            let mass = effective_mass(at.system, e).map(|mass| mass * stiffening);
-            out.extend(metrics(m, mass));
+        for (e, m) in at.connections.iter().enumerate() {
+            out.extend(contact_values(at, e));
+            out.extend(force_values(m));
         }
     }
 }
 
-fn metrics(m: &Measures, mass: Option<f64>) -> [f64; 17] {
-    let contacts = &m.contacts;
+/// The columns of [`ContactMetrics`] that need no force: contacts alone are read.
+#[derive(Debug)]
+pub(crate) struct ContactColumns;
+
+impl Measure for ContactColumns {
+    fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
+        let connections = units.connections().iter().enumerate();
+        let one = |connection| contact_headings(units, connection);
+        connections.flat_map(one).collect()
+    }
+
+    fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
+        out.extend((0..at.connections.len()).flat_map(|e| contact_values(at, e)));
+    }
+}
+
+fn contact_headings(units: &ReportedUnits<'_>, (e, c): (usize, &String)) -> [ColumnHeading; 12] {
+    [
+        ColumnHeading::number(format!("contact_ratio.{c}")),
+        ColumnHeading::number(format!("contact_loss.{c}")),
+        ColumnHeading::number(format!("contact_front.{c}")),
+        ColumnHeading::number(format!("contact_back.{c}")),
+        ColumnHeading::number(format!("impacts.{c}")),
+        ColumnHeading::number(format!("impacts_front.{c}")),
+        ColumnHeading::number(format!("impacts_back.{c}")),
+        units.rate(format!("impact_velocity_max.{c}"), e),
+        units.rate(format!("impact_velocity_mean.{c}"), e),
+        units.energy(format!("impact_energy_max.{c}"), e),
+        units.energy(format!("impact_energy.{c}"), e),
+        ColumnHeading::code(format!("regime.{c}")),
+    ]
+}
+
+fn contact_values(at: &Solved<'_>, e: usize) -> [f64; 12] {
+    let contacts = &at.connections[e].contacts;
+    let mass = effective_mass(at.system, e).map(|mass| mass * at.stiffening[e]);
     let has_impacts = contacts.impacts() > 0.0;
     let empty_without = |x: f64| if has_impacts { x } else { f64::NAN };
     let half_mass = 0.5 * mass.unwrap_or(f64::NAN);
-    let peak = m.force_max.abs().max(m.force_min.abs());
-    let force_rms = m.force_mean.hypot(m.force_std);
     [
         contacts.ratio(),
         1.0 - contacts.ratio(),
@@ -67,6 +84,13 @@ fn metrics(m: &Measures, mass: Option<f64>) -> [f64; 17] {
         empty_without(half_mass * contacts.speed_max * contacts.speed_max),
         half_mass * contacts.speed_square_sum,
         f64::from(contacts.regime().code()),
+    ]
+}
+
+fn force_values(m: &Measures) -> [f64; 5] {
+    let peak = m.force_max.abs().max(m.force_min.abs());
+    let force_rms = m.force_mean.hypot(m.force_std);
+    [
         m.force_mean,
         m.force_std,
         m.force_min,

@@ -12,7 +12,7 @@ mod units;
 
 pub(crate) use accelerations::PeakAccelerations;
 pub use connections::Connections;
-pub(crate) use contacts::ContactMetrics;
+pub(crate) use contacts::{ContactColumns, ContactMetrics};
 pub use frequencies::EffectiveFrequencyColumns;
 pub(crate) use losses::Losses;
 pub(crate) use multipliers::EstimatedMultipliers;

@@ -41,6 +41,29 @@ pub struct Measures {
 }
 
 impl Measures {
+    /// Contacts alone: nothing else is known.
+    pub(crate) fn of_contacts(contacts: Contacts) -> Measures {
+        let unknown = f64::NAN;
+        Measures {
+            mean: unknown,
+            rms: unknown,
+            min: unknown,
+            max: unknown,
+            rms_velocity: unknown,
+            effective_stiffness: None,
+            effective_stiffness_dc: None,
+            mean_slope: unknown,
+            mean_damping: unknown,
+            contacts,
+            force_mean: unknown,
+            force_min: unknown,
+            force_max: unknown,
+            force_std: unknown,
+            pulls: false,
+            loss: unknown,
+        }
+    }
+
     /// Multiplies the forces, as another reference stiffness does.
     pub(crate) fn scale_force(&mut self, factor: f64) {
         for force in [

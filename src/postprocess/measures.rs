@@ -67,6 +67,14 @@ impl Meter {
         }
     }
 
+    /// Measures of every connection of which contacts alone are read: nothing else need be known.
+    pub fn contacts(&mut self, system: &System, orbit: &Orbit) -> Vec<Measures> {
+        match orbit {
+            Orbit::Segments(orbit) => segment_measures::contacts(system, orbit),
+            Orbit::Fourier(_) => self.measure(system, orbit),
+        }
+    }
+
     fn connection(&mut self, system: &System, orbit: &FourierOrbit, e: usize) -> Measures {
         let deformation = orbit.deformation(system, e);
         self.sample(system, orbit, e, &deformation);

@@ -99,6 +99,38 @@ pub(super) fn measure(system: &System, orbit: &SegmentOrbit) -> Vec<Measures> {
     list
 }
 
+/// The same where contacts alone are read. Those of a connection that passes its breakpoints follow from the passages; where it passes
+/// none its mean tells them, and of the impacts on a stop its r.m.s. rate tells which count.
+pub(super) fn contacts(system: &System, orbit: &SegmentOrbit) -> Vec<Measures> {
+    let one = |e: usize| {
+        let crossings = crossings(orbit, e, 0.0);
+        let periods = excitation_periods(system, orbit);
+        Measures::of_contacts(
+            match crossings.is_empty() || mount_of(system, e).least_impact().is_some() {
+                true => connection(system, orbit, e).contacts,
+                false => Contacts::new(system, e, &crossings, f64::NAN, periods),
+            },
+        )
+    };
+    (0..system.element_count()).map(one).collect()
+}
+
+/// Passages of the breakpoints of a connection, and its impacts from a speed on.
+fn crossings(orbit: &SegmentOrbit, e: usize, least: f64) -> Vec<Crossing> {
+    let counts = |s: &&Switch| {
+        s.connection == e
+            && s.kind != SwitchKind::Memory
+            && (s.kind != SwitchKind::Impact || s.velocity.abs() >= least)
+    };
+    let own = orbit.switches.iter().filter(counts);
+    own.map(Crossing::from).collect()
+}
+
+/// Excitation periods in a response period.
+fn excitation_periods(system: &System, orbit: &SegmentOrbit) -> f64 {
+    (orbit.subharmonic * system.revolutions()) as f64
+}
+
 fn connection(system: &System, orbit: &SegmentOrbit, e: usize) -> Measures {
     let mount = &system.mounts()[e];
     let pulls_possible =
@@ -162,13 +194,8 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
         Some(share) => share * sums.vv.sqrt(),
         None => 0.0,
     };
-    let counts = |s: &&Switch| {
-        s.connection == e
-            && s.kind != SwitchKind::Memory
-            && (s.kind != SwitchKind::Impact || s.velocity.abs() >= least)
-    };
-    let own = orbit.switches.iter().filter(counts);
-    let crossings: Vec<Crossing> = own.map(Crossing::from).collect();
+    let crossings = crossings(orbit, e, least);
+    let periods = excitation_periods(system, orbit);
     let moves = sums.high - sums.low > 1e-12 * scale;
     Measures {
         mean,
@@ -180,20 +207,14 @@ fn finish(system: &System, orbit: &SegmentOrbit, e: usize, sums: &Sums) -> Measu
         effective_stiffness_dc: effective_stiffness::direct(mean, sums.f, scale),
         mean_slope: sums.slope,
         mean_damping: sums.damping,
-        contacts: Contacts::new(
-            system,
-            e,
-            &crossings,
-            mean,
-            (orbit.subharmonic * system.revolutions()) as f64,
-        ),
+        contacts: Contacts::new(system, e, &crossings, mean, periods),
         force_mean: sums.f,
         force_min: sums.smallest_force,
         force_max: sums.largest_force,
         force_std: (sums.ff - sums.f * sums.f).max(0.0).sqrt(),
         pulls: sums.pulls,
         // A period lasts 2 pi / Om.
-        loss: sums.fv * TAU / orbit.omega / (orbit.subharmonic * system.revolutions()) as f64,
+        loss: sums.fv * TAU / orbit.omega / periods,
     }
 }
 

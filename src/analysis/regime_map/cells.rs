@@ -1,6 +1,6 @@
 //! The cells of a map, level by level; each depends on its own start alone, so that any number of threads gives the same.
 
-use super::measures::{WantedColumns, sheet};
+use super::measures::WantedColumns;
 use super::{RegimeMap, Seed};
 use crate::analysis::bifurcation_curve::{Axes, Grounds};
 use crate::analysis::response::OrbitTable;
@@ -310,7 +310,11 @@ impl<'a> Field<'a> {
                 table.add((seed, 0), &system, &orbit);
                 cell.orbit = Some(table);
             }
-            let mut connections = Meter::new(16).measure(&system, &orbit);
+            let mut meter = Meter::new(16);
+            let mut connections = match self.wanted.are_contacts() {
+                true => meter.contacts(&system, &orbit),
+                false => meter.measure(&system, &orbit),
+            };
             let stiffness = assembly.scales.stiffness.iter();
             let written = &setting.assembly.scales.stiffness;
             let stiffening: Vec<f64> = stiffness.zip(written).map(|(k, own)| k / own).collect();
@@ -325,7 +329,7 @@ impl<'a> Field<'a> {
                 connections: &connections,
                 stiffening: &stiffening,
             };
-            cell.values = self.wanted.of(&mut sheet(setting), &solved);
+            cell.values = self.wanted.of(setting, &solved);
         }
         cell
     }

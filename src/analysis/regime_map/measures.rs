@@ -3,29 +3,62 @@
 use crate::analysis::{Fault, Setting};
 use crate::error::did_you_mean;
 use crate::measure::{
-    ColumnHeading, Connections, ContactMetrics, EffectiveFrequencyColumns, Measure, MeasureSheet,
+    ColumnHeading, Connections, ContactColumns, ContactMetrics, EffectiveFrequencyColumns, Measure,
     PeakAccelerations, Solved,
 };
+use std::collections::BTreeMap;
 
-/// Columns of all measures, and which of them are wanted.
+/// A column that is wanted.
+pub(super) struct WantedColumn {
+    /// Number of its measure in [`MEASURES`], and its place there.
+    measure: usize,
+    place: usize,
+    pub heading: ColumnHeading,
+}
+
+impl WantedColumn {
+    /// Whether a name means this column, alone or with those of all connections or bodies.
+    fn is_named(&self, name: &str) -> bool {
+        let own = &self.heading.name;
+        own == name || own.starts_with(&format!("{name}."))
+    }
+}
+
+/// The columns that are wanted.
 pub(super) struct WantedColumns {
-    /// Places among the values of the sheet, with their headings.
-    pub columns: Vec<(usize, ColumnHeading)>,
+    pub columns: Vec<WantedColumn>,
     /// The column that is drawn; labels when `None`.
     pub drawn: Option<String>,
 }
 
-/// All measures of an attractor.
-pub(super) fn sheet(setting: &Setting<'_>) -> MeasureSheet {
-    let dof = setting.assembly.system.dof();
-    let accelerations = PeakAccelerations::new(setting.model, setting.assembly);
-    let measures: Vec<Box<dyn Measure>> = vec![
-        Box::new(Connections),
-        Box::new(EffectiveFrequencyColumns { dof }),
-        Box::new(ContactMetrics),
-        Box::new(accelerations),
-    ];
-    MeasureSheet::new(measures)
+/// All measures of an attractor. Where two have a column, the first one is read: the one that costs least stands first.
+const MEASURES: [fn(&Setting<'_>) -> Box<dyn Measure>; 5] = [
+    |_| Box::new(ContactColumns),
+    |_| Box::new(Connections),
+    |setting| {
+        Box::new(EffectiveFrequencyColumns {
+            dof: setting.assembly.system.dof(),
+        })
+    },
+    |_| Box::new(ContactMetrics),
+    |setting| Box::new(PeakAccelerations::new(setting.model, setting.assembly)),
+];
+
+/// Number of the measure that reads contacts alone.
+const CONTACTS: usize = 0;
+
+/// Columns of all measures.
+fn all(setting: &Setting<'_>) -> Vec<WantedColumn> {
+    let mut list = Vec::new();
+    for (measure, make) in MEASURES.iter().enumerate() {
+        let headings = make(setting).headings(&setting.units()).into_iter();
+        list.extend(headings.enumerate().map(|(place, heading)| WantedColumn {
+            measure,
+            place,
+            heading,
+        }));
+    }
+    list
 }
 
 impl WantedColumns {
@@ -38,24 +71,20 @@ impl WantedColumns {
         names: &[String],
         drawn: Option<&str>,
     ) -> Result<WantedColumns, Vec<Fault>> {
-        let headings = sheet(setting).headings(&setting.units());
-        let (mut columns, mut faults) = (Vec::<(usize, ColumnHeading)>::new(), Vec::new());
+        let (mut columns, mut faults) = (Vec::<WantedColumn>::new(), Vec::new());
         for (k, name) in names.iter().enumerate() {
-            let is_own =
-                |h: &ColumnHeading| h.name == *name || h.name.starts_with(&format!("{name}."));
-            let own = headings.iter().enumerate().filter(|(_, h)| is_own(h));
-            let own: Vec<(usize, ColumnHeading)> = own.map(|(k, h)| (k, h.clone())).collect();
-            if own.is_empty() && name != "label" {
-                let known = headings.iter().map(|h| h.name.as_str());
+            let all = all(setting);
+            if name != "label" && !all.iter().any(|c| c.is_named(name)) {
+                let known = all.iter().map(|c| c.heading.name.as_str());
                 let message = format!(
                     "`{name}` is no column of a response; {}",
                     did_you_mean(name, known)
                 );
                 faults.push(Fault::new(format!("measures.{k}"), message));
             }
-            for column in own {
-                // Two measures have a column of the same name and meaning.
-                if columns.iter().all(|(_, h)| h.name != column.1.name) {
+            for column in all.into_iter().filter(|c| c.is_named(name)) {
+                let is_same = |c: &WantedColumn| c.heading.name == column.heading.name;
+                if !columns.iter().any(is_same) {
                     columns.push(column);
                 }
             }
@@ -63,10 +92,8 @@ impl WantedColumns {
         let drawn = match drawn {
             None | Some("label") => None,
             Some(name) => {
-                let is_own = |(_, h): &&(usize, ColumnHeading)| {
-                    h.name == name || h.name.starts_with(&format!("{name}."))
-                };
-                let own = columns.iter().find(is_own).map(|(_, h)| h.name.clone());
+                let own = columns.iter().find(|c| c.is_named(name));
+                let own = own.map(|c| c.heading.name.clone());
                 if own.is_none() {
                     let message = format!("`{name}` is none of the `measures`");
                     faults.push(Fault::new("draw", message));
@@ -80,13 +107,22 @@ impl WantedColumns {
         }
     }
 
+    /// Whether contacts tell everything that is wanted.
+    pub fn are_contacts(&self) -> bool {
+        self.columns.iter().all(|c| c.measure == CONTACTS)
+    }
+
     /// The wanted values of a solution, in the units of the report.
-    pub fn of(&self, sheet: &mut MeasureSheet, solved: &Solved<'_>) -> Vec<f64> {
-        let mut values = Vec::new();
-        sheet.measure(solved, &mut values);
-        self.columns
-            .iter()
-            .map(|(place, _)| values[*place])
-            .collect()
+    pub fn of(&self, setting: &Setting<'_>, solved: &Solved<'_>) -> Vec<f64> {
+        let mut known: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        let value = |column: &WantedColumn| {
+            let values = known.entry(column.measure).or_insert_with(|| {
+                let mut values = Vec::new();
+                MEASURES[column.measure](setting).measure(solved, &mut values);
+                values
+            });
+            values[column.place]
+        };
+        self.columns.iter().map(value).collect()
     }
 }

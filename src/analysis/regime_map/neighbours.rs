@@ -67,9 +67,11 @@ impl Field<'_> {
             is_restless && cell.failure.is_none() && is_beside(*place)
         };
         let open = self.cells.iter().filter(is_open);
-        let open: Vec<Question> = open.map(|(key, cell)| (*key, cell.end.clone())).collect();
+        let open: Vec<_> = open.collect();
         let flag = interrupt::current();
-        let one = |(key, end): Question| flag.scope(|| Some((key, self.caught(key, end)?)));
+        let one = |(key, cell): (&(usize, CellIndex), &MapCell)| {
+            flag.scope(|| Some((*key, self.caught(*key, cell)?)))
+        };
         let found: Vec<_> = open.into_par_iter().filter_map(one).collect();
         let mut places = Vec::new();
         for (key, outcome) in found {
@@ -85,8 +87,8 @@ impl Field<'_> {
         places
     }
 
-    /// What becomes of a motion beside orbits of neighbours; `None` where none of them is there.
-    fn caught(&self, (seed, place): (usize, CellIndex), end: Vec<f64>) -> Option<Waited> {
+    /// What becomes of the motion of a cell beside orbits of neighbours; `None` where none of them is there.
+    fn caught(&self, (seed, place): (usize, CellIndex), cell: &MapCell) -> Option<Waited> {
         let orbits = self.orbits_around(place);
         if orbits.is_empty() {
             return None;
@@ -101,24 +103,20 @@ impl Field<'_> {
             system: &system,
             integrator: integrator.as_mut(),
         };
-        let has_waited = self
-            .cells
-            .get(&(seed, place))
-            .is_some_and(|cell| cell.has_waited);
         let longest = orbits.iter().map(|(period, _)| *period).max();
-        let periods = match has_waited {
+        let periods = match cell.has_waited {
             // Where it has settled on an orbit by now, it is there at once.
             true => LAPS_MORE * longest.unwrap_or(1),
             false => PATIENCE,
         };
-        let mut state = end.clone();
+        let mut state = cell.end.clone();
         Some(
             match caught(&mut map, &mut state, &orbits, periods, &mut keep_going) {
                 Some(found) => {
                     let cell = self.measured(&mut grounds, (seed, place), (system, &found, state));
                     Waited::Caught(Box::new(cell))
                 }
-                None if state == end => return None,
+                None if state == cell.end => return None,
                 None => Waited::GoesOn(state),
             },
         )

@@ -108,12 +108,9 @@ pub(super) fn main_table((axes, wanted): (&Axes, &WantedColumns), field: &Field<
         "label",
         rows.iter().map(|(_, cell)| label(cell)).collect(),
     ));
-    for (n, (_, heading)) in wanted.columns.iter().enumerate() {
-        columns.push(
-            heading
-                .clone()
-                .column(rows.iter().map(|(_, cell)| cell.values[n])),
-        );
+    for (n, column) in wanted.columns.iter().enumerate() {
+        let values = rows.iter().map(|(_, cell)| cell.values[n]);
+        columns.push(column.heading.clone().column(values));
     }
     for (k, axis) in axes.list.iter().enumerate() {
         if axis.parameter.is_frequency() && axis.unit == "rad/s" {
