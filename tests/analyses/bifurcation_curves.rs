@@ -354,6 +354,42 @@ fn a_start_that_is_no_such_event_ends_early_with_the_reason() {
     assert_eq!(main_table(&report).rows(), 0);
 }
 
+/// At the grazing of the linear response another orbit rattles (a start in 21 of 22 ends there): `initial` tells them apart.
+#[test]
+fn a_state_says_which_orbit_has_the_event() {
+    let (w, qa) = (0.77421773052_f64, 0.204);
+    let curve = |initial: &str| {
+        format!(
+            "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.7, 0.85], [0.15, 0.25]], \
+             start: {{kind: grazing, at: {{frequency: {w}, {QA}: {qa}}}, initial: {initial}}}}}"
+        )
+    };
+    // q = b + mean + Qa Re(e^(iT) / (1 - w^2 + 0.1 i w)), a little beside it.
+    let (real, imaginary) = (1.0 - w * w, 0.1 * w);
+    let size = real * real + imaginary * imaginary;
+    let (q, v) = (1.5 + qa * real / size, qa * w * imaginary / size);
+    let touching = run(
+        ONE,
+        &curve(&format!("{{q: [{}], v: [{}]}}", q + 1e-3, v - 1e-3)),
+    );
+    has(&points(&touching), (w, qa), (1e-9, 1e-9));
+    let rattling = run(ONE, &curve("{q: [-0.2645], v: [0.5846]}"));
+    let reason = rattling.ended_early.clone().unwrap();
+    assert!(reason.contains("none of 1 periodic orbits"), "{reason}");
+    assert_eq!(main_table(&rattling).rows(), 0);
+    let alone = refusal(
+        ONE,
+        &format!(
+            "{{type: bifurcation_curve, parameters: [frequency, {QA}], ranges: [[0.7, 0.85], [0.15, 0.25]], \
+             start: {{analysis: other, kind: grazing, initial: {{q: [1], v: [0]}}}}}}"
+        ),
+    );
+    assert!(
+        alone.contains("start.initial") && alone.contains("`at`"),
+        "{alone}"
+    );
+}
+
 #[test]
 fn a_curve_goes_on_from_a_saved_point() {
     let folder = tempfile::tempdir().unwrap();

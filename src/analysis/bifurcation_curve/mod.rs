@@ -122,6 +122,9 @@ pub struct CurveStart {
     /// Values of both parameters near the event.
     #[serde(default)]
     pub at: Option<IndexMap<String, Quantity>>,
+    /// State at phase 0 near the orbit that has the event, beside `at`; default: orbits from many states are looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial: Option<super::Initial>,
     /// Results folder of another run that contains the point of `analysis`, relative to the working directory.
     #[serde(default)]
     pub results: Option<PathBuf>,

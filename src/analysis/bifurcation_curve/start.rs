@@ -53,6 +53,16 @@ pub(super) fn check(
             faults.extend(guess(setting, axes, (key, begin)).err());
         }
     }
+    match (&begin.initial, &begin.at) {
+        (Some(_), None) => {
+            let message = "belongs to values in `at`; an event or a saved point has its own state";
+            faults.push(fault("initial", message.into()));
+        }
+        (Some(initial), Some(_)) => {
+            faults.extend(initial.check(setting, &format!("{key}.initial")));
+        }
+        (None, _) => {}
+    }
     let names = &setting.assembly.connections;
     match (&begin.connection, begin.kind) {
         (Some(name), CurveEventKind::Grazing) if !names.contains(name) => {
@@ -213,10 +223,17 @@ pub(super) fn first<'a>(
     // What connections remember stays what the static equilibrium leaves.
     let moves = |k: usize| if k < 2 * system.dof() { reach } else { 0.0 };
     let widths = (0..rest.len()).map(moves).collect();
+    let (states, count) = match &begin.initial {
+        Some(initial) => {
+            let own = initial.state(setting, &system, &format!("{key}.initial"));
+            (vec![own.map_err(refused)?.0], 0)
+        }
+        None => (states, STATES),
+    };
     let guesses = Guesses {
         states,
-        spread: (rest.clone(), widths),
-        count: STATES,
+        spread: (rest, widths),
+        count,
     };
     let wanted = match begin.kind {
         CurveEventKind::Fold => Guess::Event(CurveKind::Fold),
