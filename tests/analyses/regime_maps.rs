@@ -112,3 +112,45 @@ fn labels_are_those_of_whole_records() {
     }
     assert!(compared > 3, "{labels:?}");
 }
+
+/// Contacts are measured alone where nothing else is wanted: the columns are the same to the bit, also of a stop, whose slow impacts do not
+/// count, and of a mesh that never separates.
+#[test]
+fn contacts_measured_alone_are_the_same() {
+    let stop = "
+schema: 1
+reduced:
+  stiffness: [[1.0, 1.0]]
+  damping: {matrix: [[0.1]]}
+  elements: {spring: {type: linear}, stop: {type: rigid_stop, gap: 0.5, side: positive, restitution: 0.6}}
+  element_map: [[1], [1]]
+  loads: {mean: [0.1], harmonics: [{order: 1, cos: [0.5], sin: [0]}]}
+";
+    for (model, range) in [(PAIR, (0.9, 1.5)), (stop, (0.6, 1.4))] {
+        let columns = |measures: &str| {
+            let report = run(
+                model,
+                &format!(
+                    "{{type: regime_map, parameters: {{frequency: {{from: {}, to: {}, points: 5}}, {QA}: {{from: 0.1, to: 0.5, points: 4}}}}, \
+                     refine: 0, seeds: [rest], measures: {measures}}}",
+                    range.0, range.1
+                ),
+            );
+            let table = main_table(&report).clone();
+            let names = table.columns.iter().map(|c| c.name.clone());
+            let own = names.filter(|name| name.contains("impact") || name.contains("contact"));
+            let own: Vec<String> = own.collect();
+            own.into_iter()
+                .map(|name| {
+                    let bits = floats(&table, &name).into_iter().map(f64::to_bits);
+                    (name, bits.collect::<Vec<u64>>())
+                })
+                .collect::<Vec<_>>()
+        };
+        let kinds = "impacts, impacts_back, impact_velocity_max, impact_energy, contact_front";
+        let alone = columns(&format!("[{kinds}]"));
+        assert_eq!(alone.len(), 10);
+        assert!(alone[0].1.iter().chain(&alone[1].1).any(|x| *x > 0));
+        assert_eq!(alone, columns(&format!("[{kinds}, rms]")));
+    }
+}

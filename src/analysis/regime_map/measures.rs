@@ -31,8 +31,11 @@ pub(super) struct WantedColumns {
     pub drawn: Option<String>,
 }
 
+/// Makes a measure for a setting.
+type MeasureMaker = fn(&Setting<'_>) -> Box<dyn Measure>;
+
 /// All measures of an attractor. Where two have a column, the first one is read: the one that costs least stands first.
-const MEASURES: [fn(&Setting<'_>) -> Box<dyn Measure>; 5] = [
+const MEASURES: [MeasureMaker; 5] = [
     |_| Box::new(ContactColumns),
     |_| Box::new(Connections),
     |setting| {
