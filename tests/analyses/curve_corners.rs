@@ -21,7 +21,7 @@ fn near(list: &[(f64, f64)], at: (f64, f64), within: f64) {
 }
 
 /// Values of the first parameter at marks of the second, with those, sorted.
-fn marked(report: &Report) -> Vec<(f64, f64)> {
+pub fn marked(report: &Report) -> Vec<(f64, f64)> {
     let table = main_table(report);
     let (a, b) = (floats(table, "parameter_1"), floats(table, "parameter_2"));
     let marks = floats(table, "mark");
@@ -109,6 +109,40 @@ fn points_of_codimension_two_are_those_of_another_program() {
         1e-7,
     );
     near(&events(&cusp, "fold_flip"), flip_b, 1e-7);
+}
+
+/// Beside a corner differences of the flow reach across the grazing: tangents turn where the curve does not, and some points lie on what only
+/// looks like a curve. Between its corner and its turning point the curve falls in the first parameter all along.
+#[test]
+fn a_curve_turns_beside_a_corner_only_where_its_points_do() {
+    let model = "
+schema: 1
+reduced:
+  stiffness: [[2.006690777118679, 1.006690777118679], [1.006690777118679, 2.567185551442556]]
+  damping: {modal_ratio: 0.05}
+  elements: {m: {type: backlash, half_gap: 1.0}, n: {type: backlash, half_gap: 0.3}}
+  loads: {mean: [0.26987531711491175, 0.48205701620644287], harmonics: [{order: 1, cos: [0.2984149171671492, 0], sin: [0, 0]}]}
+";
+    let analysis = format!(
+        "{{type: bifurcation_curve, confirm: none, parameters: [frequency, {QA}], ranges: [[0.5476, 4.1983], [0.11937, 0.5073]], max_points: 60, \
+         start: {{kind: period_doubling, at: {{frequency: 0.7246909595267248, {QA}: 0.2209330980751692}}}}}}"
+    );
+    let report = run(model, &analysis);
+    let corner = (0.7253745960, 0.2259713507);
+    near(&events(&report, "meets_grazing"), corner, 1e-8);
+    let is_between = |p: &(f64, f64)| p.0 > 0.7250 && (0.2245..corner.1).contains(&p.1);
+    let turns = events(&report, "turning_1");
+    let turns: Vec<(f64, f64)> = turns.into_iter().filter(is_between).collect();
+    assert_eq!(turns.len(), 1, "{turns:?}");
+    near(&turns, (0.7253938421, 0.2250000), 1e-6);
+    let table = main_table(&report);
+    let points = floats(table, "parameter_1").into_iter();
+    let points = points.zip(floats(table, "parameter_2"));
+    let mut falling: Vec<(f64, f64)> = points
+        .filter(|p| is_between(p) && p.1 > turns[0].1)
+        .collect();
+    falling.sort_by(|a, b| a.1.total_cmp(&b.1));
+    assert!(falling.len() > 2 && falling.windows(2).all(|w| w[1].0 < w[0].0));
 }
 
 /// At the 1:2 resonance both multipliers of the pair are -1: no third one is.

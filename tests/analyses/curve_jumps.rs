@@ -1,6 +1,7 @@
 //! Curves that come near to others, or to parts of themselves, whatever the steps and the start.
 
 use crate::bifurcation_curves::events;
+use crate::curve_corners::marked;
 use crate::time_domain_support::*;
 use gearlash::report::Report;
 
@@ -25,17 +26,6 @@ reduced:
   loads: {mean: [0.5861859545447669, 0.39437107862512505], harmonics: [{order: 1, cos: [0.3903399984760515, 0], sin: [0, 0]}]}
 ";
 const GAP: &str = "reduced.elements.n.half_gap";
-
-/// Values of the first parameter at marks of the second, with those, sorted.
-fn marked(report: &Report) -> Vec<(f64, f64)> {
-    let table = main_table(report);
-    let (a, b) = (floats(table, "parameter_1"), floats(table, "parameter_2"));
-    let marks = floats(table, "mark");
-    let own = (0..marks.len()).filter(|k| marks[*k] == 1.0);
-    let mut list: Vec<(f64, f64)> = own.map(|k| (a[k], b[k])).collect();
-    list.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
-    list
-}
 
 /// Two curves of doublings face each other across a gap of 1e-3 of the ranges, both with a sharp turn there, one of them at a grazing. The
 /// frequencies at the marks are those at which an independent integration has a multiplier -1, to 5e-8.

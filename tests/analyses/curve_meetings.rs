@@ -50,6 +50,36 @@ fn a_change_of_criticality_beside_a_fold_flip_is_found_from_both_sides() {
     }
 }
 
+/// Where the extremum that touches meets the next one, the curve turns sharply and goes on with that. The two are one touching there, and no
+/// other: of two meetings 5e-9 apart none is true. An independent integration has the multiplier -1 at the meeting with the doubling.
+#[test]
+fn an_extremum_that_meets_the_next_one_is_no_other_touching() {
+    let model = "
+schema: 1
+reduced:
+  stiffness: [[1.0]]
+  damping: {modal_ratio: 0.02}
+  elements: {m: {type: backlash, half_gap: 0.11048922441292702}}
+  loads: {mean: [0.4679958098984377], harmonics: [{order: 1, cos: [0.37390415367410956], sin: [0]}]}
+";
+    for ranges in [
+        "[[0.5, 0.504], [0.5, 0.53]]",
+        "[[0.45, 0.55], [0.45, 0.55]]",
+    ] {
+        for steps in ["step: 0.01", "step: 0.002, max_step: 0.005"] {
+            let analysis = format!(
+                "{{type: bifurcation_curve, confirm: none, parameters: [frequency, {QA}], ranges: {ranges}, margin: 0, {steps}, \
+                 start: {{kind: grazing, at: {{frequency: 0.5020062724, {QA}: 0.50604446}}}}}}"
+            );
+            let list = events(&run(model, &analysis), "meets_grazing");
+            assert_eq!(list.len(), 1, "{ranges}, {steps}: {list:?}");
+            let (w, qa) = list[0];
+            assert!((w - 0.50228275397).abs() < 1e-9, "{ranges}, {steps}: {w}");
+            assert!((qa - 0.50434758890).abs() < 1e-9, "{ranges}, {steps}: {qa}");
+        }
+    }
+}
+
 /// Loads of order 2 alone: every orbit touches twice in its period, at two phases alike. In contact the response is linear, and its
 /// amplitude is the mean compression.
 #[test]

@@ -31,7 +31,7 @@ const INSIDE: [f64; 5] = [0.0625, 0.25, 0.5, 0.75, 0.9375];
 const PLAIN: f64 = 1e-3;
 /// Tangent below which a parameter counts as constant: no turning point.
 const STILL: f64 = 1e-7;
-/// Share of the way to the ends of a step at which a parameter is compared with that of its turning point.
+/// Share of the way to the ends of a bracket at which a parameter is compared with that of its turning point.
 const BESIDE: f64 = 0.3;
 /// Change of a parameter, in ranges, that is no error of the corrector.
 const RESOLVED: f64 = 1e-9;
@@ -209,7 +209,7 @@ fn turnings(
             let Some(found) = found.filter(StepRoot::is_plain) else {
                 continue;
             };
-            if turns(problem, path, &found, parameter)? {
+            if turns(problem, path, (&found, [a.0, b.0]), parameter)? {
                 list.push(found.into(kind));
             }
         }
@@ -235,16 +235,16 @@ fn turnings(
     Ok(list)
 }
 
-/// Whether a parameter is on one side of its value at a place everywhere around it: tangents alone deceive next to a grazing, where differences
-/// reach across it.
+/// Whether a parameter is on one side of its value at a place everywhere around it in a bracket: tangents alone deceive next to a grazing, where
+/// differences reach across it, and so do points further away, which may lie on what looks like a curve there.
 fn turns(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
-    found: &StepRoot,
+    (found, bracket): (&StepRoot, [f64; 2]),
     parameter: usize,
 ) -> Result<bool, SolveError> {
     let mut rises = [0.0; 2];
-    for (rise, end) in rises.iter_mut().zip([0.0, 1.0]) {
+    for (rise, end) in rises.iter_mut().zip(bracket) {
         let x = found.fraction + BESIDE * (end - found.fraction);
         let Some(point) = path.at_fraction(problem, x)? else {
             return Ok(true);

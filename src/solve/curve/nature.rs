@@ -110,10 +110,9 @@ impl Defining<'_> {
         let mut passages = whole.1;
         if let CurveKind::Grazing { connection, .. } = self.kind {
             let (limit, period) = (TOUCHING.1 * self.size, self.shots.period());
-            passages.0.retain(|(own, _, tau, rate)| {
+            passages.forget_touching(connection, limit, |tau| {
                 let gap = (tau - spot.extra).rem_euclid(period);
-                let is_near = gap.min(period - gap) < TOUCHING.0;
-                !(*own == connection && is_near && rate.abs() < limit)
+                gap.min(period - gap) < TOUCHING.0
             });
         }
         let theta = match self.kind {

@@ -261,6 +261,23 @@ fn without((m, r): (DMatrix<Complex<f64>>, &Vector), (p, q): (&Vector, &Vector))
 }
 
 impl Passages {
+    /// Leaves out the passages of a touching, slow ones of a connection near its phase. It goes up and down again: of an odd number the fastest
+    /// is another one, such as beside a touching where an extremum meets the next one.
+    pub(super) fn forget_touching(
+        &mut self,
+        connection: usize,
+        limit: f64,
+        is_near: impl Fn(f64) -> bool,
+    ) {
+        let is_own = |(own, _, tau, rate): &(usize, usize, f64, f64)| {
+            *own == connection && rate.abs() < limit && is_near(*tau)
+        };
+        let own = self.0.iter().filter(|p| is_own(p));
+        let fastest = own.clone().map(|p| p.3.abs()).fold(0.0, f64::max);
+        let is_odd = own.count() % 2 == 1;
+        (self.0).retain(|p| !is_own(p) || is_odd && p.3.abs() == fastest);
+    }
+
     /// Whether the same breakpoints are passed as often.
     pub(crate) fn is_like(&self, other: &Passages) -> bool {
         self.counts() == other.counts()
