@@ -3,7 +3,6 @@
 use crate::bifurcation_curves::events;
 use crate::curve_corners::marked;
 use crate::time_domain_support::*;
-use gearlash::report::Report;
 
 /// One mesh, far driven.
 const DRIVEN: &str = "

@@ -23,6 +23,15 @@ pub(crate) struct CurveEvent {
     pub is_birth: Option<bool>,
 }
 
+/// The end of a step that is a corner of the curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum CornerEnd {
+    /// It leads away from the corner.
+    Origin,
+    /// It leads to the corner.
+    Point,
+}
+
 /// Width of a location, in steps.
 const WIDTH: f64 = 1e-13;
 /// Fractions of a step at which tests are made that have no value at one of its ends, or that should have changed their sign.
@@ -62,7 +71,7 @@ pub(super) fn in_step(
 pub(super) fn beside_corner(
     problem: &mut Defining<'_>,
     path: &mut Continuation,
-    corner: f64,
+    corner: CornerEnd,
 ) -> Result<Vec<CurveEvent>, SolveError> {
     let (mut samples, mut points): (Samples, Vec<(f64, PathPoint)>) = (Vec::new(), Vec::new());
     for x in std::iter::once(0.0).chain(INSIDE).chain([1.0]) {
@@ -91,7 +100,7 @@ pub(super) fn beside_corner(
 fn brackets_up_to(
     problem: &Defining<'_>,
     points: &[(f64, PathPoint)],
-    corner: f64,
+    corner: CornerEnd,
 ) -> [Vec<Bracket>; 2] {
     let place = problem.first_parameter();
     [0, 1].map(|parameter| {
@@ -110,8 +119,8 @@ fn brackets_up_to(
             });
         }
         let (a, b) = match corner {
-            0.0 => (points.len() - 2, points.len() - 1),
-            _ => (0, 1),
+            CornerEnd::Origin => (points.len() - 2, points.len() - 1),
+            CornerEnd::Point => (0, 1),
         };
         let is_known = |list: &[Bracket]| list.iter().any(|l| l.0.0 == points[a].0);
         if is_opposite(slope(a), slope(b)) && !is_known(&list) {

@@ -2,7 +2,7 @@
 
 use super::CurveKind;
 use super::beyond::GrazingSide;
-use super::codimension::{self, CurveEvent};
+use super::codimension::{self, CornerEnd, CurveEvent};
 use super::defining::{Defining, Spot};
 use super::end::CurveEnd;
 use super::meeting::Meeting;
@@ -193,7 +193,7 @@ impl CurveWalker<'_> {
         let settings = self.options.of_path(self.arm.points.len());
         let first = self.first.clone();
         let mut path = Continuation::from_step(problem, (from, to), first, settings);
-        let events = codimension::beside_corner(problem, &mut path, 0.0)?;
+        let events = codimension::beside_corner(problem, &mut path, CornerEnd::Origin)?;
         let items = self.within(problem, &mut path, events)?;
         Ok(match self.note(problem, items)? {
             Some(end) => Way::Over(end),
@@ -222,7 +222,7 @@ impl CurveWalker<'_> {
             let settings = self.options.of_path(self.arm.points.len());
             let ends = (last.clone(), to);
             let mut path = Continuation::from_step(problem, ends, last.clone(), settings);
-            let events = codimension::beside_corner(problem, &mut path, 1.0)?;
+            let events = codimension::beside_corner(problem, &mut path, CornerEnd::Point)?;
             let items = self.within(problem, &mut path, events)?;
             if let Some(end) = self.note(problem, items)? {
                 return Ok(Some(end));
