@@ -130,6 +130,25 @@ fn tori_are_quasi_periodic() {
     }
 }
 
+/// Spirals so slow that their records look like curves: towards period 62 for 4000 periods, towards period 32 for 1500; beside doublings
+/// at multipliers of -0.9988, -0.9974 (period 1) and -1.0028 (period 2). By an independent integration over 40 000 periods.
+#[test]
+fn slow_spirals_are_not_quasi_periodic() {
+    for (at, amplitude, period) in [
+        (1.125, 0.42, 62),
+        (1.575, 0.21, 32),
+        (1.95, 0.33, 1),
+        (1.95, 0.48, 1),
+        (1.8, 0.165, 2),
+    ] {
+        let model = pair([2.0, 1.0], 0.05, [1.0, 0.1], amplitude);
+        let analysis = format!("{{type: poincare_map, at: {at}, transient: 200, periods: 120}}");
+        let label = labels(&model, &analysis)[0].1.clone();
+        let own = format!("period {period}");
+        assert!(label == own || label == "undecided", "{at}: {label}");
+    }
+}
+
 /// The limits are keys.
 #[test]
 fn the_longest_period_and_the_extension_are_chosen() {

@@ -368,6 +368,44 @@ fn the_delayed_logistic_map_has_fixed_points_and_circles() {
     assert_eq!(broken.label, Label::Chaotic);
 }
 
+/// Angles that are drawn to n of them, theta' = theta + p / n - c sin(2 pi n theta) / (2 pi n), on an attracting circle: slow as it is,
+/// that is no rotation.
+#[test]
+fn a_locked_circle_is_no_torus() {
+    let locked = |p: f64, n: f64, c: f64| {
+        Formula(2, move |u: &[f64]| {
+            let theta = u[1].atan2(u[0]);
+            let radius = u[0].hypot(u[1]);
+            let next = theta + TAU * p / n - c * (n * theta).sin() / n;
+            let longer = 1.0 + 0.5 * (radius - 1.0);
+            let (s, k) = next.sin_cos();
+            let slope = 1.0 - c * (n * theta).cos();
+            let turned = [-u[1] / radius / radius, u[0] / radius / radius];
+            let outwards = [u[0] / radius, u[1] / radius];
+            let entry = |direction: f64, along: f64, j: usize| {
+                0.5 * direction * outwards[j] + longer * along * slope * turned[j]
+            };
+            let derivative = vec![
+                entry(k, -s, 0),
+                entry(k, -s, 1),
+                entry(s, k, 0),
+                entry(s, k, 1),
+            ];
+            (vec![longer * k, longer * s], derivative)
+        })
+    };
+    for (p, n) in [(11.0, 31.0), (23.0, 62.0), (7.0, 17.0)] {
+        for c in [3e-3, 1e-2] {
+            let found = found(&mut locked(p, n, c), &[1.1, 0.04], 200, 120);
+            assert_ne!(found.label, Label::QuasiPeriodic, "{p}/{n} {c}");
+        }
+    }
+    // Without the pull the same circle is a torus.
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let found = found(&mut locked(golden, 1.0, 0.0), &[1.1, 0.04], 200, 120);
+    assert_eq!(found.label, Label::QuasiPeriodic);
+}
+
 /// Henon's map: chaos at a = 1.4, b = 0.3, period 7 at a = 1.25.
 #[test]
 fn henons_map_has_chaos_and_period_7() {

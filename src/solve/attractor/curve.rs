@@ -9,8 +9,13 @@
 //! rho is read off the spectrum and refined together with the Fourier coefficients of X. The coefficients come from the first two thirds
 //! of the record; the last third is predicted. No fit predicts chaos, a slow transient or a long period: the first has no rho, the
 //! second no X that stays, the third too few angles.
+//!
+//! A spiral towards a periodic orbit, slower than the record is long, nearly fits too. So X has no more harmonics than the widest gap
+//! between the angles allows, and the best returns are looked at besides ([`BestReturns`]): their lags are denominators of rho, and an orbit
+//! to which the points are drawn has such a period.
 
 use super::geometry::Cloud;
+use super::returns::BestReturns;
 use crate::numeric::fourier::Fourier;
 use nalgebra::DMatrix;
 use std::f64::consts::{PI, TAU};
@@ -26,6 +31,8 @@ pub struct InvariantCurve {
     pub error: f64,
     /// The same from the first half of the record.
     pub error_of_half: f64,
+    /// The best recurrences of the record.
+    pub(super) returns: BestReturns,
 }
 
 /// Points looked at.
@@ -39,15 +46,14 @@ const PER_HARMONIC: usize = 8;
 /// Lines of the spectrum that are tried, and the parts of the rotation number that they may be multiples of.
 const LINES: usize = 3;
 const MULTIPLES: usize = 3;
-/// Recurrence below which a record is a cycle, relative to its extent.
-const EXACT: f64 = 1e-7;
 /// Refinements of the rotation number.
 const REFINEMENTS: usize = 4;
 
 /// The curve on which the points lie; `None` where they show no rotation.
 pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<InvariantCurve> {
     let first = cloud.count().saturating_sub(LARGEST);
-    let loops = loops(cloud, first)?;
+    let returns = BestReturns::of(cloud, LARGEST)?;
+    let loops = returns.loops;
     let points: Vec<&[f64]> = (first..cloud.count())
         .step_by(loops)
         .map(|k| cloud.point(k))
@@ -70,38 +76,8 @@ pub(super) fn invariant_curve(cloud: &Cloud<'_>) -> Option<InvariantCurve> {
         rotation: rotation.rem_euclid(1.0),
         error,
         error_of_half,
+        returns,
     })
-}
-
-/// Number of curves visited in turn: the best recurrences lie at multiples of it, and the last two of them, being successive
-/// denominators of the rotation number's continued fraction times it, have no other common divisor.
-fn loops(cloud: &Cloud<'_>, first: usize) -> Option<usize> {
-    let count = cloud.count() - first;
-    let (mut least, mut records) = (f64::INFINITY, Vec::new());
-    for n in 1..=count / 2 {
-        let pairs = count - n;
-        let mut worst = 0.0_f64;
-        for k in 0..pairs {
-            worst = worst.max(cloud.lag(first + k, n));
-            if worst >= least {
-                break;
-            }
-        }
-        if worst < least {
-            least = worst;
-            records.push(n);
-        }
-    }
-    // What repeats exactly is a cycle.
-    if least <= EXACT * cloud.extent() {
-        return None;
-    }
-    let last = records.pop()?;
-    Some(records.pop().map_or(1, |before| divisor(last, before)))
-}
-
-fn divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { divisor(b, a % b) }
 }
 
 /// Successive points of one curve, scaled, without their mean.
@@ -133,7 +109,7 @@ impl CurvePoints {
         let (count, size) = self.points.shape();
         let known = 2 * count / 3;
         for refinement in 0..=REFINEMENTS {
-            let harmonics = harmonics.min(distinct(rho, known) / PER_HARMONIC);
+            let harmonics = harmonics.min(resolved(rho, known));
             if harmonics < 4 {
                 return None;
             }
@@ -236,15 +212,28 @@ fn shift(error: &DMatrix<f64>, slopes: &DMatrix<f64>, known: usize, size: usize)
     if own > 0.0 { mixed / own } else { 0.0 }
 }
 
-/// Angles of a rotation that are apart from each other by a quarter of their mean distance.
-fn distinct(rho: f64, count: usize) -> usize {
+/// Harmonics that the angles of a rotation resolve: some points to each, and two at least in its length everywhere.
+fn resolved(rho: f64, count: usize) -> usize {
+    let gaps = gaps(rho, count);
+    let widest = gaps.iter().fold(0.0_f64, |m, gap| m.max(*gap));
+    (distinct(&gaps) / PER_HARMONIC).min((0.5 / widest) as usize)
+}
+
+/// Distances between neighbouring angles of a rotation, in turns.
+fn gaps(rho: f64, count: usize) -> Vec<f64> {
     let mut angles: Vec<f64> = (0..count)
         .map(|k| (k as f64 * rho).rem_euclid(1.0))
         .collect();
     angles.sort_by(f64::total_cmp);
-    let apart = 0.25 / count as f64;
-    let gaps = angles.windows(2).filter(|w| w[1] - w[0] > apart).count();
-    gaps + usize::from(angles[0] + 1.0 - angles[count - 1] > apart)
+    let closing = angles[0] + 1.0 - angles[count - 1];
+    let between = angles.windows(2).map(|w| w[1] - w[0]);
+    between.chain([closing]).collect()
+}
+
+/// Angles that are apart from each other by a quarter of their mean distance.
+fn distinct(gaps: &[f64]) -> usize {
+    let apart = 0.25 / gaps.len() as f64;
+    gaps.iter().filter(|gap| **gap > apart).count()
 }
 
 /// Rotation numbers that the strongest lines of a series may represent.
@@ -302,16 +291,16 @@ mod tests {
     use nalgebra::DVector;
 
     #[test]
-    fn common_divisors() {
-        assert_eq!(divisor(26, 10), 2);
-        assert_eq!(divisor(7, 5), 1);
-        assert_eq!(divisor(21, 14), 7);
+    fn a_rational_rotation_has_few_angles() {
+        assert_eq!(distinct(&gaps(3.0 / 16.0, 200)), 16);
+        assert_eq!(distinct(&gaps(0.618_033_988_749_895, 200)), 200);
     }
 
     #[test]
-    fn a_rational_rotation_has_few_angles() {
-        assert_eq!(distinct(3.0 / 16.0, 200), 16);
-        assert_eq!(distinct(0.618_033_988_749_895, 200), 200);
+    fn arcs_that_leave_gaps_resolve_few_harmonics() {
+        // 80 angles on two arcs of 0.16 turns.
+        assert_eq!(resolved(0.502, 80), 1);
+        assert_eq!(resolved(0.618_033_988_749_895, 80), 10);
     }
 
     #[test]

@@ -255,6 +255,12 @@ impl<'a> OrbitSearch<'a> {
         })
     }
 
+    /// The points of any orbit to which Newton's iteration leads from a state.
+    pub(super) fn any(&mut self, guess: &[f64], period: usize) -> Option<Vec<f64>> {
+        let found = self.solve(guess, period)?;
+        self.orbit(found.u.as_slice(), period)
+    }
+
     /// The attracting orbit of twice that period beside one whose leading multiplier has passed -1.
     pub(super) fn attracting_doubled(&mut self, guess: &[f64], period: usize) -> Option<Cycle> {
         let found = self.solve(guess, period)?;

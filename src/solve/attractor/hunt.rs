@@ -6,14 +6,12 @@ use super::geometry::{self, Cloud};
 use super::lyapunov::Exponents;
 use super::map::{Map, Tori};
 use super::record::{Along, KEPT, MapRecord, MapSize, RecordStop, Walk};
-use super::{Attractor, Goal, LEAST_POINTS, Label, LabelOptions, curve, lurking, reach};
+use super::returns::ReturnsVerdict;
+use super::{
+    Attractor, Goal, InvariantCurve, LEAST_POINTS, Label, LabelOptions, curve, evidence, lurking,
+    reach,
+};
 
-/// Error of the prediction on an invariant curve that is evidence for it.
-const PREDICTED: f64 = 0.05;
-/// The same where exponents do not confirm it.
-const PREDICTED_ALONE: f64 = 1e-6;
-/// Error of the prediction above which it must fall with the length of the record, and to which share.
-const FALLING: (f64, f64) = (1e-3, 0.7);
 /// Longest period looked for at the end of the transient.
 const SHORT: usize = 48;
 /// Period of the transient at which a motion is looked at first where its attractor alone is wanted.
@@ -47,6 +45,8 @@ enum MotionPart {
 enum StretchVerdict {
     Cycle(Cycle),
     Label(Label),
+    /// The points seem to lie on an invariant curve.
+    Curve(InvariantCurve),
     /// There is not enough evidence; an attracting orbit among the points may be where the motion ends.
     Open(Option<Cycle>),
 }
@@ -96,14 +96,19 @@ impl<'a> LabelHunt<'a> {
                 stop
             }
         };
-        let verdict = match (&stop, early) {
-            (Some(_), _) => StretchVerdict::Open(None),
-            (None, Some(cycle)) => StretchVerdict::Cycle(cycle),
-            (None, None) => self.judge(MotionPart::Record),
+        let left = self.limit(size.periods, None) - size.periods;
+        let (stop, verdict) = match (stop, early) {
+            (Some(stop), _) => (Some(stop), StretchVerdict::Open(None)),
+            (None, Some(cycle)) => (None, StretchVerdict::Cycle(cycle)),
+            (None, None) => self.judge(MotionPart::Record, left),
         };
         self.found.record.stop = stop;
         self.found.record.exponents = self.walk.exponents();
         self.found.record.points = std::mem::take(&mut self.walk.stretch.points);
+        let own = size.periods.saturating_mul(self.walk.state.len());
+        self.found.record.points.truncate(own);
+        let asked = size.transient.saturating_add(size.periods);
+        self.found.extension = self.walk.period().saturating_sub(asked);
         let lurking = self.accept(verdict);
         self.found.cycle = self.found.cycle.take().or(lurking);
         self.found.record.stop.is_none()
@@ -152,13 +157,7 @@ impl<'a> LabelHunt<'a> {
     /// at. The motion goes on without deviations while it is expected at a known orbit.
     pub fn extend(&mut self, periods: usize, gone: usize) {
         let mut lurking = self.found.cycle.take();
-        let is_told_by_points = lurking.is_none() && !self.walk.follows();
-        let most = if is_told_by_points {
-            periods.max(curve::LARGEST)
-        } else {
-            LONGEST_RECORD
-        };
-        let limit = periods.saturating_mul(self.options.extend).min(most);
+        let limit = self.limit(periods, lurking.as_ref());
         let mut total = periods + gone;
         while self.found.label == Label::Undecided && total < limit {
             let before = self.walk.state.to_vec();
@@ -167,12 +166,10 @@ impl<'a> LabelHunt<'a> {
                 Some(cycle) => self.await_capture(&[cycle], limit - total),
                 None => {
                     let more = total.min(limit - total);
-                    let stop = self.walk.record(more, Along::Deviations);
-                    let verdict = match stop {
-                        None => self.judge(MotionPart::Extension),
-                        Some(_) => StretchVerdict::Open(None),
-                    };
-                    (stop, verdict)
+                    match self.walk.record(more, Along::Deviations) {
+                        None => self.judge(MotionPart::Extension, limit - total - more),
+                        stop => (stop, StretchVerdict::Open(None)),
+                    }
                 }
             };
             total += self.walk.period() - begin;
@@ -193,6 +190,18 @@ impl<'a> LabelHunt<'a> {
             self.found.record.exponents = exponents.or(self.found.record.exponents.take());
             lurking = self.accept(verdict);
         }
+    }
+
+    /// Length to which a record may be extended, with an orbit at which the motion is expected.
+    fn limit(&self, periods: usize, expected: Option<&Cycle>) -> usize {
+        let is_told_by_points = expected.is_none() && !self.walk.follows();
+        let most = if is_told_by_points {
+            curve::LARGEST
+        } else {
+            LONGEST_RECORD
+        };
+        let longest = periods.saturating_mul(self.options.extend);
+        longest.min(most).max(periods)
     }
 
     /// Goes on, for a number of periods at most, until the motion arrives at one of the attracting orbits to which guesses lead, or has
@@ -292,6 +301,8 @@ impl<'a> LabelHunt<'a> {
                 None
             }
             StretchVerdict::Open(cycle) => cycle,
+            // Not confirmed.
+            StretchVerdict::Curve(_) => None,
         }
     }
 
@@ -305,12 +316,53 @@ impl<'a> LabelHunt<'a> {
         arrival::settled(map, &cloud, longest)
     }
 
-    /// What the last stretch says.
-    fn judge(&mut self, part: MotionPart) -> StretchVerdict {
+    /// What the last stretch says; a torus must be shown by as many points as tell it from a slow approach, for which the motion may go on for
+    /// `left` periods.
+    fn judge(&mut self, part: MotionPart, left: usize) -> (Option<RecordStop>, StretchVerdict) {
         let exponents = self.walk.exponents();
         let map = &mut *self.walk.map;
         let cloud = Cloud::new(&self.walk.stretch, map.size());
-        judge(map, &cloud, exponents.as_ref(), (self.options, part))
+        let verdict = judge(map, &cloud, exponents.as_ref(), (self.options, part));
+        let more = evidence::POINTS.saturating_sub(cloud.count()).min(left);
+        match verdict {
+            StretchVerdict::Curve(curve) => self.confirmed(&curve, more),
+            verdict => (None, verdict),
+        }
+    }
+
+    /// Whether the last stretch still shows a curve when the motion has gone on; where it comes to an orbit instead, that.
+    fn confirmed(
+        &mut self,
+        first: &InvariantCurve,
+        more: usize,
+    ) -> (Option<RecordStop>, StretchVerdict) {
+        if more > 0
+            && let Some(stop) = self.walk.go_on(more)
+        {
+            return (Some(stop), StretchVerdict::Open(None));
+        }
+        let exponents = self.walk.exponents();
+        let longest = self.options.longest_period;
+        let map = &mut *self.walk.map;
+        let cloud = Cloud::new(&self.walk.stretch, map.size());
+        let found = match more {
+            0 => Some(*first),
+            _ => curve::invariant_curve(&cloud),
+        };
+        let found = found.filter(|c| evidence::still_predicts(c, first, exponents.as_ref()));
+        let expected = match found.map(|c| c.returns.verdict(map, &cloud, longest)) {
+            Some(ReturnsVerdict::Rotation) => {
+                return (None, StretchVerdict::Label(Label::QuasiPeriodic));
+            }
+            Some(ReturnsVerdict::Open(cycle)) => cycle,
+            None => None,
+        };
+        let settled = match more {
+            0 => None,
+            _ => self.settled(longest),
+        };
+        let verdict = settled.map_or(StretchVerdict::Open(expected), StretchVerdict::Cycle);
+        (None, verdict)
     }
 }
 
@@ -332,19 +384,18 @@ fn judge(
     if cloud.count() < LEAST_POINTS {
         return StretchVerdict::Open(None);
     }
-    let label = match exponents {
-        Some(e) if e.is_stretching() => Some(Label::Chaotic),
-        exponents if shows_torus(map.tori(), cloud, exponents) => Some(Label::QuasiPeriodic),
-        _ => None,
+    let (label, verdict) = match exponents {
+        Some(e) if e.is_stretching() => (Label::Chaotic, StretchVerdict::Label(Label::Chaotic)),
+        exponents => match evidence::curve(map.tori(), cloud, exponents) {
+            Some(curve) => (Label::QuasiPeriodic, StretchVerdict::Curve(curve)),
+            // What decides nothing is searched once: an orbit found shortens the extension.
+            None if part == MotionPart::Extension => return StretchVerdict::Open(None),
+            None => (Label::Undecided, StretchVerdict::Open(None)),
+        },
     };
-    // What decides nothing is searched once: an orbit found shortens the extension.
-    if label.is_none() && part == MotionPart::Extension {
-        return StretchVerdict::Open(None);
-    }
-    let reach = reach(label.unwrap_or(Label::Undecided));
-    match (lurking::orbit(map, cloud, (options.effort, reach)), label) {
-        (None, Some(label)) => StretchVerdict::Label(label),
-        (cycle, _) => StretchVerdict::Open(cycle.filter(|c| c.period <= options.longest_period)),
+    match lurking::orbit(map, cloud, (options.effort, reach(label))) {
+        None => verdict,
+        cycle => StretchVerdict::Open(cycle.filter(|c| c.period <= options.longest_period)),
     }
 }
 
@@ -353,28 +404,7 @@ fn label_of_record(tori: Tori, cloud: &Cloud<'_>, options: LabelOptions) -> Stre
     match arrival::repeats(cloud, options.longest_period) {
         Some(n) => StretchVerdict::Label(Label::Period(n)),
         None if cloud.count() < LEAST_POINTS => StretchVerdict::Open(None),
-        None if shows_torus(tori, cloud, None) => StretchVerdict::Label(Label::QuasiPeriodic),
-        None => StretchVerdict::Open(None),
+        None => evidence::curve(tori, cloud, None)
+            .map_or(StretchVerdict::Open(None), StretchVerdict::Curve),
     }
-}
-
-/// Whether points lie on an invariant curve that attracts them.
-fn shows_torus(tori: Tori, cloud: &Cloud<'_>, exponents: Option<&Exponents>) -> bool {
-    let is_attracting = match (tori, exponents) {
-        (Tori::Excluded, _) => false,
-        (Tori::Conservative, Some(e)) => e.is_neutral(),
-        (Tori::Possible, Some(e)) => e.is_neutral() && e.contracts_across(),
-        (_, None) => true,
-    };
-    if !is_attracting {
-        return false;
-    }
-    let limit = match exponents {
-        Some(_) => PREDICTED,
-        None => PREDICTED_ALONE,
-    };
-    curve::invariant_curve(cloud).is_some_and(|curve| {
-        let falls = curve.error <= FALLING.0 || curve.error <= FALLING.1 * curve.error_of_half;
-        curve.error <= limit && falls
-    })
 }

@@ -49,7 +49,7 @@ pub(super) fn orbit(
     let mut search = OrbitSearch::new(map, cloud, effort);
     guesses.iter().find_map(|guess| {
         let cycle = search.attracting_beyond_saddle(&guess.state, guess.lag)?;
-        is_within_reach(&cycle, cloud, reach).then_some(cycle)
+        is_within_reach(&cycle.points, cloud, reach).then_some(cycle)
     })
 }
 
@@ -93,10 +93,9 @@ fn guess(cloud: &Cloud<'_>, lag: usize, start: usize, near: f64) -> Option<Orbit
 }
 
 /// Whether every point of the orbit has a point of the record within a share of the extent.
-pub(super) fn is_within_reach(cycle: &Cycle, cloud: &Cloud<'_>, reach: f64) -> bool {
+pub(super) fn is_within_reach(orbit: &[f64], cloud: &Cloud<'_>, reach: f64) -> bool {
     let reach = reach * cloud.extent();
-    cycle
-        .points
+    orbit
         .chunks_exact(cloud.size)
         .all(|p| (0..cloud.count()).any(|k| distance(cloud.point(k), p, &cloud.scale) <= reach))
 }

@@ -38,8 +38,6 @@ pub(super) const FORGOTTEN: f64 = f64::MIN_POSITIVE;
 const SIGMAS: f64 = 3.0;
 /// Logarithm of the stretching over the record: at least that of a chaotic attractor, at most that of a torus.
 const STRETCH: f64 = 3.0;
-/// Logarithm of the contraction across an invariant curve over the record.
-const CONTRACTION: f64 = 4.0;
 
 impl Exponents {
     /// Whether neighbours separate: the largest exponent is more than `SIGMAS` standard errors above 0, has stretched deviations
@@ -58,11 +56,11 @@ impl Exponents {
         self.error.is_finite() && is_small && largest * self.span <= STRETCH
     }
 
-    /// Whether everything but the direction of the largest exponent contracts, by more than e^`CONTRACTION` over the record.
-    pub(crate) fn contracts_across(&self) -> bool {
+    /// Whether everything but the direction of the largest exponent contracts over the record, by a factor of which this is the logarithm.
+    pub(crate) fn contracts_across(&self, logarithm: f64) -> bool {
         self.values
             .get(1)
-            .is_none_or(|second| second * self.span < -CONTRACTION)
+            .is_none_or(|second| second * self.span < -logarithm)
     }
 }
 

@@ -8,8 +8,8 @@
 //! - **chaotic**: the largest Lyapunov exponent is significantly positive over the record and positive in each third of it
 //!   (`Exponents::is_stretching`), and no attracting periodic orbit lies among the points. Never without exponents.
 //! - **quasi-periodic**: the points lie on an invariant curve ([`InvariantCurve`]), that is, a rotation number and a curve taken from two thirds
-//!   of the record predict the rest; the largest exponent is 0 and all others are negative; and no attracting periodic orbit
-//!   lies among the points. Never where [`Tori::Excluded`] holds.
+//!   of the record predict the rest, also when the motion has gone on; where its best returns shrink or grow, there is no orbit of their
+//!   period; the largest exponent is 0 and all others are negative; and no attracting periodic orbit lies among the points. Never where [`Tori::Excluded`] holds.
 //!
 //! A record that decides nothing is extended: to twice its length, four times, up to [`LabelOptions::extend`] times. Each decision
 //! rests on the last part, which is as long as everything before it, so that the transient grows with the record.
@@ -18,12 +18,14 @@ mod arrival;
 pub mod basins;
 mod curve;
 mod cycle;
+mod evidence;
 mod geometry;
 mod hunt;
 mod lurking;
 pub mod lyapunov;
 mod map;
 mod record;
+mod returns;
 mod scatter;
 mod together;
 mod trap;
@@ -149,7 +151,7 @@ pub fn attractor_from(
     };
     let mut hunt = LabelHunt::new(Walk::new(map, begin, exponents, keep_going), options);
     if hunt.record(size) && hunt.found.label == Label::Undecided {
-        hunt.extend(size.periods, 0);
+        hunt.extend(size.periods, hunt.found.extension);
     }
     hunt.found
 }
@@ -200,7 +202,7 @@ pub(crate) fn reconsider(
     let lurking = hints.iter().find_map(|hint| {
         let mut search = cycle::OrbitSearch::new(map, &cloud, HINTED * hint.period);
         let cycle = search.attracting(&hint.points[..size], hint.period)?;
-        lurking::is_within_reach(&cycle, &cloud, reach).then_some(cycle)
+        lurking::is_within_reach(&cycle.points, &cloud, reach).then_some(cycle)
     });
     let Some(cycle) = lurking else {
         return;
@@ -223,7 +225,7 @@ pub(crate) fn reconsider(
 /// or in one of the holes of a chaotic set.
 fn reach(label: Label) -> f64 {
     match label {
-        Label::QuasiPeriodic => 0.03,
+        Label::QuasiPeriodic => returns::ON_CURVE,
         _ => 0.5,
     }
 }

@@ -235,6 +235,19 @@ impl<'a> Walk<'a> {
         None
     }
 
+    /// Goes on with a record without deviations.
+    pub fn go_on(&mut self, periods: usize) -> Option<RecordStop> {
+        self.stretch.derivatives.clear();
+        for _ in 0..periods {
+            let stop = self.step(Along::Nothing);
+            if stop.is_some() {
+                return stop;
+            }
+            self.stretch.points.extend_from_slice(self.state);
+        }
+        None
+    }
+
     /// Exponents over the periods counted last.
     pub fn exponents(&self) -> Option<Exponents> {
         let length = self.map.duration();
