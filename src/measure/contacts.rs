@@ -2,7 +2,7 @@
 
 use super::{ColumnHeading, Measure, ReportedUnits, Solved};
 use crate::postprocess::connection::Measures;
-use crate::postprocess::contacts::effective_mass;
+use crate::postprocess::contacts::{Contacts, effective_mass};
 
 /// `contact_ratio.c, contact_loss.c, ..`: the columns of the table `rattle`, connection by connection.
 #[derive(Debug)]
@@ -11,14 +11,17 @@ pub(crate) struct ContactMetrics;
 impl Measure for ContactMetrics {
     fn headings(&self, units: &ReportedUnits<'_>) -> Vec<ColumnHeading> {
         let one = |(e, c): (usize, &String)| {
-            let forces = [
+            let others = [
+                units.energy(format!("impact_energy_max.{c}"), e),
+                units.energy(format!("impact_energy.{c}"), e),
+                ColumnHeading::code(format!("regime.{c}")),
                 units.force(format!("force_mean.{c}"), e),
                 units.force(format!("force_std.{c}"), e),
                 units.force(format!("force_min.{c}"), e),
                 units.force(format!("force_peak.{c}"), e),
                 ColumnHeading::number(format!("force_peak_factor.{c}")),
             ];
-            contact_headings(units, (e, c)).into_iter().chain(forces)
+            contact_headings(units, (e, c)).into_iter().chain(others)
         };
         let connections = units.connections().iter().enumerate();
         connections.flat_map(one).collect()
@@ -26,13 +29,15 @@ impl Measure for ContactMetrics {
 
     fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
         for (e, m) in at.connections.iter().enumerate() {
-            out.extend(contact_values(at, e));
+            out.extend(contact_values(&m.contacts));
+            out.extend(impact_energies(at, e));
+            out.push(f64::from(m.contacts.regime().code()));
             out.extend(force_values(m));
         }
     }
 }
 
-/// The columns of [`ContactMetrics`] that need no force: contacts alone are read.
+/// The columns of [`ContactMetrics`] that need no force and no mass: contacts alone are read.
 #[derive(Debug)]
 pub(crate) struct ContactColumns;
 
@@ -44,11 +49,12 @@ impl Measure for ContactColumns {
     }
 
     fn measure(&mut self, at: &Solved<'_>, out: &mut Vec<f64>) {
-        out.extend((0..at.connections.len()).flat_map(|e| contact_values(at, e)));
+        let connections = at.connections.iter();
+        out.extend(connections.flat_map(|m| contact_values(&m.contacts)));
     }
 }
 
-fn contact_headings(units: &ReportedUnits<'_>, (e, c): (usize, &String)) -> [ColumnHeading; 12] {
+fn contact_headings(units: &ReportedUnits<'_>, (e, c): (usize, &String)) -> [ColumnHeading; 9] {
     [
         ColumnHeading::number(format!("contact_ratio.{c}")),
         ColumnHeading::number(format!("contact_loss.{c}")),
@@ -59,18 +65,10 @@ fn contact_headings(units: &ReportedUnits<'_>, (e, c): (usize, &String)) -> [Col
         ColumnHeading::number(format!("impacts_back.{c}")),
         units.rate(format!("impact_velocity_max.{c}"), e),
         units.rate(format!("impact_velocity_mean.{c}"), e),
-        units.energy(format!("impact_energy_max.{c}"), e),
-        units.energy(format!("impact_energy.{c}"), e),
-        ColumnHeading::code(format!("regime.{c}")),
     ]
 }
 
-fn contact_values(at: &Solved<'_>, e: usize) -> [f64; 12] {
-    let contacts = &at.connections[e].contacts;
-    let mass = effective_mass(at.system, e).map(|mass| mass * at.stiffening[e]);
-    let has_impacts = contacts.impacts() > 0.0;
-    let empty_without = |x: f64| if has_impacts { x } else { f64::NAN };
-    let half_mass = 0.5 * mass.unwrap_or(f64::NAN);
+fn contact_values(contacts: &Contacts) -> [f64; 9] {
     [
         contacts.ratio(),
         1.0 - contacts.ratio(),
@@ -79,11 +77,26 @@ fn contact_values(at: &Solved<'_>, e: usize) -> [f64; 12] {
         contacts.impacts(),
         contacts.front.impacts,
         contacts.back.impacts,
-        empty_without(contacts.speed_max),
+        match contacts.impacts() > 0.0 {
+            true => contacts.speed_max,
+            false => f64::NAN,
+        },
         contacts.speed_mean().unwrap_or(f64::NAN),
-        empty_without(half_mass * contacts.speed_max * contacts.speed_max),
+    ]
+}
+
+/// Largest energy of an impact, and the energy per excitation period.
+fn impact_energies(at: &Solved<'_>, e: usize) -> [f64; 2] {
+    let contacts = &at.connections[e].contacts;
+    let mass = effective_mass(at.system, e).map(|mass| mass * at.stiffening[e]);
+    let half_mass = 0.5 * mass.unwrap_or(f64::NAN);
+    let largest = half_mass * contacts.speed_max * contacts.speed_max;
+    [
+        match contacts.impacts() > 0.0 {
+            true => largest,
+            false => f64::NAN,
+        },
         half_mass * contacts.speed_square_sum,
-        f64::from(contacts.regime().code()),
     ]
 }
 

@@ -147,7 +147,7 @@ reduced:
                 })
                 .collect::<Vec<_>>()
         };
-        let kinds = "impacts, impacts_back, impact_velocity_max, impact_energy, contact_front";
+        let kinds = "impacts, impacts_back, impact_velocity_max, contact_front, contact_loss";
         let alone = columns(&format!("[{kinds}]"));
         assert_eq!(alone.len(), 10);
         assert!(alone[0].1.iter().chain(&alone[1].1).any(|x| *x > 0));

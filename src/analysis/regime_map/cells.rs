@@ -301,8 +301,17 @@ impl<'a> Field<'a> {
         if self.wanted.columns.is_empty() && !keeps {
             return cell;
         }
-        let Ok((model, assembly)) = grounds.model(p) else {
-            return cell;
+        // Contacts need no number of the model but those in the system.
+        let changed = match self.wanted.are_contacts() {
+            true => None,
+            false => match grounds.model(p) {
+                Ok(changed) => Some(changed),
+                Err(_) => return cell,
+            },
+        };
+        let (model, assembly) = match &changed {
+            Some((model, assembly)) => (model, assembly),
+            None => (setting.model, setting.assembly),
         };
         if let Ok((system, orbit)) = measured(setting, (system, keys.integrator), found, &state) {
             if keeps {
@@ -322,8 +331,8 @@ impl<'a> Field<'a> {
                 m.scale_force(*factor);
             }
             let solved = Solved {
-                model: &model,
-                assembly: &assembly,
+                model,
+                assembly,
                 system: &system,
                 orbit: &orbit,
                 connections: &connections,
