@@ -149,6 +149,23 @@ fn slow_spirals_are_not_quasi_periodic() {
     }
 }
 
+/// A sweep in chaos enters a window, the motion is caught later: from 0.2255 on every motion ends at period 14 within 60 000 periods.
+#[test]
+fn a_sweep_takes_no_chaotic_transient_for_an_attractor() {
+    let model = pair(HEAVY, 0.0285, [1.0, 1.0], 0.22);
+    let diagram = "{type: bifurcation_diagram, at: 1.2, parameter: reduced.loads.harmonics.0.cos.0, from: 0.224, to: 0.229, points: 16,
+        transient: 500, periods: 150}";
+    let found = labels(&model, diagram);
+    assert_eq!(found[0].1, "chaotic");
+    for (value, label) in found.iter().filter(|(value, _)| *value > 0.2255) {
+        assert!(
+            label == "period 14" || label == "undecided",
+            "{value}: {label}"
+        );
+    }
+    assert_eq!(found[9].1, "period 14");
+}
+
 /// The limits are keys.
 #[test]
 fn the_longest_period_and_the_extension_are_chosen() {

@@ -176,7 +176,7 @@ impl<'a> SweepWork<'a> {
     }
 
     fn follow(&self, run: usize, values: &[f64]) -> Vec<SweepPoint> {
-        let mut points = Vec::with_capacity(values.len());
+        let mut points: Vec<(usize, Vec<f64>, SweepPoint)> = Vec::with_capacity(values.len());
         let mut carried: Option<Vec<f64>> = None;
         // The last periodic orbit.
         let mut cycle: Option<Cycle> = None;
@@ -207,12 +207,26 @@ impl<'a> SweepWork<'a> {
                 cycle = point.attractor.cycle.clone().or(cycle);
             }
             if point.attractor.record.stop.is_none() {
-                carried = Some(state);
+                carried = Some(state.clone());
             }
             point.warning = warning;
-            points.push(point);
+            points.push((k, state, point));
         }
-        points
+        self.look_back(&mut points);
+        points.into_iter().map(|(_, _, point)| point).collect()
+    }
+
+    /// Judges the points of a sweep again, from the last to the first, with the orbit on which the motion has settled later: before a
+    /// chaotic transient is caught for the first time, nothing tells it from an attractor.
+    fn look_back(&self, points: &mut [(usize, Vec<f64>, SweepPoint)]) {
+        let mut later: Option<Cycle> = None;
+        for (k, state, point) in points.iter_mut().rev() {
+            self.reconsider(*k, state, point, later.iter().cloned().collect());
+            match point.attractor.label {
+                Label::Undecided => {}
+                _ => later = point.attractor.cycle.clone(),
+            }
+        }
     }
 
     /// Every value with every random state, on its own.
