@@ -221,7 +221,7 @@ impl<'a> SweepWork<'a> {
     fn look_back(&self, points: &mut [(usize, Vec<f64>, SweepPoint)]) {
         let mut later: Option<Cycle> = None;
         for (k, state, point) in points.iter_mut().rev() {
-            self.reconsider(*k, state, point, later.iter().cloned().collect());
+            self.reconsider(*k, state, point, later.as_slice());
             match point.attractor.label {
                 Label::Undecided => {}
                 _ => later = point.attractor.cycle.clone(),
@@ -243,7 +243,7 @@ impl<'a> SweepWork<'a> {
         let list: Vec<(usize, Vec<f64>, SweepPoint)> = list.collect();
         let hints = Hints::new(values.len(), &list);
         let points = list.into_par_iter().map(|(k, mut state, mut point)| {
-            flag.scope(|| self.reconsider(k, &mut state, &mut point, hints.near(k)));
+            flag.scope(|| self.reconsider(k, &mut state, &mut point, &hints.near(k)));
             point
         });
         points.collect()
@@ -294,7 +294,7 @@ impl<'a> SweepWork<'a> {
     }
 
     /// Judges a run again with the periodic orbits of the other runs.
-    fn reconsider(&self, k: usize, state: &mut [f64], point: &mut SweepPoint, hints: Vec<Cycle>) {
+    fn reconsider(&self, k: usize, state: &mut [f64], point: &mut SweepPoint, hints: &[Cycle]) {
         let is_open = !matches!(point.attractor.label, Label::Period(_) | Label::Undecided);
         if !is_open || hints.is_empty() {
             return;
@@ -313,7 +313,7 @@ impl<'a> SweepWork<'a> {
         reconsider(
             moving,
             &mut point.attractor,
-            &hints,
+            hints,
             options,
             &mut keep_going,
         );

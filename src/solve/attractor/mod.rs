@@ -9,7 +9,8 @@
 //!   (`Exponents::is_stretching`), and no attracting periodic orbit lies among the points. Never without exponents.
 //! - **quasi-periodic**: the points lie on an invariant curve ([`InvariantCurve`]), that is, a rotation number and a curve taken from two thirds
 //!   of the record predict the rest, also when the motion has gone on; where its best returns shrink or grow, there is no orbit of their
-//!   period; the largest exponent is 0 and all others are negative; and no attracting periodic orbit lies among the points. Never where [`Tori::Excluded`] holds.
+//!   period; the largest exponent is 0 and all others are negative; and no attracting periodic orbit lies among the points. Never where
+//!   [`Tori::Excluded`] holds.
 //!
 //! A record that decides nothing is extended: to twice its length, four times, up to [`LabelOptions::extend`] times. Each decision
 //! rests on the last part, which is as long as everything before it, so that the transient grows with the record.

@@ -218,6 +218,16 @@ impl<'a> Walk<'a> {
         if let Some(deviations) = &mut self.deviations {
             deviations.restart();
         }
+        self.append(periods, along)
+    }
+
+    /// Goes on with a record without deviations.
+    pub fn go_on(&mut self, periods: usize) -> Option<RecordStop> {
+        self.stretch.derivatives.clear();
+        self.append(periods, Along::Nothing)
+    }
+
+    fn append(&mut self, periods: usize, along: Along) -> Option<RecordStop> {
         for _ in 0..periods {
             let stop = self.step(along);
             if stop.is_some() {
@@ -231,19 +241,6 @@ impl<'a> Walk<'a> {
             {
                 deviations.count();
             }
-        }
-        None
-    }
-
-    /// Goes on with a record without deviations.
-    pub fn go_on(&mut self, periods: usize) -> Option<RecordStop> {
-        self.stretch.derivatives.clear();
-        for _ in 0..periods {
-            let stop = self.step(Along::Nothing);
-            if stop.is_some() {
-                return stop;
-            }
-            self.stretch.points.extend_from_slice(self.state);
         }
         None
     }
